@@ -1,0 +1,2 @@
+//! Ours beside the floor and the alternatives, in one run.
+fn main() {}

@@ -1,0 +1,2 @@
+//! The ratelab command.
+fn main() {}

@@ -1,0 +1,24 @@
+//! The robot: a pole on a cart, in MuJoCo.
+//!
+//! ```text
+//! sensor ──/obs──► policy ──/action──► actuator ──/state──►
+//!    ▲                                     │
+//!    └───────────────── plant ◄────────────┘
+//! ```
+//!
+//! The sensor reads the plant, the actuator moves it, and neither knows the
+//! other: the plant is what they share, topics are how they talk. `/state`
+//! carries what each control step came to, for whoever wants to follow the run.
+
+mod message;
+mod nodes;
+mod plant;
+mod seeding;
+
+pub use message::{Action, ControlStep, Observation};
+pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
+pub use plant::{
+    CART_LIMIT_M, CONTROL_HZ, Fall, POLE_LIMIT_RAD, Plant, PlantError, Pose, SUBSTEPS, SharedPlant,
+    TIMESTEP_S,
+};
+pub use seeding::generator;

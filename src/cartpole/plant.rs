@@ -1,0 +1,198 @@
+//! The physics: a cart on a rail, a pole hinged to it, one motor.
+
+use std::{
+    f64::consts::PI,
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
+};
+
+use mujoco_rs::prelude::{MjData, MjModel};
+use rand_pcg::rand_core::RngCore;
+use thiserror::Error;
+
+use super::{
+    message::{Action, Observation},
+    seeding::generator,
+};
+
+/// The model, with the course environment's masses, lengths and limits.
+const MODEL: &str = include_str!("cartpole.xml");
+
+/// Physics time step (s), from the model.
+pub const TIMESTEP_S: f64 = 0.01;
+
+/// Physics steps in one control step.
+pub const SUBSTEPS: u32 = 2;
+
+/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps.
+pub const CONTROL_HZ: f64 = 50.0;
+
+/// The pole has fallen beyond this angle from upright (rad): 12 degrees.
+pub const POLE_LIMIT_RAD: f64 = 0.2095;
+
+/// The cart has left the rail beyond this distance from its middle (m).
+pub const CART_LIMIT_M: f64 = 2.4;
+
+/// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
+const START_SPREAD: f64 = 0.05;
+
+/// Where the coordinates of the two joints are, in the order of the model.
+const SLIDER: usize = 0;
+const HINGE: usize = 1;
+
+/// MuJoCo could not set the plant up.
+#[derive(Clone, Debug, Error)]
+#[error("MuJoCo could not set up the cart-pole: {0}")]
+pub struct PlantError(String);
+
+/// How a run can be lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fall {
+    /// The pole tipped beyond [`POLE_LIMIT_RAD`].
+    Pole,
+    /// The cart went beyond [`CART_LIMIT_M`] with the pole still up.
+    Cart,
+}
+
+/// Where the cart and the pole are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Cart position on the rail (m).
+    pub cart_position: f64,
+    /// Pole angle from upright (rad), wrapped to −π..π; positive leans
+    /// towards +x.
+    pub pole_angle: f64,
+}
+
+impl Pose {
+    fn fall(&self) -> Option<Fall> {
+        if self.pole_angle.abs() > POLE_LIMIT_RAD {
+            Some(Fall::Pole)
+        } else if self.cart_position.abs() > CART_LIMIT_M {
+            Some(Fall::Cart)
+        } else {
+            None
+        }
+    }
+}
+
+/// A cart-pole in MuJoCo.
+pub struct Plant {
+    data: MjData<&'static MjModel>,
+    steps: u64,
+    fall: Option<Fall>,
+}
+
+impl Plant {
+    /// A plant at the start that belongs to `seed`.
+    ///
+    /// # Errors
+    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    pub fn new(seed: u64) -> Result<Self, PlantError> {
+        let data = MjData::try_new(model()?).map_err(|e| PlantError(e.to_string()))?;
+        let mut plant = Self {
+            data,
+            steps: 0,
+            fall: None,
+        };
+        plant.reset(seed);
+        Ok(plant)
+    }
+
+    /// Puts cart and pole near rest: four offsets, uniform within ±0.05, drawn
+    /// in the order cart position, pole angle, cart velocity, pole velocity.
+    pub fn reset(&mut self, seed: u64) {
+        let mut random = generator(&[seed]);
+        let mut offset = || {
+            let unit = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit
+        };
+        self.data.reset();
+        self.data.qpos_mut()[SLIDER] = offset();
+        self.data.qpos_mut()[HINGE] = offset();
+        self.data.qvel_mut()[SLIDER] = offset();
+        self.data.qvel_mut()[HINGE] = offset();
+        self.data.forward();
+        (self.steps, self.fall) = (0, None);
+    }
+
+    /// What a perfect sensor reads.
+    pub fn observe(&self) -> Observation {
+        let (qvel, pose) = (self.data.qvel(), self.pose());
+        Observation {
+            cart_position: pose.cart_position as f32,
+            cart_velocity: qvel[SLIDER] as f32,
+            cos_theta: pose.pole_angle.cos() as f32,
+            sin_theta: pose.pole_angle.sin() as f32,
+            pole_velocity: qvel[HINGE] as f32,
+        }
+    }
+
+    /// Holds `action` for one control step. Says so if that lost the run.
+    pub fn step(&mut self, action: Action) -> Option<Fall> {
+        self.data.ctrl_mut()[0] = f64::from(action.clipped().0);
+        for _ in 0..SUBSTEPS {
+            self.data.step();
+        }
+        self.steps += 1;
+        self.fall = self.pose().fall();
+        self.fall
+    }
+
+    /// Where cart and pole are.
+    pub fn pose(&self) -> Pose {
+        let qpos = self.data.qpos();
+        Pose {
+            cart_position: qpos[SLIDER],
+            pole_angle: (qpos[HINGE] + PI).rem_euclid(2.0 * PI) - PI,
+        }
+    }
+
+    /// Cart position (m) and hinge angle (rad, not wrapped).
+    pub fn qpos(&self) -> [f64; 2] {
+        let qpos = self.data.qpos();
+        [qpos[SLIDER], qpos[HINGE]]
+    }
+
+    /// Cart velocity (m/s) and hinge velocity (rad/s).
+    pub fn qvel(&self) -> [f64; 2] {
+        let qvel = self.data.qvel();
+        [qvel[SLIDER], qvel[HINGE]]
+    }
+
+    /// Control steps since the start.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// How the run was lost, if it was.
+    pub fn fall(&self) -> Option<Fall> {
+        self.fall
+    }
+}
+
+/// The one model that all plants share: it is never written to, and loading it
+/// takes as long as most of a run.
+fn model() -> Result<&'static MjModel, PlantError> {
+    static LOADED: OnceLock<Result<MjModel, PlantError>> = OnceLock::new();
+    LOADED
+        .get_or_init(|| MjModel::from_xml_string(MODEL).map_err(|e| PlantError(e.to_string())))
+        .as_ref()
+        .map_err(Clone::clone)
+}
+
+/// The plant as sensor and actuator share it.
+#[derive(Clone)]
+pub struct SharedPlant(Arc<Mutex<Plant>>);
+
+impl SharedPlant {
+    /// Shares `plant`.
+    pub fn new(plant: Plant) -> Self {
+        Self(Arc::new(Mutex::new(plant)))
+    }
+
+    /// The plant, for as long as the guard lives.
+    pub fn lock(&self) -> MutexGuard<'_, Plant> {
+        // A panic elsewhere is reported as that node's fault; the numbers are whole.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,55 @@
+//! What defines a run.
+
+use std::time::Duration;
+
+use super::knob::TimedKnob;
+use crate::{
+    policy::PolicyKind,
+    runtime::{ClockKind, Depth, Hz, Speed, Time},
+};
+
+/// Everything that a run depends on. Under the virtual clock the same
+/// configuration is the same run, bit for bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Chooses the start, and the numbers of a random policy.
+    pub seed: u64,
+    /// The clock to begin with.
+    pub clock: ClockKind,
+    /// How fast virtual time passes.
+    pub speed: Speed,
+    /// When the run ends; [`Time::MAX`] for never.
+    pub end: Time,
+    /// How often the sensor publishes.
+    pub sensor_hz: Hz,
+    /// How often the policy decides.
+    pub control_hz: Hz,
+    /// How many messages `/obs` and `/action` keep.
+    pub queue_depth: Depth,
+    /// The brain.
+    pub policy: PolicyKind,
+    /// How much longer the brain thinks, in wall time.
+    pub think: Duration,
+    /// Changes to make on the way.
+    pub knobs: Vec<TimedKnob>,
+}
+
+impl Default for Config {
+    /// Seed 0, ten seconds of virtual time flat out, everything at 50 Hz, depth
+    /// one, scripted.
+    fn default() -> Self {
+        let hz = super::actuator_hz();
+        Self {
+            seed: 0,
+            clock: ClockKind::Virtual,
+            speed: Speed::FlatOut,
+            end: Time::from_nanos(10_000_000_000),
+            sensor_hz: hz,
+            control_hz: hz,
+            queue_depth: Depth::ONE,
+            policy: PolicyKind::Scripted,
+            think: Duration::ZERO,
+            knobs: Vec::new(),
+        }
+    }
+}

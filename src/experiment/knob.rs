@@ -1,0 +1,160 @@
+//! What can be turned while an experiment runs, as lines of text.
+
+use std::{fmt, str::FromStr};
+
+use thiserror::Error;
+
+use super::{ACTION, OBS};
+use crate::{
+    cartpole::{POLICY, SENSOR},
+    runtime::{Command, Depth, DepthError, Hz, HzError, Time, TimedCommand},
+};
+
+/// One setting of one knob. As text: the knob's name and the value, such as
+/// `control-hz 10`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Knob {
+    /// How often the policy decides.
+    ControlHz(Hz),
+    /// How often the sensor publishes.
+    SensorHz(Hz),
+    /// How many messages `/obs` and `/action` keep.
+    QueueDepth(Depth),
+}
+
+impl Knob {
+    /// The commands that turn it.
+    pub fn commands(self) -> Vec<Command> {
+        let rate = |node: &str, hz| {
+            let node = node.to_owned();
+            vec![Command::SetRate { node, hz }]
+        };
+        match self {
+            Self::ControlHz(hz) => rate(POLICY, hz),
+            Self::SensorHz(hz) => rate(SENSOR, hz),
+            Self::QueueDepth(depth) => [OBS, ACTION]
+                .map(|topic| Command::SetDepth {
+                    topic: topic.to_owned(),
+                    depth,
+                })
+                .to_vec(),
+        }
+    }
+}
+
+impl fmt::Display for Knob {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ControlHz(hz) => write!(f, "control-hz {}", hz.get()),
+            Self::SensorHz(hz) => write!(f, "sensor-hz {}", hz.get()),
+            Self::QueueDepth(depth) => write!(f, "queue-depth {depth}"),
+        }
+    }
+}
+
+/// A knob to be turned at a run time. As text: the seconds, then the knob,
+/// such as `2.5 control-hz 10`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedKnob {
+    /// Run time at which it is turned, before any tick due then.
+    pub at: Time,
+    /// The new setting.
+    pub knob: Knob,
+}
+
+impl TimedKnob {
+    /// The commands that turn it then.
+    pub fn commands(&self) -> Vec<TimedCommand> {
+        let at = self.at;
+        let commands = self.knob.commands().into_iter();
+        commands
+            .map(|command| TimedCommand { at, command })
+            .collect()
+    }
+}
+
+impl fmt::Display for TimedKnob {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let nanos = self.at.as_nanos();
+        let decimals = format!("{:09}", nanos % 1_000_000_000);
+        let decimals = decimals.trim_end_matches('0');
+        let point = if decimals.is_empty() { "" } else { "." };
+        write!(
+            f,
+            "{}{point}{decimals} {}",
+            nanos / 1_000_000_000,
+            self.knob
+        )
+    }
+}
+
+impl FromStr for TimedKnob {
+    type Err = KnobError;
+
+    fn from_str(line: &str) -> Result<Self, KnobError> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [at, name, value] = words[..] else {
+            return Err(KnobError::Shape(line.trim().to_owned()));
+        };
+        let seconds: f64 = at.parse().map_err(|_| KnobError::Time(at.to_owned()))?;
+        let at = Time::from_secs_f64(seconds).map_err(|_| KnobError::Time(at.to_owned()))?;
+        let knob = match name.replace('_', "-").as_str() {
+            "control-hz" => Knob::ControlHz(value.parse()?),
+            "sensor-hz" => Knob::SensorHz(value.parse()?),
+            "queue-depth" => Knob::QueueDepth(value.parse()?),
+            _ => return Err(KnobError::Name(name.to_owned())),
+        };
+        Ok(Self { at, knob })
+    }
+}
+
+/// A line that turns no knob.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum KnobError {
+    /// Not three words.
+    #[error(
+        "{0:?} is not a timed knob: expected seconds, knob and value, such as 2.5 control-hz 10"
+    )]
+    Shape(String),
+    /// The first word is no time.
+    #[error("{0:?} is not a time: expected seconds, zero or more")]
+    Time(String),
+    /// The second word is no knob.
+    #[error("{0:?} is not a knob: expected control-hz, sensor-hz or queue-depth")]
+    Name(String),
+    /// The value is no rate.
+    #[error(transparent)]
+    Rate(#[from] HzError),
+    /// The value is no depth.
+    #[error(transparent)]
+    Depth(#[from] DepthError),
+    /// Where in a list the error is.
+    #[error("line {line}: {error}")]
+    Line {
+        /// Line number, counted from one.
+        line: usize,
+        /// What is wrong with it.
+        error: Box<KnobError>,
+    },
+}
+
+/// Reads a list of timed knobs, one per line. Empty lines and what follows a
+/// `#` do not count.
+///
+/// # Errors
+/// [`KnobError::Line`] names the first line that is not understood.
+pub fn parse_knobs(text: &str) -> Result<Vec<TimedKnob>, KnobError> {
+    let lines = text.lines().enumerate().map(|(index, line)| {
+        let content = line.split('#').next().unwrap_or_default();
+        (index + 1, content.trim())
+    });
+    lines
+        .filter(|(_, content)| !content.is_empty())
+        .map(|(line, content)| {
+            content.parse().map_err(|error| KnobError::Line {
+                line,
+                error: Box::new(error),
+            })
+        })
+        .collect()
+}

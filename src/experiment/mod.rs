@@ -1,0 +1,193 @@
+//! One run as a value: configuration in, summary out.
+//!
+//! ```
+//! use ratelab::experiment::{Config, Experiment, Verdict};
+//! use ratelab::runtime::{Hz, RealClock};
+//!
+//! let config = Config { control_hz: Hz::new(5.0)?, ..Config::default() };
+//! let summary = Experiment::new(&config)?.run(&mut RealClock::default())?;
+//! assert!(matches!(summary.verdict, Verdict::PoleFell { .. }));
+//! assert_eq!(summary.steps, 43);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod config;
+mod knob;
+mod summary;
+
+use std::time::Instant;
+
+use crossbeam_channel::Sender;
+
+pub use config::Config;
+pub use knob::{Knob, KnobError, TimedKnob, parse_knobs};
+pub use summary::{NodeSummary, Summary, TopicSummary, Verdict};
+
+use crate::{
+    cartpole::{
+        ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Observation, POLICY, Plant,
+        PlantError, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    },
+    policy::{Policy, Thinking},
+    runtime::{
+        Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, Tap, Topic, clock,
+    },
+};
+
+/// Name of the topic from sensor to policy.
+pub const OBS: &str = "/obs";
+
+/// Name of the topic from policy to actuator.
+pub const ACTION: &str = "/action";
+
+/// Name of the topic on which the actuator tells what each step came to.
+pub const STATE: &str = "/state";
+
+/// An experiment that cannot be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The plant cannot be made.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// The graph cannot be built.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+}
+
+/// The cart-pole graph, ready to run once.
+pub struct Experiment {
+    config: Config,
+    graph: Graph,
+    plant: SharedPlant,
+    topics: Topics,
+    commands: Sender<Command>,
+    inbox: Inbox,
+}
+
+struct Topics {
+    observations: Topic<Observation>,
+    actions: Topic<Action>,
+    steps: Topic<ControlStep>,
+}
+
+impl Experiment {
+    /// Builds sensor, policy and actuator around a plant.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the plant or the graph cannot be made.
+    pub fn new(config: &Config) -> Result<Self, SetupError> {
+        let brain = config.policy.build(config.seed);
+        Self::with_policy(config, brain)
+    }
+
+    /// The same with a brain of the caller's own behind the policy node.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the plant or the graph cannot be made.
+    pub fn with_policy(config: &Config, brain: Box<dyn Policy>) -> Result<Self, SetupError> {
+        let plant = SharedPlant::new(Plant::new(config.seed)?);
+        let topics = Topics {
+            observations: Topic::new(OBS, config.queue_depth),
+            actions: Topic::new(ACTION, config.queue_depth),
+            steps: Topic::new(STATE, Depth::ONE),
+        };
+        let graph = build(config, brain, &plant, &topics)?;
+        let timed = config.knobs.iter().flat_map(TimedKnob::commands).collect();
+        let (commands, inbox) = Inbox::new(timed);
+        Ok(Self {
+            config: config.clone(),
+            graph,
+            plant,
+            topics,
+            commands,
+            inbox,
+        })
+    }
+
+    /// Where commands for the running graph go.
+    pub fn commands(&self) -> Sender<Command> {
+        self.commands.clone()
+    }
+
+    /// Reads the graph while it runs.
+    pub fn observer(&self) -> Observer {
+        self.graph.observer()
+    }
+
+    /// Copies every observation from the start, in a queue of `capacity`.
+    pub fn tap_observations(&self, capacity: usize) -> Tap<Observation> {
+        self.graph.tap(&self.topics.observations, capacity)
+    }
+
+    /// Copies every action from the start, in a queue of `capacity`.
+    pub fn tap_actions(&self, capacity: usize) -> Tap<Action> {
+        self.graph.tap(&self.topics.actions, capacity)
+    }
+
+    /// Copies every control step from the start, in a queue of `capacity`.
+    pub fn tap_steps(&self, capacity: usize) -> Tap<ControlStep> {
+        self.graph.tap(&self.topics.steps, capacity)
+    }
+
+    /// Runs to the end: of the time, of the pole's luck, or by command. All
+    /// taps end with it.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn run(self, real: &mut RealClock) -> Result<Summary, Fault> {
+        let Self {
+            config,
+            mut graph,
+            plant,
+            topics,
+            commands,
+            mut inbox,
+        } = self;
+        // Only those who asked for a sender can end a pause.
+        drop((commands, topics));
+        let observer = graph.observer();
+        let began = Instant::now();
+        let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
+        let wall = began.elapsed();
+        // Nodes deliver the last of their measurements as they go.
+        drop(graph);
+        let exit = end?;
+        Ok(Summary::new(&config, &exit, &observer, &plant.lock(), wall))
+    }
+}
+
+/// Wires sensor → `/obs` → policy → `/action` → actuator.
+fn build(
+    config: &Config,
+    brain: Box<dyn Policy>,
+    plant: &SharedPlant,
+    topics: &Topics,
+) -> Result<Graph, GraphError> {
+    let mut graph = Graph::new();
+    graph.set_speed(config.speed);
+    graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
+        plant: plant.clone(),
+        observations: wiring.publisher(&topics.observations),
+    })?;
+    let policy = match config.think {
+        time if time.is_zero() => brain,
+        time => Box::new(Thinking::new(brain, time)),
+    };
+    graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
+        policy,
+        observations: wiring.subscription(&topics.observations),
+        actions: wiring.publisher(&topics.actions),
+    })?;
+    graph.node(ACTUATOR, actuator_hz(), 2, |wiring| Actuator {
+        plant: plant.clone(),
+        actions: wiring.subscription(&topics.actions),
+        steps: wiring.publisher(&topics.steps),
+        sense_to_act: wiring.meter(SENSE_TO_ACT),
+    })?;
+    Ok(graph)
+}
+
+/// The plant's own rate, which is not a choice.
+fn actuator_hz() -> Hz {
+    Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
+}

@@ -1,0 +1,14 @@
+//! Robot software as a graph of nodes at fixed rates.
+//!
+//! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the
+//! two clocks that run them. It knows no robot. [`cartpole`] is one, built on
+//! it; [`policy`] holds the brains that can balance it; [`experiment`] is one
+//! run as a value, configuration in and summary out.
+//!
+//! The library knows no terminal and no file format: those are the business of
+//! the `ratelab` command.
+
+pub mod cartpole;
+pub mod experiment;
+pub mod policy;
+pub mod runtime;

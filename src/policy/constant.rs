@@ -1,0 +1,18 @@
+//! No brain at all.
+
+use super::Policy;
+use crate::cartpole::{Action, Observation};
+
+/// Never pushes: shows how fast an unattended pole falls.
+#[derive(Clone, Copy, Debug)]
+pub struct Zero;
+
+impl Policy for Zero {
+    fn name(&self) -> &str {
+        "zero"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        Action::ZERO
+    }
+}

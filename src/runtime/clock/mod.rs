@@ -1,0 +1,161 @@
+//! Two schedulers behind one interface.
+//!
+//! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run
+//! time, or is to be handed to the other clock. All state of the run stays in
+//! the graph, so [`run`] can pass it back and forth.
+//!
+//! Commands take effect *between* ticks. Under the virtual clock that means
+//! between instants: nodes that are due together see the same world, and the
+//! run time at which a command took effect is enough to execute it again.
+
+mod agenda;
+mod mailbox;
+mod pacer;
+mod real;
+mod realtime;
+mod virtual_time;
+mod wall;
+
+pub use real::RealClock;
+pub use realtime::{Realtime, RealtimeError};
+pub use virtual_time::VirtualClock;
+
+use super::{
+    command::{ClockKind, Command},
+    graph::{Graph, Plane},
+    inbox::Inbox,
+    node::Fault,
+    telemetry::Happening,
+    time::Time,
+};
+
+/// Runs a graph.
+pub trait Clock {
+    /// Which of the two it is.
+    fn kind(&self) -> ClockKind;
+
+    /// Runs `graph` from where it is to run time `until`, that instant
+    /// included, obeying the commands in `inbox`.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed; all others have come to rest by then.
+    fn run(&mut self, graph: &mut Graph, inbox: &mut Inbox, until: Time) -> Result<Exit, Fault>;
+}
+
+/// Why a clock returned.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Run time reached the end that was asked for.
+    Completed,
+    /// A node ended the run.
+    Ended {
+        /// Its name.
+        node: String,
+        /// Run time of the tick that did.
+        at: Time,
+    },
+    /// A command stopped the run.
+    Stopped,
+    /// A command hands the graph to the other clock.
+    HandedOver(ClockKind),
+}
+
+/// Runs a graph to its end, under whichever of the clocks it is handed to.
+///
+/// # Errors
+/// [`Fault`] if a node failed.
+pub fn run(
+    graph: &mut Graph,
+    inbox: &mut Inbox,
+    until: Time,
+    first: ClockKind,
+    real: &mut RealClock,
+) -> Result<Exit, Fault> {
+    let mut kind = first;
+    loop {
+        let exit = match kind {
+            ClockKind::Real => real.run(graph, inbox, until),
+            ClockKind::Virtual => VirtualClock.run(graph, inbox, until),
+        };
+        match exit? {
+            Exit::HandedOver(next) => kind = next,
+            exit => return Ok(exit),
+        }
+    }
+}
+
+/// Notes how a node ended the run, for the observers.
+fn note_end(plane: &Plane, end: &Result<Exit, Fault>) {
+    match end {
+        Ok(Exit::Ended { node, at }) => {
+            let node = node.clone();
+            plane.journal().note(*at, Happening::Ended { node });
+        }
+        Err(fault) => {
+            let (node, cause) = (fault.node.clone(), fault.cause.to_string());
+            plane
+                .journal()
+                .note(fault.at, Happening::Faulted { node, cause });
+        }
+        Ok(_) => {}
+    }
+}
+
+/// Obeys a command that needs no node, as both clocks do; `Some` if the clock
+/// is to return.
+fn obey(plane: &mut Plane, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
+    let was = match command {
+        Command::SetDepth { topic, depth } => match plane.set_depth(topic, *depth) {
+            Ok(before) => Some(before.to_string()),
+            Err(reason) => return refuse(plane, command, at, &reason),
+        },
+        Command::Pause => {
+            plane.update(|status| status.paused = true);
+            None
+        }
+        Command::Resume => {
+            plane.update(|status| status.paused = false);
+            None
+        }
+        Command::Speed(_) | Command::Step if kind == ClockKind::Real => {
+            let reason =
+                "the real clock knows one speed, that of the wall; hand over to the virtual clock";
+            return refuse(plane, command, at, reason);
+        }
+        Command::Speed(speed) => {
+            let before = plane.status.speed;
+            plane.update(|status| status.speed = *speed);
+            Some(before.to_string())
+        }
+        Command::HandOver(next) if *next == kind => {
+            return refuse(plane, command, at, "it runs under that clock already");
+        }
+        Command::Step | Command::SetRate { .. } | Command::HandOver(_) | Command::Stop => None,
+    };
+    plane.journal().applied(at, command, was);
+    match command {
+        Command::Stop => Some(Exit::Stopped),
+        Command::HandOver(next) => Some(Exit::HandedOver(*next)),
+        _ => None,
+    }
+}
+
+fn refuse(plane: &Plane, command: &Command, at: Time, reason: &str) -> Option<Exit> {
+    plane.journal().refused(at, command, reason);
+    None
+}
+
+/// Obeys any command while all nodes are at rest.
+fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
+    if let Command::SetRate { node, hz } = command {
+        match graph.set_rate(node, *hz, at) {
+            Ok(before) => graph
+                .plane
+                .journal()
+                .applied(at, command, Some(before.to_string())),
+            Err(reason) => graph.plane.journal().refused(at, command, reason),
+        }
+        return None;
+    }
+    obey(&mut graph.plane, kind, command, at)
+}

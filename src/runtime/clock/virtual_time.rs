@@ -1,0 +1,212 @@
+//! Discrete-event time: one thread, reproducible to the bit.
+
+use std::ops::ControlFlow;
+
+use super::{Clock, Exit, agenda::Agenda, note_end, obey_at_rest, pacer::Pacer};
+use crate::runtime::{
+    command::{ClockKind, Command},
+    graph::{Graph, Slot},
+    inbox::{Inbox, Wait},
+    node::Fault,
+    sync::Instant,
+    time::Time,
+};
+
+/// Runs all nodes on the calling thread, in the order in which they are due.
+///
+/// Virtual time jumps from one instant to the next, flat out or no faster than
+/// [`Speed`](crate::runtime::Speed) says, and stands still while the graph is
+/// paused. None of that changes what is computed: the same graph with the same
+/// commands at the same run times is the same run, bit for bit.
+///
+/// A command that changes the graph takes effect between two instants. Given
+/// while an instant is only partly done, as single steps allow, it first lets
+/// the rest of that instant run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VirtualClock;
+
+impl Clock for VirtualClock {
+    fn kind(&self) -> ClockKind {
+        ClockKind::Virtual
+    }
+
+    fn run(&mut self, graph: &mut Graph, inbox: &mut Inbox, until: Time) -> Result<Exit, Fault> {
+        graph
+            .plane
+            .update(|status| status.clock = ClockKind::Virtual);
+        graph.plane.patience.set(true);
+        let end = Scheduler::new(graph, inbox, until).run();
+        note_end(&graph.plane, &end);
+        end
+    }
+}
+
+/// One stretch of virtual time.
+struct Scheduler<'a> {
+    graph: &'a mut Graph,
+    inbox: &'a mut Inbox,
+    until: Time,
+    agenda: Agenda,
+    pacer: Pacer,
+    /// The instant of the last tick, if there was one.
+    last_tick: Option<Time>,
+    /// Ticks that were asked for one by one and are still to run.
+    steps: u32,
+}
+
+/// What to do next.
+enum Turn {
+    Obey(Command),
+    Proceed,
+    Leave,
+}
+
+impl<'a> Scheduler<'a> {
+    fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
+        Self {
+            agenda: Agenda::new(&graph.slots),
+            pacer: Pacer::new(graph.plane.status.speed, graph.now()),
+            last_tick: graph.slots.iter().filter_map(|s| s.rate.last_due()).max(),
+            graph,
+            inbox,
+            until,
+            steps: 0,
+        }
+    }
+
+    fn run(mut self) -> Result<Exit, Fault> {
+        loop {
+            let exit = match self.take_turn() {
+                Turn::Obey(command) => self.receive(command)?,
+                Turn::Proceed => self.proceed()?,
+                Turn::Leave => Some(Exit::Stopped),
+            };
+            if let Some(exit) = exit {
+                return Ok(exit);
+            }
+        }
+    }
+
+    /// Waits until the next event may happen, unless a command comes first.
+    fn take_turn(&mut self) -> Turn {
+        let wait = if self.graph.plane.status.paused {
+            if self.steps > 0 {
+                Wait::Not
+            } else {
+                Wait::Forever
+            }
+        } else if self.mid_instant() {
+            return Turn::Proceed;
+        } else {
+            let next = self.next_event();
+            self.pacer.wait_for(next).map_or(Wait::Not, Wait::Until)
+        };
+        match self.inbox.receive(wait) {
+            Some(command) => Turn::Obey(command),
+            // Nobody is left who could end the pause.
+            None if matches!(wait, Wait::Forever) => Turn::Leave,
+            None => Turn::Proceed,
+        }
+    }
+
+    /// Whether nodes are still to tick in the instant of the last tick.
+    fn mid_instant(&self) -> bool {
+        self.last_tick
+            .is_some_and(|last| self.agenda.next_due() <= last)
+    }
+
+    /// The instant of the next tick or timed command, or the end.
+    fn next_event(&self) -> Time {
+        let due = self.agenda.next_due();
+        due.min(self.inbox.next_timed(self.until)).min(self.until)
+    }
+
+    /// Obeys a command that arrived just now.
+    fn receive(&mut self, command: Command) -> Result<Option<Exit>, Fault> {
+        if command.changes_graph() {
+            while self.mid_instant() {
+                if let Some(exit) = self.tick()? {
+                    return Ok(Some(exit));
+                }
+            }
+        }
+        let at = self.moment();
+        Ok(self.obey(&command, at))
+    }
+
+    /// The run time now: after all that happened, before all that will.
+    fn moment(&self) -> Time {
+        let done = self.last_tick.map_or(Time::ZERO, |last| last + Time::TICK);
+        let now = self.graph.now().max(done);
+        match self.pacer.now() {
+            Some(paced) if !self.graph.plane.status.paused => paced.min(self.next_event()).max(now),
+            _ => now,
+        }
+    }
+
+    fn obey(&mut self, command: &Command, at: Time) -> Option<Exit> {
+        self.graph.plane.set_now(at);
+        if *command == Command::Step {
+            self.graph.plane.update(|status| status.paused = true);
+            self.steps += 1;
+        }
+        let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
+        match command {
+            Command::SetRate { .. } => self.agenda = Agenda::new(&self.graph.slots),
+            Command::Speed(_) | Command::Resume => {
+                self.pacer = Pacer::new(self.graph.plane.status.speed, at);
+            }
+            _ => {}
+        }
+        exit
+    }
+
+    /// Runs the next event: a timed command, a tick, or the end.
+    fn proceed(&mut self) -> Result<Option<Exit>, Fault> {
+        let due = self.agenda.next_due();
+        if self.inbox.next_timed(self.until) <= due
+            && !self.mid_instant()
+            && let Some(timed) = self.inbox.take_timed()
+        {
+            let at = timed.at.max(self.graph.now());
+            return Ok(self.obey(&timed.command, at));
+        }
+        if due > self.until || due == Time::MAX {
+            self.graph.plane.set_now(self.until);
+            return Ok(Some(Exit::Completed));
+        }
+        self.steps = self.steps.saturating_sub(1);
+        self.tick()
+    }
+
+    /// Lets the next node work.
+    fn tick(&mut self) -> Result<Option<Exit>, Fault> {
+        let due = self.agenda.next_due();
+        // A node that comes late from the real clock does not turn time back.
+        let now = due.max(self.graph.now());
+        self.last_tick = Some(due);
+        self.graph.plane.set_now(now);
+        let (agenda, slots) = (&mut self.agenda, &mut self.graph.slots);
+        let measured = self.pacer.is_paced();
+        let end = agenda.run_next(|index| tick(&mut slots[index], now, measured));
+        end.transpose().map(Option::flatten)
+    }
+}
+
+/// Ticks a node; returns when it is due again, and how the run ended if it did.
+fn tick(slot: &mut Slot, now: Time, measured: bool) -> (Time, Result<Option<Exit>, Fault>) {
+    let began = measured.then(Instant::now);
+    let outcome = slot.tick(now);
+    if let Some(began) = began {
+        slot.record_tick_time(began.elapsed());
+    }
+    slot.rate.advance();
+    let end = outcome.map(|flow| match flow {
+        ControlFlow::Continue(()) => None,
+        ControlFlow::Break(()) => Some(Exit::Ended {
+            node: slot.entry.name.to_string(),
+            at: now,
+        }),
+    });
+    (slot.rate.due(), end)
+}

@@ -1,0 +1,52 @@
+//! Run time that keeps pace with the wall clock.
+
+use std::time::Duration;
+
+use crate::runtime::{sync::Instant, time::Time};
+
+/// Farther than any wait: a clock that is to wait longer looks again then.
+const FAR: Duration = Duration::from_secs(365 * 24 * 3600);
+
+/// Ties run time to wall time at one moment, with a factor between them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wall {
+    wall: Instant,
+    run: Time,
+    factor: f64,
+}
+
+impl Wall {
+    /// Run time is `run` now and passes as wall time does.
+    pub(crate) fn starting_at(run: Time) -> Self {
+        Self::with_factor(run, 1.0)
+    }
+
+    /// Run time is `run` now and passes `factor` times as fast as wall time.
+    pub(crate) fn with_factor(run: Time, factor: f64) -> Self {
+        Self {
+            wall: Instant::now(),
+            run,
+            factor,
+        }
+    }
+
+    /// The run time now.
+    pub(crate) fn now(&self) -> Time {
+        self.run + self.scaled(self.wall.elapsed(), self.factor)
+    }
+
+    /// The wall time at which run time will be `time`.
+    pub(crate) fn instant_of(&self, time: Time) -> Instant {
+        let wait = self.scaled(time.since(self.run), self.factor.recip());
+        self.wall.checked_add(wait.min(FAR)).unwrap_or(self.wall)
+    }
+
+    /// Exact where no scaling is asked for.
+    fn scaled(&self, duration: Duration, factor: f64) -> Duration {
+        if self.factor == 1.0 {
+            duration
+        } else {
+            Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(FAR)
+        }
+    }
+}

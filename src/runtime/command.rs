@@ -1,0 +1,155 @@
+//! The only way to change a running graph.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use super::{
+    time::{Hz, Time},
+    topic::Depth,
+};
+
+/// What a person or a script can ask of a running graph. Takes effect between
+/// ticks, under either clock, and is logged with the run time at which it did.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Change how often a node ticks.
+    SetRate {
+        /// The node's name.
+        node: String,
+        /// Its new rate.
+        hz: Hz,
+    },
+    /// Change how many messages a topic keeps.
+    SetDepth {
+        /// The topic's name.
+        topic: String,
+        /// Its new depth.
+        depth: Depth,
+    },
+    /// Stop run time.
+    Pause,
+    /// Let run time go on.
+    Resume,
+    /// Run exactly one tick of one node, then pause. Virtual clock only.
+    Step,
+    /// Set how fast run time passes. Virtual clock only.
+    Speed(Speed),
+    /// Hand the running graph to a clock of this kind.
+    HandOver(ClockKind),
+    /// End the run in order.
+    Stop,
+}
+
+impl Command {
+    /// Whether the graph itself is changed or left, and not merely how run time
+    /// passes: such a command waits until no instant is half done.
+    pub(crate) fn changes_graph(&self) -> bool {
+        match self {
+            Self::SetRate { .. } | Self::SetDepth { .. } | Self::HandOver(_) | Self::Stop => true,
+            Self::Pause | Self::Resume | Self::Step | Self::Speed(_) => false,
+        }
+    }
+}
+
+impl fmt::Display for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SetRate { node, hz } => write!(f, "rate of {node} {hz}"),
+            Self::SetDepth { topic, depth } => write!(f, "depth of {topic} {depth}"),
+            Self::Pause => f.write_str("pause"),
+            Self::Resume => f.write_str("resume"),
+            Self::Step => f.write_str("step"),
+            Self::Speed(speed) => write!(f, "speed {speed}"),
+            Self::HandOver(kind) => write!(f, "hand over to the {kind} clock"),
+            Self::Stop => f.write_str("stop"),
+        }
+    }
+}
+
+/// Which of the two clocks runs a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockKind {
+    /// One thread per node against the wall clock.
+    Real,
+    /// One thread, discrete-event time, reproducible to the bit.
+    Virtual,
+}
+
+impl fmt::Display for ClockKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "real",
+            Self::Virtual => "virtual",
+        })
+    }
+}
+
+/// How fast virtual time passes against wall time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// As fast as the machine goes.
+    FlatOut,
+    /// This many seconds of run time in a second; see [`Speed::times`].
+    Times(Pace),
+}
+
+impl Speed {
+    /// Run time as fast as wall time.
+    pub const REAL_TIME: Self = Self::Times(Pace(1.0));
+
+    /// A paced speed.
+    ///
+    /// # Errors
+    /// [`SpeedError`] outside 0.1 to 100.
+    pub fn times(factor: f64) -> Result<Self, SpeedError> {
+        if (Pace::MIN..=Pace::MAX).contains(&factor) {
+            Ok(Self::Times(Pace(factor)))
+        } else {
+            Err(SpeedError(factor))
+        }
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FlatOut => f.write_str("flat out"),
+            Self::Times(pace) => write!(f, "{}×", pace.0),
+        }
+    }
+}
+
+/// A factor between run time and wall time, validated by [`Speed::times`].
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Pace(f64);
+
+impl Pace {
+    /// The slowest pace: ten seconds for one.
+    pub const MIN: f64 = 0.1;
+
+    /// The fastest pace, beyond which [`Speed::FlatOut`] is meant.
+    pub const MAX: f64 = 100.0;
+
+    /// Seconds of run time in a second of wall time.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+/// A factor that is not a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{0} is not a speed: expected {min} to {max}", min = Pace::MIN, max = Pace::MAX)]
+pub struct SpeedError(f64);
+
+/// A command to be given at a run time.
+///
+/// It takes effect before any tick that is due at `at` or later, which is what
+/// makes a list of them replay exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedCommand {
+    /// Run time at which it takes effect.
+    pub at: Time,
+    /// What to do.
+    pub command: Command,
+}

@@ -1,0 +1,405 @@
+//! Nodes wired to topics.
+//!
+//! A graph is built by handing nodes the ends of topics, and thereby learns its
+//! own shape: who publishes what, who reads it, how often each node ticks.
+
+use std::{
+    error::Error,
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    time::Duration,
+};
+
+use thiserror::Error;
+
+use super::{
+    command::{ClockKind, Speed},
+    node::{Fault, Node, Panicked},
+    rate::Rate,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+        lock,
+    },
+    telemetry::{
+        Journal, Meter, NodeEntry, Observer, Recorder, Shared, Status, SubscriptionEntry,
+        TopicEntry,
+    },
+    time::{Hz, Time},
+    topic::{Depth, Patience, Payload, Publisher, Subscription, Tap, Topic, bump},
+};
+
+/// A graph that cannot be built as asked.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum GraphError {
+    /// Two nodes of one name.
+    #[error("there is a node {0:?} already: give each node a name of its own")]
+    DuplicateNode(String),
+    /// Two different topics of one name.
+    #[error("there is another topic {0:?} already: give each topic a name of its own")]
+    DuplicateTopic(String),
+}
+
+/// Nodes, the topics between them, and how far their run has come.
+///
+/// A graph of three nodes or of a thousand is built by the same calls. It holds
+/// all state of a run, so it can be handed from one [`Clock`](super::Clock) to
+/// another and goes on where it was.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use ratelab::runtime::{Depth, Graph, Hz, Topic};
+///
+/// let mut graph = Graph::new();
+/// let ticks = Topic::new("/ticks", Depth::ONE);
+///
+/// graph.node("metronome", Hz::new(2.0)?, 0, |wiring| {
+///     let output = wiring.publisher(&ticks);
+///     move |now| {
+///         output.publish("tick", now, None);
+///         Ok(ControlFlow::Continue(()))
+///     }
+/// })?;
+/// assert_eq!(graph.observer().snapshot().topics[0].publishers, [0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Graph {
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) plane: Plane,
+}
+
+/// The part of a graph that commands act on and observers see; everything but
+/// the nodes themselves, which may be out on their threads.
+pub(crate) struct Plane {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) status: Status,
+    nodes: Vec<NodeEntry>,
+    topics: Vec<WiredTopic>,
+    pub(crate) patience: Patience,
+}
+
+struct WiredTopic {
+    entry: TopicEntry,
+    queue: Box<dyn Queue>,
+}
+
+/// A topic whose payload does not matter.
+trait Queue: Send {
+    fn set_depth(&self, depth: Depth) -> Depth;
+}
+
+impl<T: Payload> Queue for Topic<T> {
+    fn set_depth(&self, depth: Depth) -> Depth {
+        Topic::set_depth(self, depth)
+    }
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Graph {
+    /// An empty graph at run time zero.
+    pub fn new() -> Self {
+        let status = Status {
+            clock: ClockKind::Virtual,
+            paused: false,
+            speed: Speed::FlatOut,
+        };
+        Self {
+            slots: Vec::new(),
+            plane: Plane {
+                shared: Arc::new(Shared {
+                    now: AtomicU64::new(0),
+                    status: Mutex::new(status),
+                    journal: Journal::default(),
+                }),
+                status,
+                nodes: Vec::new(),
+                topics: Vec::new(),
+                patience: Patience::default(),
+            },
+        }
+    }
+
+    /// Adds a node that ticks at `hz`. Among nodes that are due at the same
+    /// instant of virtual time the one with the lowest `priority` runs first,
+    /// and of equals the one that was added first. `build` is given the
+    /// [`Wiring`] from which the node takes its ends of topics.
+    ///
+    /// # Errors
+    /// [`GraphError`] if the name is taken, or if a topic was used whose name
+    /// belongs to another one. The graph is then unchanged.
+    pub fn node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<(), GraphError> {
+        if self.plane.nodes.iter().any(|node| &*node.name == name) {
+            return Err(GraphError::DuplicateNode(name.to_owned()));
+        }
+        let mut wiring = Wiring::new(&self.plane.topics, self.slots.len());
+        let node = Box::new(build(&mut wiring));
+        let Wiring { ends, meters, .. } = wiring;
+        self.plane.connect(ends)?;
+        let slot = Slot::new(name, priority, Rate::new(hz, self.now()), node, meters);
+        self.plane.nodes.push(slot.entry.clone());
+        self.slots.push(slot);
+        Ok(())
+    }
+
+    /// Copies every message of `topic` from now on; see [`Topic::tap`]. The
+    /// clock decides whether a full tap waits: in virtual time it does, because
+    /// waiting costs none; in real time it loses and counts.
+    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<T> {
+        topic.tap(capacity, self.plane.patience.clone())
+    }
+
+    /// Reads the graph from any thread while it runs. Knows the nodes and
+    /// topics that the graph has at this moment.
+    pub fn observer(&self) -> Observer {
+        Observer {
+            shared: self.plane.shared.clone(),
+            nodes: self.plane.nodes.clone(),
+            topics: self.plane.topics.iter().map(|t| t.entry.clone()).collect(),
+        }
+    }
+
+    /// How far the run has come.
+    pub fn now(&self) -> Time {
+        self.plane.now()
+    }
+
+    /// Sets how fast the virtual clock will run the graph.
+    pub fn set_speed(&mut self, speed: Speed) {
+        self.plane.update(|status| status.speed = speed);
+    }
+
+    pub(crate) fn set_rate(&mut self, node: &str, hz: Hz, at: Time) -> Result<Hz, String> {
+        let index = self.plane.node_index(node)?;
+        Ok(self.slots[index].set_hz(hz, at))
+    }
+}
+
+impl Plane {
+    pub(crate) fn now(&self) -> Time {
+        Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
+    }
+
+    pub(crate) fn set_now(&self, now: Time) {
+        self.shared.now.store(now.as_nanos(), Ordering::Relaxed);
+    }
+
+    pub(crate) fn journal(&self) -> &Journal {
+        &self.shared.journal
+    }
+
+    pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
+        change(&mut self.status);
+        *lock(&self.shared.status) = self.status;
+    }
+
+    pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {
+        let known = self.nodes.iter().position(|node| &*node.name == name);
+        known.ok_or_else(|| format!("there is no node {name:?}"))
+    }
+
+    pub(crate) fn set_depth(&self, topic: &str, depth: Depth) -> Result<Depth, String> {
+        let known = self.topics.iter().find(|t| &*t.entry.name == topic);
+        let wired = known.ok_or_else(|| format!("there is no topic {topic:?}"))?;
+        Ok(wired.queue.set_depth(depth))
+    }
+
+    /// Adds the edges that a node took, and the topics first seen with them.
+    fn connect(&mut self, ends: Vec<End>) -> Result<(), GraphError> {
+        let mut names: Vec<Arc<str>> = Vec::new();
+        for topic in ends.iter().filter_map(|end| end.new_topic.as_ref()) {
+            let taken = self.topics.iter().map(|t| &t.entry.name).chain(&names);
+            if taken.into_iter().any(|name| *name == topic.entry.name) {
+                return Err(GraphError::DuplicateTopic(topic.entry.name.to_string()));
+            }
+            names.push(topic.entry.name.clone());
+        }
+        for end in ends {
+            self.topics.extend(end.new_topic);
+            let entry = &mut self.topics[end.topic].entry;
+            match end.kind {
+                EndKind::Publisher(node) => entry.publishers.push(node),
+                EndKind::Subscription(subscription) => entry.subscriptions.push(subscription),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// From what a node takes its ends of topics while it is being built.
+pub struct Wiring<'g> {
+    known: &'g [WiredTopic],
+    node: usize,
+    ends: Vec<End>,
+    meters: Vec<(String, Meter)>,
+}
+
+/// One edge to be: an end of the topic with index `topic`, which comes along if
+/// the graph has not seen it before.
+struct End {
+    topic: usize,
+    new_topic: Option<WiredTopic>,
+    kind: EndKind,
+}
+
+enum EndKind {
+    Publisher(usize),
+    Subscription(SubscriptionEntry),
+}
+
+impl<'g> Wiring<'g> {
+    fn new(known: &'g [WiredTopic], node: usize) -> Self {
+        Self {
+            known,
+            node,
+            ends: Vec::new(),
+            meters: Vec::new(),
+        }
+    }
+
+    /// The node publishes to `topic`.
+    pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
+        let kind = EndKind::Publisher(self.node);
+        self.end(topic, kind);
+        topic.publisher()
+    }
+
+    /// The node reads from `topic`.
+    pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        let subscription = topic.subscribe();
+        let kind = EndKind::Subscription(SubscriptionEntry {
+            node: self.node,
+            mark: subscription.mark(),
+            ages: subscription.ages(),
+        });
+        self.end(topic, kind);
+        subscription
+    }
+
+    /// The node measures a duration of its own, shown under `name` to whoever
+    /// observes the graph.
+    pub fn meter(&mut self, name: &str) -> Recorder {
+        let (recorder, meter) = Meter::new();
+        self.meters.push((name.to_owned(), meter));
+        recorder
+    }
+
+    fn end<T: Payload>(&mut self, topic: &Topic<T>, kind: EndKind) {
+        let counters = topic.counters();
+        let fresh = self.ends.iter().filter_map(|end| end.new_topic.as_ref());
+        let mut topics = self.known.iter().chain(fresh);
+        let position = topics.position(|t| Arc::ptr_eq(&t.entry.counters, &counters));
+        let count = self.known.len() + self.ends.iter().filter(|e| e.new_topic.is_some()).count();
+        let new_topic = position.is_none().then(|| WiredTopic {
+            entry: TopicEntry {
+                name: topic.name().into(),
+                counters,
+                publishers: Vec::new(),
+                subscriptions: Vec::new(),
+            },
+            queue: Box::new(topic.clone()),
+        });
+        self.ends.push(End {
+            topic: position.unwrap_or(count),
+            new_topic,
+            kind,
+        });
+    }
+}
+
+/// A node in its place: when it ticks and what is known of it.
+pub(crate) struct Slot {
+    pub(crate) entry: NodeEntry,
+    pub(crate) rate: Rate,
+    node: Box<dyn Node>,
+    lateness: Recorder,
+    tick_time: Recorder,
+}
+
+impl Slot {
+    fn new(
+        name: &str,
+        priority: u32,
+        rate: Rate,
+        node: Box<dyn Node>,
+        meters: Vec<(String, Meter)>,
+    ) -> Self {
+        let (lateness, lateness_meter) = Meter::new();
+        let (tick_time, tick_time_meter) = Meter::new();
+        Self {
+            entry: NodeEntry {
+                name: name.into(),
+                priority,
+                ticks: Arc::new(AtomicU64::new(0)),
+                overruns: Arc::new(AtomicU64::new(0)),
+                micro_hz: Arc::new(AtomicU64::new(rate.hz().as_micro())),
+                lateness: lateness_meter,
+                tick_time: tick_time_meter,
+                meters,
+            },
+            rate,
+            node,
+            lateness,
+            tick_time,
+        }
+    }
+
+    /// Changes the node's rate at run time `at`; returns the one before.
+    pub(crate) fn set_hz(&mut self, hz: Hz, at: Time) -> Hz {
+        let before = self.rate.hz();
+        self.rate.set_hz(hz, at);
+        self.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+        before
+    }
+
+    /// Lets the node work. A panic in it is a fault like any other.
+    pub(crate) fn tick(&mut self, now: Time) -> Result<ControlFlow<()>, Fault> {
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
+        bump(&self.entry.ticks);
+        match outcome {
+            Ok(Ok(flow)) => Ok(flow),
+            Ok(Err(cause)) => Err(self.fault(now, cause)),
+            Err(panic) => Err(self.fault(now, Box::new(Panicked(panic_message(&*panic))))),
+        }
+    }
+
+    /// Moves on past the periods that went by until `now`, and counts them.
+    pub(crate) fn advance_past(&mut self, now: Time) {
+        let missed = self.rate.advance_past(now);
+        if missed > 0 {
+            self.entry.overruns.fetch_add(missed, Ordering::Relaxed);
+        }
+    }
+
+    pub(crate) fn record_lateness(&mut self, lateness: Duration) {
+        self.lateness.record(lateness);
+    }
+
+    pub(crate) fn record_tick_time(&mut self, tick_time: Duration) {
+        self.tick_time.record(tick_time);
+    }
+
+    fn fault(&self, at: Time, cause: Box<dyn Error + Send + Sync>) -> Fault {
+        Fault {
+            node: self.entry.name.to_string(),
+            at,
+            cause,
+        }
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "without a message".to_owned())
+}

@@ -1,0 +1,133 @@
+//! Where a clock finds its commands.
+
+use std::collections::VecDeque;
+
+use crossbeam_channel::{Receiver, Sender};
+
+use super::{
+    command::{Command, TimedCommand},
+    sync::Instant,
+    time::Time,
+};
+
+/// The commands of a run: those given up front with their times, and those
+/// that arrive while it runs.
+#[derive(Debug)]
+pub struct Inbox {
+    timed: VecDeque<TimedCommand>,
+    live: Receiver<Command>,
+}
+
+/// How long to wait for a live command.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wait {
+    Not,
+    Until(Instant),
+    Forever,
+}
+
+/// What came first.
+#[derive(Debug)]
+pub(crate) enum Word<T> {
+    Command(Command),
+    Other(T),
+    /// Nothing, until the deadline.
+    Silence,
+}
+
+impl Inbox {
+    /// An inbox with a list of timed commands, and the sender for live ones.
+    /// Commands of the same time keep their order.
+    pub fn new(mut timed: Vec<TimedCommand>) -> (Sender<Command>, Self) {
+        timed.sort_by_key(|command| command.at);
+        let (sender, live) = crossbeam_channel::unbounded();
+        let inbox = Self {
+            timed: timed.into(),
+            live,
+        };
+        (sender, inbox)
+    }
+
+    /// When the next timed command is to be given; [`Time::MAX`] if none is
+    /// before the end.
+    pub(crate) fn next_timed(&self, end: Time) -> Time {
+        let next = self.timed.front().map(|timed| timed.at);
+        next.filter(|at| *at <= end).unwrap_or(Time::MAX)
+    }
+
+    pub(crate) fn take_timed(&mut self) -> Option<TimedCommand> {
+        self.timed.pop_front()
+    }
+}
+
+#[cfg(not(feature = "model"))]
+impl Inbox {
+    /// The next live command; `None` if the wait was over first, or at once if
+    /// nobody can send any more and the wait would be forever.
+    pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {
+        use crossbeam_channel::RecvTimeoutError;
+        match wait {
+            Wait::Not => self.live.try_recv().ok(),
+            Wait::Forever => self.live.recv().ok(),
+            Wait::Until(deadline) => match self.live.recv_deadline(deadline) {
+                Ok(command) => Some(command),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => {
+                    let now = Instant::now();
+                    std::thread::sleep(deadline.saturating_duration_since(now));
+                    None
+                }
+            },
+        }
+    }
+
+    /// The next live command or the next word of `others`.
+    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Word<T> {
+        use crossbeam_channel::{TryRecvError, never, select_biased};
+        let live = match self.live.try_recv() {
+            Ok(command) => return Word::Command(command),
+            Err(TryRecvError::Empty) => &self.live,
+            // A closed channel is always ready; waiting on it would spin.
+            Err(TryRecvError::Disconnected) => &never(),
+        };
+        select_biased! {
+            recv(others) -> other => other.map_or(Word::Silence, Word::Other),
+            recv(live) -> command => command.map_or(Word::Silence, Word::Command),
+            default(deadline.saturating_duration_since(Instant::now())) => Word::Silence,
+        }
+    }
+}
+
+/// Under the model checker nothing may block outside of its scheduler, so
+/// waiting is looking again and again.
+#[cfg(feature = "model")]
+impl Inbox {
+    pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {
+        use super::sync::thread;
+        use crossbeam_channel::TryRecvError;
+        loop {
+            match (self.live.try_recv(), wait) {
+                (Ok(command), _) => return Some(command),
+                (_, Wait::Not) | (Err(TryRecvError::Disconnected), Wait::Forever) => return None,
+                (_, Wait::Until(deadline)) if Instant::now() >= deadline => return None,
+                _ => thread::yield_now(),
+            }
+        }
+    }
+
+    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Word<T> {
+        use super::sync::thread;
+        loop {
+            if let Ok(other) = others.try_recv() {
+                return Word::Other(other);
+            }
+            if let Ok(command) = self.live.try_recv() {
+                return Word::Command(command);
+            }
+            if Instant::now() >= deadline {
+                return Word::Silence;
+            }
+            thread::yield_now();
+        }
+    }
+}

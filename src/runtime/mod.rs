@@ -1,0 +1,80 @@
+//! The three primitives of robot software, and two clocks to run them.
+//!
+//! Real robot software is not one loop. It is a graph of concurrent nodes,
+//! each at its own fixed rate, that never call each other: a camera cannot
+//! stop producing frames because somebody downstream is thinking. Three ideas
+//! carry that shape, and none of them knows what robot it runs.
+//!
+//! * A [`Topic`] is a named bus. Publishers put messages in, subscriptions
+//!   read the *latest* one out, neither knows the other. It is bounded, and
+//!   every message that is lost unread is counted: that count is how one node
+//!   falling behind another becomes visible.
+//! * A [`Rate`] is a promise: tick *k* is due at `anchor + k / f`, exactly.
+//! * A [`Node`] is work tied to a rate, and a [`Graph`] is nodes wired to
+//!   topics.
+//!
+//! The same graph runs under either [`Clock`]:
+//!
+//! | | [`RealClock`] | [`VirtualClock`] |
+//! |---|---|---|
+//! | threads | one per node | one for all |
+//! | time | the wall's | the schedule's own |
+//! | order of nodes due together | up to the operating system | by priority, always |
+//! | late ticks | measured; missed periods skipped and counted | impossible |
+//! | twice the same run | no, and it does not pretend | to the bit |
+//!
+//! [`Command`]s are the one way into a running graph, an [`Observer`] is the
+//! one way out. Neither clock lets an observer slow the nodes down.
+//!
+//! # A graph in twenty lines
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use ratelab::runtime::{Clock, Depth, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+//!
+//! let range = Topic::new("/range", Depth::ONE);
+//! let mut graph = Graph::new();
+//! graph.node("sonar", Hz::new(10.0)?, 0, |wiring| {
+//!     let range = wiring.publisher(&range);
+//!     move |now: Time| {
+//!         range.publish(2.0 - now.as_secs_f64(), now, None);
+//!         Ok(ControlFlow::Continue(()))
+//!     }
+//! })?;
+//! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
+//!     let mut range = wiring.subscription(&range);
+//!     move |now| match range.latest(now) {
+//!         Some(message) if message.data < 1.0 => Ok(ControlFlow::Break(())),
+//!         _ => Ok(ControlFlow::Continue(())),
+//!     }
+//! })?;
+//!
+//! let (_commands, mut inbox) = Inbox::new(Vec::new());
+//! let exit = VirtualClock.run(&mut graph, &mut inbox, Time::from_secs_f64(10.0)?)?;
+//! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
+//! assert_eq!(graph.observer().snapshot().topics[0].dropped(), 12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod clock;
+mod command;
+mod graph;
+mod inbox;
+mod node;
+mod rate;
+mod sync;
+pub mod telemetry;
+mod time;
+mod topic;
+
+pub use clock::{Clock, Exit, RealClock, VirtualClock};
+pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
+pub use graph::{Graph, GraphError, Wiring};
+pub use inbox::Inbox;
+pub use node::{Fault, Node, Panicked, Tick};
+pub use rate::Rate;
+pub use telemetry::{Observer, Snapshot};
+pub use time::{Hz, HzError, Time, TimeError};
+pub use topic::{
+    Depth, DepthError, Message, Patience, Payload, Publisher, Subscription, Tap, Topic,
+};

@@ -1,0 +1,70 @@
+//! Work tied to a rate.
+
+use std::{error::Error, ops::ControlFlow};
+
+use thiserror::Error;
+
+use super::time::Time;
+
+/// What one tick came to: go on, end the run, or fail.
+///
+/// Ending is a result (a pole fell, a goal was reached); failing is an error,
+/// reported as a [`Fault`] that names the node.
+pub type Tick = Result<ControlFlow<()>, Box<dyn Error + Send + Sync>>;
+
+/// A unit of computation on the graph.
+///
+/// A clock calls [`tick`](Node::tick) at the node's rate. A node talks to the
+/// rest of the graph only through the ends of topics it was handed when it was
+/// built, so it neither knows nor cares who is on the other side.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use ratelab::runtime::{Node, Publisher, Subscription, Tick, Time};
+///
+/// /// Publishes the square of the newest number.
+/// struct Square {
+///     input: Subscription<f64>,
+///     output: Publisher<f64>,
+/// }
+///
+/// impl Node for Square {
+///     fn tick(&mut self, now: Time) -> Tick {
+///         if let Some(number) = self.input.latest(now) {
+///             self.output.publish(number.data.powi(2), now, Some(number.stamp));
+///         }
+///         Ok(ControlFlow::Continue(()))
+///     }
+/// }
+/// ```
+pub trait Node: Send {
+    /// Does one period's work at run time `now`.
+    ///
+    /// # Errors
+    /// Whatever keeps the node from working. The run ends with a [`Fault`].
+    fn tick(&mut self, now: Time) -> Tick;
+}
+
+impl<F: FnMut(Time) -> Tick + Send> Node for F {
+    fn tick(&mut self, now: Time) -> Tick {
+        self(now)
+    }
+}
+
+/// A node that could not go on.
+#[derive(Debug, Error)]
+#[error("node {node:?} failed at {at}: {cause}")]
+pub struct Fault {
+    /// The node's name.
+    pub node: String,
+    /// Run time of the tick that failed.
+    pub at: Time,
+    /// What went wrong.
+    #[source]
+    pub cause: Box<dyn Error + Send + Sync>,
+}
+
+/// The cause of a [`Fault`] when a node panicked instead of returning an error.
+#[derive(Debug, Error)]
+#[error("it panicked: {0}")]
+pub struct Panicked(pub String);

@@ -1,0 +1,159 @@
+//! A fixed cadence: when is tick *k* due?
+
+use super::time::{Hz, Time};
+
+/// The promise that a node ticks at a fixed rate: tick *k* is due at
+/// `anchor + k / f`, rounded down to a nanosecond.
+///
+/// The due time is computed by multiplication from an anchor, never by adding
+/// a period again and again, so it cannot drift, and two rates that meet at an
+/// instant agree on it to the nanosecond:
+///
+/// ```
+/// use ratelab::runtime::{Hz, Rate, Time};
+///
+/// let mut fast = Rate::new(Hz::new(50.0)?, Time::ZERO);
+/// let mut slow = Rate::new(Hz::new(15.0)?, Time::ZERO);
+/// (0..10).for_each(|_| fast.advance());
+/// (0..3).for_each(|_| slow.advance());
+/// assert_eq!(fast.due(), slow.due()); // 0.2 s, exactly
+/// # Ok::<(), ratelab::runtime::HzError>(())
+/// ```
+///
+/// A rate can be changed while it runs. The new cadence is anchored at the
+/// last due time, so that neither a burst nor a gap follows:
+///
+/// | the rate was | changed at | to | next due |
+/// |---|---|---|---|
+/// | never ticked, anchored at 0 | 0 s | any | 0 s |
+/// | 50 Hz, last due 1.00 s | 1.01 s | 10 Hz | 1.10 s |
+/// | 10 Hz, last due 1.00 s | 1.01 s | 50 Hz | 1.02 s |
+/// | 1 Hz, last due 1.00 s | 1.51 s | 50 Hz | 1.52 s, not 26 ticks at once |
+#[derive(Clone, Debug)]
+pub struct Rate {
+    hz: Hz,
+    period: Period,
+    anchor: Time,
+    /// Number of the next tick, counted from the anchor.
+    next: u64,
+    due: Time,
+}
+
+impl Rate {
+    /// A cadence of `hz` whose first tick is due at `first`.
+    pub fn new(hz: Hz, first: Time) -> Self {
+        Self {
+            hz,
+            period: Period::of(hz),
+            anchor: first,
+            next: 0,
+            due: first,
+        }
+    }
+
+    /// The rate in force.
+    pub fn hz(&self) -> Hz {
+        self.hz
+    }
+
+    /// When the next tick is due.
+    pub fn due(&self) -> Time {
+        self.due
+    }
+
+    /// When the last tick was due; `None` before the first.
+    pub fn last_due(&self) -> Option<Time> {
+        let last = self.next.checked_sub(1)?;
+        Some(self.period.due(self.anchor, last))
+    }
+
+    /// Moves on to the next tick.
+    pub fn advance(&mut self) {
+        self.schedule(self.next + 1);
+    }
+
+    /// Moves on to the first tick that is not already past at `now` and says
+    /// how many were missed on the way.
+    ///
+    /// This is what keeps an overrun from ending in a burst: periods that
+    /// passed while a node was busy are skipped, as timers in ROS skip them.
+    pub fn advance_past(&mut self, now: Time) -> u64 {
+        let follower = self.next + 1;
+        let next = self.first_at_or_after(now).max(follower);
+        self.schedule(next);
+        next - follower
+    }
+
+    /// Changes the rate at `now`, anchored at the last due time.
+    pub fn set_hz(&mut self, hz: Hz, now: Time) {
+        let last = self.last_due();
+        self.hz = hz;
+        self.period = Period::of(hz);
+        self.anchor = last.unwrap_or(self.anchor);
+        let earliest = u64::from(last.is_some());
+        self.schedule(self.first_at_or_after(now).max(earliest));
+    }
+
+    fn first_at_or_after(&self, time: Time) -> u64 {
+        let elapsed = time.since(self.anchor);
+        self.period
+            .ticks_until(u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    fn schedule(&mut self, tick: u64) {
+        self.next = tick;
+        self.due = self.period.due(self.anchor, tick);
+    }
+}
+
+/// One period in nanoseconds as a reduced fraction.
+#[derive(Clone, Copy, Debug)]
+struct Period {
+    numerator: u64,
+    denominator: u64,
+}
+
+impl Period {
+    /// Nanoseconds in a second times microhertz in a hertz.
+    const NANOS_TIMES_MICRO: u64 = 1_000_000_000_000_000;
+
+    fn of(hz: Hz) -> Self {
+        let divisor = greatest_common_divisor(Self::NANOS_TIMES_MICRO, hz.as_micro());
+        Self {
+            numerator: Self::NANOS_TIMES_MICRO / divisor,
+            denominator: hz.as_micro() / divisor,
+        }
+    }
+
+    fn due(self, anchor: Time, tick: u64) -> Time {
+        Time::from_nanos(anchor.as_nanos().saturating_add(self.offset(tick)))
+    }
+
+    /// `tick` periods in nanoseconds, rounded down.
+    fn offset(self, tick: u64) -> u64 {
+        match tick.checked_mul(self.numerator) {
+            // Most rates divide a second evenly, and a division costs as much
+            // as the rest of the schedule.
+            Some(product) if self.denominator == 1 => product,
+            Some(product) => product / self.denominator,
+            None => {
+                let product = u128::from(tick) * u128::from(self.numerator);
+                u64::try_from(product / u128::from(self.denominator)).unwrap_or(u64::MAX)
+            }
+        }
+    }
+
+    /// The first tick whose offset is `elapsed` nanoseconds or more.
+    fn ticks_until(self, elapsed: u64) -> u64 {
+        let product = u128::from(elapsed) * u128::from(self.denominator);
+        u64::try_from(product.div_ceil(u128::from(self.numerator))).unwrap_or(u64::MAX)
+    }
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}

@@ -1,0 +1,116 @@
+//! The concurrency this runtime is built from, in one place.
+//!
+//! Everything that several threads may touch goes through these names, so that
+//! the feature `model` can swap the operating system for the shuttle model
+//! checker, which then tries the interleavings that a machine rarely shows.
+
+#[cfg(not(feature = "model"))]
+pub use std::{
+    sync::{Arc, Condvar, Mutex, MutexGuard, TryLockError, atomic},
+    thread,
+    time::Instant,
+};
+
+#[cfg(feature = "model")]
+pub use self::model::Instant;
+#[cfg(feature = "model")]
+pub use shuttle::{
+    sync::{Arc, Condvar, Mutex, MutexGuard, TryLockError, atomic},
+    thread,
+};
+
+/// Locks, also after a panic elsewhere: no critical section of this crate
+/// leaves its data half-changed, and the panic itself is reported as a fault.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Locks if nobody else holds the lock right now.
+pub(crate) fn try_lock<T>(mutex: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
+    match mutex.try_lock() {
+        Ok(guard) => Some(guard),
+        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    }
+}
+
+/// Spawns a scoped thread that debuggers show under its node's name.
+#[cfg(not(feature = "model"))]
+pub(crate) fn spawn_named<'scope>(
+    scope: &'scope thread::Scope<'scope, '_>,
+    name: &str,
+    run: impl FnOnce() + Send + 'scope,
+) -> std::io::Result<()> {
+    let thread = thread::Builder::new().name(name.to_owned());
+    thread.spawn_scoped(scope, run).map(drop)
+}
+
+/// The model's threads have no names and never run out.
+#[cfg(feature = "model")]
+pub(crate) fn spawn_named<'scope>(
+    scope: &'scope thread::Scope<'scope, '_>,
+    _: &str,
+    run: impl FnOnce() + Send + 'scope,
+) -> std::io::Result<()> {
+    scope.spawn(run);
+    Ok(())
+}
+
+#[cfg(feature = "model")]
+mod model {
+    use std::{
+        ops::{Add, Sub},
+        sync::atomic::{AtomicU64, Ordering},
+        time::Duration,
+    };
+
+    /// Nanoseconds that pass whenever somebody looks at the model's wall clock.
+    const LOOK: u64 = 1_000_000;
+
+    static ELAPSED: AtomicU64 = AtomicU64::new(0);
+
+    /// A wall clock for model checking: it advances only by being read, so a
+    /// deadline passes after a bounded number of looks in any interleaving.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub struct Instant(Duration);
+
+    impl Instant {
+        /// The model's wall time.
+        pub fn now() -> Self {
+            Self(Duration::from_nanos(
+                ELAPSED.fetch_add(LOOK, Ordering::Relaxed),
+            ))
+        }
+
+        /// How long ago this instant was; zero if it is still to come.
+        pub fn elapsed(&self) -> Duration {
+            Self::now().0.saturating_sub(self.0)
+        }
+
+        /// This instant and `duration`, unless that overflows.
+        pub fn checked_add(&self, duration: Duration) -> Option<Self> {
+            self.0.checked_add(duration).map(Self)
+        }
+
+        /// The time from `earlier` to this instant; zero if it is not earlier.
+        pub fn saturating_duration_since(&self, earlier: Self) -> Duration {
+            self.0.saturating_sub(earlier.0)
+        }
+    }
+
+    impl Add<Duration> for Instant {
+        type Output = Self;
+        fn add(self, duration: Duration) -> Self {
+            Self(self.0 + duration)
+        }
+    }
+
+    impl Sub for Instant {
+        type Output = Duration;
+        fn sub(self, earlier: Self) -> Duration {
+            self.saturating_duration_since(earlier)
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Snapshots of a running graph.
+
+use super::{Distribution, Event, Journal, Meter};
+use crate::runtime::{
+    command::{ClockKind, Speed},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+        lock,
+    },
+    time::{Hz, Time},
+    topic::{ReadMark, TopicCounters},
+};
+
+/// How a graph is being run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status {
+    /// The clock that runs it, or ran it last.
+    pub clock: ClockKind,
+    /// Whether run time stands still by command.
+    pub paused: bool,
+    /// How fast the virtual clock lets run time pass.
+    pub speed: Speed,
+}
+
+/// State of a run that its clock writes and observers read.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    pub(crate) now: AtomicU64,
+    pub(crate) status: Mutex<Status>,
+    pub(crate) journal: Journal,
+}
+
+/// A node as the graph and its observers know it.
+#[derive(Clone, Debug)]
+pub(crate) struct NodeEntry {
+    pub(crate) name: Arc<str>,
+    pub(crate) priority: u32,
+    pub(crate) ticks: Arc<AtomicU64>,
+    pub(crate) overruns: Arc<AtomicU64>,
+    pub(crate) micro_hz: Arc<AtomicU64>,
+    pub(crate) lateness: Meter,
+    pub(crate) tick_time: Meter,
+    pub(crate) meters: Vec<(String, Meter)>,
+}
+
+/// A topic as the graph and its observers know it.
+#[derive(Clone, Debug)]
+pub(crate) struct TopicEntry {
+    pub(crate) name: Arc<str>,
+    pub(crate) counters: Arc<TopicCounters>,
+    pub(crate) publishers: Vec<usize>,
+    pub(crate) subscriptions: Vec<SubscriptionEntry>,
+}
+
+/// One subscription as the graph and its observers know it.
+#[derive(Clone, Debug)]
+pub(crate) struct SubscriptionEntry {
+    pub(crate) node: usize,
+    pub(crate) mark: Arc<ReadMark>,
+    pub(crate) ages: Meter,
+}
+
+/// Reads a running graph from any thread, without slowing it.
+#[derive(Clone, Debug)]
+pub struct Observer {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) nodes: Vec<NodeEntry>,
+    pub(crate) topics: Vec<TopicEntry>,
+}
+
+/// A graph and its counters at one moment: shape and figures, no locks.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// Run time: that of the last tick or command.
+    pub now: Time,
+    /// How the graph is being run.
+    pub status: Status,
+    /// The nodes, in the order in which they were added.
+    pub nodes: Vec<NodeView>,
+    /// The topics, in the order in which nodes were given their ends.
+    pub topics: Vec<TopicView>,
+}
+
+/// A node in a [`Snapshot`].
+#[derive(Clone, Debug)]
+pub struct NodeView {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Its place among nodes that are due at the same instant, lowest first.
+    pub priority: u32,
+    /// The rate in force.
+    pub hz: Hz,
+    /// Ticks so far.
+    pub ticks: u64,
+    /// Periods that were skipped because the node was still busy.
+    pub overruns: u64,
+    /// How late ticks began. Real clock only: virtual time is never late.
+    pub lateness: Distribution,
+    /// How long ticks took in wall time. Not measured while the virtual clock
+    /// runs flat out, where nobody waits for a tick.
+    pub tick_time: Distribution,
+    /// What the node measures of its own.
+    pub meters: Vec<MeterView>,
+}
+
+/// A node's own measurement in a [`Snapshot`].
+#[derive(Clone, Debug)]
+pub struct MeterView {
+    /// What is measured.
+    pub name: String,
+    /// The figures.
+    pub distribution: Distribution,
+}
+
+/// A topic in a [`Snapshot`].
+#[derive(Clone, Debug)]
+pub struct TopicView {
+    /// Its name.
+    pub name: Arc<str>,
+    /// How many messages it keeps.
+    pub depth: usize,
+    /// Messages published so far.
+    pub published: u64,
+    /// Messages per second over the last second.
+    pub per_second: f64,
+    /// The nodes that publish to it, as indices into [`Snapshot::nodes`].
+    pub publishers: Vec<usize>,
+    /// Those who read from it.
+    pub subscriptions: Vec<SubscriptionView>,
+}
+
+impl TopicView {
+    /// Messages lost unread, over all subscriptions.
+    pub fn dropped(&self) -> u64 {
+        self.subscriptions.iter().map(|s| s.dropped).sum()
+    }
+}
+
+/// A subscription in a [`Snapshot`].
+#[derive(Clone, Debug)]
+pub struct SubscriptionView {
+    /// The node that reads, as an index into [`Snapshot::nodes`].
+    pub node: usize,
+    /// Messages evicted before it saw them.
+    pub dropped: u64,
+    /// How old messages were when it read them.
+    pub ages: Distribution,
+}
+
+impl Snapshot {
+    /// The node called `name`.
+    pub fn node(&self, name: &str) -> Option<&NodeView> {
+        self.nodes.iter().find(|node| &*node.name == name)
+    }
+
+    /// The topic called `name`.
+    pub fn topic(&self, name: &str) -> Option<&TopicView> {
+        self.topics.iter().find(|topic| &*topic.name == name)
+    }
+}
+
+impl Observer {
+    /// Reads all counters. Those of one topic or node agree among each other
+    /// when the graph rests; while it runs each is the newest of its own.
+    pub fn snapshot(&self) -> Snapshot {
+        let now = self.now();
+        Snapshot {
+            now,
+            status: *lock(&self.shared.status),
+            nodes: self.nodes.iter().map(NodeEntry::view).collect(),
+            topics: self.topics.iter().map(|topic| topic.view(now)).collect(),
+        }
+    }
+
+    /// Run time: that of the last tick or command.
+    pub fn now(&self) -> Time {
+        Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
+    }
+
+    /// Commands and ends of the run so far, from number `first` on.
+    pub fn events(&self, first: usize) -> Vec<Event> {
+        self.shared.journal.since(first)
+    }
+
+    /// Samples that meters lost to readers, over the whole graph.
+    pub fn lost(&self) -> u64 {
+        let nodes = self.nodes.iter().flat_map(|node| {
+            let own = node.meters.iter().map(|(_, meter)| meter);
+            [&node.lateness, &node.tick_time].into_iter().chain(own)
+        });
+        let ages = self.topics.iter().flat_map(|topic| &topic.subscriptions);
+        nodes
+            .chain(ages.map(|subscription| &subscription.ages))
+            .map(Meter::lost)
+            .sum()
+    }
+}
+
+impl NodeEntry {
+    fn view(&self) -> NodeView {
+        NodeView {
+            name: self.name.clone(),
+            priority: self.priority,
+            hz: Hz::from_micro(self.micro_hz.load(Ordering::Relaxed)),
+            ticks: self.ticks.load(Ordering::Relaxed),
+            overruns: self.overruns.load(Ordering::Relaxed),
+            lateness: self.lateness.read(),
+            tick_time: self.tick_time.read(),
+            meters: self
+                .meters
+                .iter()
+                .map(|(name, meter)| MeterView {
+                    name: name.clone(),
+                    distribution: meter.read(),
+                })
+                .collect(),
+        }
+    }
+}
+
+impl TopicEntry {
+    fn view(&self, now: Time) -> TopicView {
+        TopicView {
+            name: self.name.clone(),
+            depth: self.counters.depth.load(Ordering::Relaxed),
+            published: self.counters.published.load(Ordering::Relaxed),
+            per_second: self.counters.window.per_second(now),
+            publishers: self.publishers.clone(),
+            subscriptions: self
+                .subscriptions
+                .iter()
+                .map(|subscription| SubscriptionView {
+                    node: subscription.node,
+                    dropped: subscription.mark.dropped.load(Ordering::Relaxed),
+                    ages: subscription.ages.read(),
+                })
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Messages per second over the last second.
+
+use crate::runtime::{
+    sync::atomic::{AtomicU64, Ordering},
+    time::Time,
+};
+
+/// Width of one slice of the window.
+const SLICE_NANOS: u64 = 100_000_000;
+
+/// Slices in the window: one second.
+const WINDOW: u64 = 10;
+
+/// Slices kept: more than the window, so that a reader that looks a little
+/// into the past or the future still finds whole ones.
+const KEPT: usize = 16;
+
+/// Counts events per slice of run time; one writer, any number of readers, no
+/// lock.
+///
+/// Each slice is one word, its number above and its count below, so a reader
+/// can never see one without the other.
+#[derive(Debug, Default)]
+pub(crate) struct RateWindow {
+    slices: [AtomicU64; KEPT],
+}
+
+impl RateWindow {
+    /// Counts one event at `stamp`.
+    pub(crate) fn count(&self, stamp: Time) {
+        let number = slice_number(stamp);
+        let slice = &self.slices[slot(number)];
+        let word = slice.load(Ordering::Relaxed);
+        let count = if word >> 32 == number {
+            word + 1
+        } else {
+            (number << 32) + 1
+        };
+        slice.store(count, Ordering::Relaxed);
+    }
+
+    /// Events per second in the last second of whole slices before `now`; in
+    /// the first second of a run, in what there is of it.
+    pub(crate) fn per_second(&self, now: Time) -> f64 {
+        let current = slice_number(now);
+        let first = current.saturating_sub(WINDOW).max(1);
+        if first == current {
+            return 0.0;
+        }
+        let events: u64 = (first..current).map(|number| self.events_in(number)).sum();
+        events as f64 * 1e9 / ((current - first) * SLICE_NANOS) as f64
+    }
+
+    fn events_in(&self, number: u64) -> u64 {
+        let word = self.slices[slot(number)].load(Ordering::Relaxed);
+        if word >> 32 == number {
+            word & 0xffff_ffff
+        } else {
+            0
+        }
+    }
+}
+
+/// Slices are numbered from one, so that an empty word belongs to none.
+fn slice_number(time: Time) -> u64 {
+    time.as_nanos() / SLICE_NANOS + 1
+}
+
+fn slot(number: u64) -> usize {
+    number as usize % KEPT
+}

@@ -1,0 +1,426 @@
+//! A named bus between nodes that never call each other.
+//!
+//! A [`Topic`] is bounded and *latest wins*: a subscription reads the newest
+//! message, because for control a stale reading is worse than a lost one. What
+//! is evicted from the full buffer before a subscription caught up with it is
+//! **dropped**, and every subscription counts its own drops. That counter is
+//! how a rate mismatch becomes visible.
+//!
+//! | case | effect |
+//! |---|---|
+//! | publish, room in the buffer | nobody drops |
+//! | publish into a full buffer, oldest message unread by a subscription | that subscription counts one drop |
+//! | publish into a full buffer, oldest message already read or passed over | no drop |
+//! | `latest()` on a topic that never carried a message | `None` |
+//! | `latest()` | the newest message; everything older counts as seen |
+//! | `latest()` again with nothing new | the same message again (zero-order hold), no drop |
+//! | two subscriptions, one slow | only the slow one counts drops |
+//! | subscribing late | `latest()` gives the newest message; what came before is never charged |
+//! | depth 0 | refused: [`DepthError`] |
+//! | queue made shallower while running | the oldest go; those unread count as dropped |
+//! | queue made deeper while running | nothing is lost, nothing returns |
+//! | a tap is full | the publisher goes on; the tap counts what it lost |
+//!
+//! Each row is a test in `tests/topic.rs`.
+
+use std::{collections::VecDeque, fmt, str::FromStr};
+
+use crossbeam_channel::{Receiver, Sender, TrySendError};
+use thiserror::Error;
+
+use super::{
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+        lock,
+    },
+    telemetry::{Meter, RateWindow, Recorder},
+    time::Time,
+};
+
+/// What a topic can carry: plain data that any thread may hold a copy of.
+pub trait Payload: Clone + Send + 'static {}
+
+impl<T: Clone + Send + 'static> Payload for T {}
+
+/// One published value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Message<T> {
+    /// The value.
+    pub data: T,
+    /// Run time at which it was published.
+    pub stamp: Time,
+    /// Position in the topic's history, counted from zero.
+    pub seq: u64,
+    /// Run time of the sensing that the value was derived from, where known:
+    /// what lets the last node of a chain measure the delay of the whole.
+    pub origin: Option<Time>,
+}
+
+/// How many messages a topic keeps: one or more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Depth(usize);
+
+impl Depth {
+    /// A buffer of one message: only the newest survives.
+    pub const ONE: Self = Self(1);
+
+    /// The deepest queue accepted. Deeper than this is a log, not a queue.
+    pub const MAX: Self = Self(1_000_000);
+
+    /// Validates a queue depth.
+    ///
+    /// # Errors
+    /// [`DepthError`] if `messages` is zero or more than [`Depth::MAX`].
+    pub fn new(messages: usize) -> Result<Self, DepthError> {
+        if (1..=Self::MAX.0).contains(&messages) {
+            Ok(Self(messages))
+        } else {
+            Err(DepthError(messages.to_string()))
+        }
+    }
+
+    /// The number of messages.
+    pub fn get(self) -> usize {
+        self.0
+    }
+}
+
+impl fmt::Display for Depth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for Depth {
+    type Err = DepthError;
+
+    fn from_str(text: &str) -> Result<Self, DepthError> {
+        let messages = text
+            .trim()
+            .parse()
+            .map_err(|_| DepthError(text.to_owned()))?;
+        Self::new(messages)
+    }
+}
+
+/// A value that is not a queue depth; carries it as it was given.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0:?} is not a queue depth: expected a whole number from 1 to {max}", max = Depth::MAX)]
+pub struct DepthError(String);
+
+/// A named, bounded, thread-safe, latest-wins bus.
+///
+/// Clones are handles to the same bus. Nodes do not hold a topic: they hold
+/// the end they use, a [`Publisher`] or a [`Subscription`], handed to them by
+/// the [`Graph`](super::Graph).
+///
+/// ```
+/// use ratelab::runtime::{Depth, Time, Topic};
+///
+/// let topic = Topic::new("/range", Depth::ONE);
+/// let publisher = topic.publisher();
+/// let mut subscription = topic.subscribe();
+///
+/// publisher.publish(1.7, Time::from_nanos(1), None);
+/// publisher.publish(1.6, Time::from_nanos(2), None);
+///
+/// let newest = subscription.latest(Time::from_nanos(3)).expect("published");
+/// assert_eq!(newest.data, 1.6);
+/// assert_eq!(subscription.dropped(), 1); // 1.7 was lost unread
+/// ```
+#[derive(Debug)]
+pub struct Topic<T>(Arc<Bus<T>>);
+
+#[derive(Debug)]
+struct Bus<T> {
+    name: String,
+    counters: Arc<TopicCounters>,
+    queue: Mutex<Queue<T>>,
+}
+
+#[derive(Debug)]
+struct Queue<T> {
+    messages: VecDeque<Message<T>>,
+    depth: usize,
+    next_seq: u64,
+    marks: Vec<Arc<ReadMark>>,
+    taps: Vec<TapEnd<T>>,
+}
+
+/// What a topic tells about itself without being locked.
+#[derive(Debug)]
+pub(crate) struct TopicCounters {
+    pub(crate) published: AtomicU64,
+    pub(crate) depth: AtomicUsize,
+    pub(crate) window: RateWindow,
+}
+
+/// How far one subscription has read, and what it lost. Written under the
+/// queue's lock only, read by observers at any time.
+#[derive(Debug, Default)]
+pub(crate) struct ReadMark {
+    /// Sequence number of the oldest message not yet seen.
+    next_unread: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+}
+
+impl<T> Clone for Topic<T> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
+impl<T: Payload> Topic<T> {
+    /// A new bus of its own. Names are unique within a
+    /// [`Graph`](super::Graph), which is where that is checked.
+    pub fn new(name: impl Into<String>, depth: Depth) -> Self {
+        Self(Arc::new(Bus {
+            name: name.into(),
+            counters: Arc::new(TopicCounters {
+                published: AtomicU64::new(0),
+                depth: AtomicUsize::new(depth.get()),
+                window: RateWindow::default(),
+            }),
+            queue: Mutex::new(Queue {
+                messages: VecDeque::new(),
+                depth: depth.get(),
+                next_seq: 0,
+                marks: Vec::new(),
+                taps: Vec::new(),
+            }),
+        }))
+    }
+
+    /// The topic's name, such as `/obs`.
+    pub fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// An end that publishes.
+    pub fn publisher(&self) -> Publisher<T> {
+        Publisher(self.0.clone())
+    }
+
+    /// An end that reads, with a read mark and a drop count of its own. What
+    /// was published before is available to it but never charged as dropped.
+    pub fn subscribe(&self) -> Subscription<T> {
+        let mut queue = lock(&self.0.queue);
+        let mark = Arc::new(ReadMark::default());
+        mark.next_unread.store(queue.next_seq, Ordering::Relaxed);
+        queue.marks.push(mark.clone());
+        let (ages, age_meter) = Meter::new();
+        Subscription {
+            bus: self.0.clone(),
+            mark,
+            ages,
+            age_meter,
+        }
+    }
+
+    /// A queue of `capacity` messages that receives a copy of every message
+    /// from now on, for those who want all of them and not the latest: logs,
+    /// recorders, tests.
+    pub fn tap(&self, capacity: usize, patience: Patience) -> Tap<T> {
+        let (sender, messages) = crossbeam_channel::bounded(capacity.max(1));
+        let lost = Arc::new(AtomicU64::new(0));
+        lock(&self.0.queue).taps.push(TapEnd {
+            sender,
+            lost: lost.clone(),
+            patience,
+        });
+        Tap { messages, lost }
+    }
+
+    /// Changes how many messages are kept. Those that no longer fit are
+    /// evicted, oldest first, and counted as dropped by every subscription
+    /// that had not seen them. Returns the depth before.
+    pub fn set_depth(&self, depth: Depth) -> Depth {
+        let mut queue = lock(&self.0.queue);
+        let before = Depth(std::mem::replace(&mut queue.depth, depth.get()));
+        while queue.messages.len() > queue.depth {
+            queue.evict_oldest();
+        }
+        self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
+        before
+    }
+
+    /// How many messages are kept at most.
+    pub fn depth(&self) -> Depth {
+        Depth(self.0.counters.depth.load(Ordering::Relaxed))
+    }
+
+    /// How many messages were ever published.
+    pub fn published(&self) -> u64 {
+        self.0.counters.published.load(Ordering::Relaxed)
+    }
+
+    /// Messages per second over the second before `now`.
+    pub fn rate(&self, now: Time) -> f64 {
+        self.0.counters.window.per_second(now)
+    }
+
+    pub(crate) fn counters(&self) -> Arc<TopicCounters> {
+        self.0.counters.clone()
+    }
+}
+
+impl<T> Queue<T> {
+    fn evict_oldest(&mut self) {
+        if let Some(evicted) = self.messages.pop_front() {
+            for mark in &self.marks {
+                if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
+                    bump(&mark.dropped);
+                }
+            }
+        }
+    }
+}
+
+/// Adds one to a counter that has a single writer at a time; cheaper than an
+/// atomic read-modify-write.
+pub(crate) fn bump(counter: &AtomicU64) {
+    counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+}
+
+/// The end of a topic that a node publishes to.
+#[derive(Debug)]
+pub struct Publisher<T>(Arc<Bus<T>>);
+
+impl<T: Payload> Publisher<T> {
+    /// Publishes `data` at run time `stamp`. `origin` is the stamp of the
+    /// sensing that `data` was derived from, if it was derived from one.
+    ///
+    /// Never waits for a subscriber: a full buffer evicts its oldest message.
+    pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
+        let bus = &*self.0;
+        let mut queue = lock(&bus.queue);
+        let message = Message {
+            data,
+            stamp,
+            seq: queue.next_seq,
+            origin,
+        };
+        queue.next_seq += 1;
+        if !queue.taps.is_empty() {
+            queue.taps.retain(|tap| tap.offer(&message));
+        }
+        if queue.messages.len() >= queue.depth {
+            queue.evict_oldest();
+        }
+        queue.messages.push_back(message);
+        bump(&bus.counters.published);
+        bus.counters.window.count(stamp);
+    }
+}
+
+/// The end of a topic that a node reads from.
+#[derive(Debug)]
+pub struct Subscription<T> {
+    bus: Arc<Bus<T>>,
+    mark: Arc<ReadMark>,
+    ages: Recorder,
+    age_meter: Meter,
+}
+
+impl<T: Payload> Subscription<T> {
+    /// The newest message, or `None` if there never was one. Everything older
+    /// counts as seen. `now` is the run time of reading, from which the
+    /// message's age is measured.
+    pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
+        let newest = {
+            let queue = lock(&self.bus.queue);
+            let newest = queue.messages.back()?.clone();
+            self.mark
+                .next_unread
+                .store(newest.seq + 1, Ordering::Relaxed);
+            newest
+        };
+        self.ages.record(now.since(newest.stamp));
+        Some(newest)
+    }
+
+    /// How many messages were evicted before this subscription saw them.
+    pub fn dropped(&self) -> u64 {
+        self.mark.dropped.load(Ordering::Relaxed)
+    }
+
+    /// How old messages were when this subscription read them.
+    pub fn ages(&self) -> Meter {
+        self.age_meter.clone()
+    }
+
+    pub(crate) fn mark(&self) -> Arc<ReadMark> {
+        self.mark.clone()
+    }
+}
+
+impl<T> Drop for Subscription<T> {
+    fn drop(&mut self) {
+        lock(&self.bus.queue)
+            .marks
+            .retain(|mark| !Arc::ptr_eq(mark, &self.mark));
+    }
+}
+
+/// What a full tap does: lose the message and count it, or make the publisher
+/// wait.
+///
+/// Wall time may not wait for an observer, virtual time may: whoever runs the
+/// graph turns patience on and off for all its taps.
+#[derive(Clone, Debug, Default)]
+pub struct Patience(Arc<AtomicBool>);
+
+impl Patience {
+    pub(crate) fn set(&self, patient: bool) {
+        self.0.store(patient, Ordering::Relaxed);
+    }
+
+    fn get(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+#[derive(Debug)]
+struct TapEnd<T> {
+    sender: Sender<Message<T>>,
+    lost: Arc<AtomicU64>,
+    patience: Patience,
+}
+
+impl<T: Payload> TapEnd<T> {
+    /// Hands over a copy; false once nobody listens any more.
+    fn offer(&self, message: &Message<T>) -> bool {
+        if self.patience.get() {
+            return self.sender.send(message.clone()).is_ok();
+        }
+        match self.sender.try_send(message.clone()) {
+            Ok(()) => true,
+            Err(TrySendError::Disconnected(_)) => false,
+            Err(TrySendError::Full(_)) => {
+                bump(&self.lost);
+                true
+            }
+        }
+    }
+}
+
+/// Receives every message of a topic in order; see [`Topic::tap`]. Ends when
+/// the last handle of the topic is gone.
+#[derive(Debug)]
+pub struct Tap<T> {
+    messages: Receiver<Message<T>>,
+    lost: Arc<AtomicU64>,
+}
+
+impl<T> Tap<T> {
+    /// The messages; the receiver is disconnected when the topic is gone.
+    pub fn messages(&self) -> &Receiver<Message<T>> {
+        &self.messages
+    }
+
+    /// Messages that found the tap full.
+    pub fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,7 @@
+//! What the workspace needs before cargo can link it: MuJoCo's library.
+//!
+//! The root build script calls this crate, so a plain `cargo build` sets itself
+//! up; `cargo xtask setup` does the same as an explicit step. There are no
+//! dependencies, so that step compiles in a second and needs no MuJoCo.
+
+pub mod mujoco;

@@ -1,0 +1,55 @@
+//! `cargo xtask setup`: brings MuJoCo's library into the clone.
+
+use std::env;
+use std::path::Path;
+use std::process::ExitCode;
+
+use xtask::mujoco::{self, Error, Outcome, Platform, Source};
+
+const USAGE: &str = "\
+Usage: cargo xtask setup
+
+  setup   fetch MuJoCo's library into xtask/mujoco, if it is not there yet
+          (the first build does the same; after it no network is needed)";
+
+fn main() -> ExitCode {
+    let arguments: Vec<_> = env::args_os().skip(1).collect();
+    // Read while running: the clone may have moved since this was compiled.
+    let package = env::var_os("CARGO_MANIFEST_DIR");
+    match (arguments.as_slice(), package) {
+        ([command], Some(package)) if command == "setup" => {
+            setup(&Path::new(&package).join("mujoco"))
+        }
+        _ => {
+            eprintln!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn setup(folder: &Path) -> ExitCode {
+    match Source::of_build(folder) {
+        Source::Own(dir) => {
+            println!("Nothing to fetch: builds link your own {}.", dir.display());
+            ExitCode::SUCCESS
+        }
+        Source::Fetched | Source::System => report(folder, fetch(folder)),
+    }
+}
+
+fn fetch(folder: &Path) -> Result<Outcome, Error> {
+    mujoco::ensure(folder, Platform::host()?)
+}
+
+fn report(folder: &Path, outcome: Result<Outcome, Error>) -> ExitCode {
+    let verb = match outcome {
+        Ok(Outcome::Fetched) => "fetched into",
+        Ok(Outcome::InPlace) => "already in",
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    println!("MuJoCo {}: {verb} {}.", mujoco::VERSION, folder.display());
+    ExitCode::SUCCESS
+}

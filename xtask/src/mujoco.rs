@@ -1,0 +1,115 @@
+//! MuJoCo's library in the clone: is it there, and if not, fetch it.
+//!
+//! It comes out of MuJoCo's Python wheel, because pip checks the wheel against
+//! a pinned hash and works behind whatever index or proxy the user has.
+
+mod error;
+mod platform;
+mod python;
+mod scratch;
+mod source;
+mod wheel;
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+pub use error::Error;
+pub use platform::Platform;
+pub use source::{DYNAMIC_LINK_DIR, STATIC_LINK_DIR, Source};
+
+use python::Python;
+use scratch::Scratch;
+
+/// The MuJoCo release that mujoco-rs binds.
+pub const VERSION: &str = "3.17.0";
+
+/// The checked-in file that pins the wheel's version and hashes.
+const REQUIREMENTS: &str = "requirements.txt";
+
+/// What [`ensure`] had to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The library was there already.
+    InPlace,
+    /// The library was fetched just now.
+    Fetched,
+}
+
+/// Makes sure that `folder` holds the library for `platform`.
+///
+/// The library appears there whole or not at all, and any number of set-ups may
+/// run at once. No network is touched when it is in place.
+///
+/// # Errors
+///
+/// Says what was wrong and what to do about it.
+pub fn ensure(folder: &Path, platform: &Platform) -> Result<Outcome, Error> {
+    if is_in_place(folder, platform) {
+        return Ok(Outcome::InPlace);
+    }
+    let requirements = lock(&folder.join(REQUIREMENTS))?;
+    // Whoever held the lock before us may have done the work.
+    if is_in_place(folder, platform) {
+        return Ok(Outcome::InPlace);
+    }
+    fetch(folder, platform, &requirements)?;
+    Ok(Outcome::Fetched)
+}
+
+/// A file of another size is a cut or damaged one, and counts as missing. Reading
+/// megabytes to hash them on every build would not pay: pip hashed the wheel.
+fn is_in_place(folder: &Path, platform: &Platform) -> bool {
+    let whole = |place| fs::metadata(folder.join(place)).is_ok_and(|m| m.len() == platform.size);
+    platform.places.iter().all(whole)
+}
+
+/// One set-up at a time. The system drops the lock with its process, so a killed
+/// set-up blocks nobody; and the pin itself is the lock, so no file is left over.
+fn lock(requirements: &Path) -> Result<File, Error> {
+    let locked = File::options()
+        .read(true)
+        .write(true)
+        .open(requirements)
+        .and_then(|file| file.lock().map(|()| file));
+    locked.map_err(Error::io("write to", requirements))
+}
+
+fn fetch(folder: &Path, platform: &Platform, requirements: &File) -> Result<(), Error> {
+    let scratch = Scratch::new(folder)?;
+    let python = Python::find(scratch.path())?;
+    let wheel = wheel::download(&python, &folder.join(REQUIREMENTS), platform.tag, &scratch)?;
+    let library = wheel::unpack(&python, &wheel, platform.member, &scratch)?;
+    check_size(&library, platform)?;
+    for place in platform.places {
+        let staged = scratch.path().join("staged");
+        copy(&library, &staged, requirements).map_err(Error::io("write", &staged))?;
+        publish(&staged, &folder.join(place))?;
+    }
+    Ok(())
+}
+
+fn check_size(library: &Path, platform: &Platform) -> Result<(), Error> {
+    let metadata = fs::metadata(library).map_err(Error::io("read", library))?;
+    let (found, wanted) = (metadata.len(), platform.size);
+    if found == wanted {
+        return Ok(());
+    }
+    Err(Error::Size { found, wanted })
+}
+
+/// Copies, and dates the copy like the pin: cargo runs a build script again when
+/// a file it watches is younger than the script's last start, so a library that
+/// this very run fetched must look older.
+fn copy(library: &Path, to: &Path, requirements: &File) -> io::Result<()> {
+    fs::copy(library, to)?;
+    let date = requirements.metadata()?.modified()?;
+    File::options().write(true).open(to)?.set_modified(date)
+}
+
+/// Makes the library visible, whole, in one rename.
+fn publish(staged: &Path, place: &Path) -> Result<(), Error> {
+    let parent = place.parent().unwrap_or(place);
+    fs::create_dir_all(parent).map_err(Error::io("create", parent))?;
+    fs::rename(staged, place).map_err(Error::io("write", place))
+}

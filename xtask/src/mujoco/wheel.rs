@@ -1,0 +1,94 @@
+//! The wheel: pip brings it and checks its hash, Python unpacks one file of it.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::Error;
+use super::python::Python;
+use super::scratch::Scratch;
+
+/// The wheel is the same for every Python, so the newest one the release was
+/// built for is named, whatever the user's own is.
+const DOWNLOAD: &str = "-m pip download --quiet --no-input --disable-pip-version-check \
+    --retries 2 --no-deps --only-binary=:all: --require-hashes \
+    --python-version 3.12 --implementation cp --abi cp312";
+
+/// Takes the wheel, the file in it, and the folder to write to.
+const UNPACK: &str = "import sys, zipfile; \
+    zipfile.ZipFile(sys.argv[1]).extract(sys.argv[2], sys.argv[3])";
+
+/// Downloads the pinned wheel for pip's platform `tag`.
+pub(super) fn download(
+    python: &Python,
+    requirements: &Path,
+    tag: &str,
+    scratch: &Scratch,
+) -> Result<PathBuf, Error> {
+    let arguments = DOWNLOAD.split_whitespace().map(OsStr::new).chain([
+        OsStr::new("--platform"),
+        OsStr::new(tag),
+        OsStr::new("--requirement"),
+        requirements.as_os_str(),
+        OsStr::new("--dest"),
+        scratch.path().as_os_str(),
+    ]);
+    python
+        .run(arguments)
+        .map_err(|said| download_error(python, requirements, &said))?;
+    find_wheel(scratch.path()).ok_or_else(|| Error::Download("no wheel came".into()))
+}
+
+/// Unpacks the file `member`, whose checksum Python verifies as it goes.
+pub(super) fn unpack(
+    python: &Python,
+    wheel: &Path,
+    member: &str,
+    scratch: &Scratch,
+) -> Result<PathBuf, Error> {
+    let arguments = [
+        OsStr::new("-c"),
+        OsStr::new(UNPACK),
+        wheel.as_os_str(),
+        OsStr::new(member),
+        scratch.path().as_os_str(),
+    ];
+    python
+        .run(arguments)
+        .map_err(|said| Error::Unpack(last_line(&said)))?;
+    Ok(scratch.path().join(member))
+}
+
+fn find_wheel(folder: &Path) -> Option<PathBuf> {
+    let entries = fs::read_dir(folder).ok()?.flatten();
+    entries
+        .map(|entry| entry.path())
+        .find(|path| path.extension().is_some_and(|extension| extension == "whl"))
+}
+
+/// Tells apart the failures that need different remedies.
+fn download_error(python: &Python, requirements: &Path, said: &str) -> Error {
+    if said.contains("No module named pip") {
+        Error::NoPip(python.name())
+    } else if said.contains("DO NOT MATCH THE HASHES") {
+        Error::Hash {
+            requirements: requirements.into(),
+            said: last_line(said),
+        }
+    } else if said.contains("connection broken by") {
+        // pip's own last line would blame the version: "No matching distribution".
+        Error::Download("no connection to the package index".into())
+    } else {
+        Error::Download(last_line(said))
+    }
+}
+
+/// pip and Python put the point last.
+fn last_line(said: &str) -> String {
+    let last = said.lines().rfind(|line| !line.trim().is_empty());
+    let words: Vec<_> = last
+        .unwrap_or("it said nothing")
+        .split_whitespace()
+        .collect();
+    words.join(" ")
+}
