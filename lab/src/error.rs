@@ -1,0 +1,43 @@
+//! What is told when something cannot be done.
+
+use std::{path::Path, process::ExitCode};
+
+use ratelab::{experiment::SetupError, runtime::Fault};
+use thiserror::Error;
+
+/// Why the command ends without having done what it was asked.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// It was asked for something it does not accept.
+    #[error("{0}")]
+    BadInput(String),
+    /// A node failed.
+    #[error("{0}")]
+    Fault(#[from] Fault),
+    /// MuJoCo or the graph could not be set up.
+    #[error("{0}")]
+    Setup(#[from] SetupError),
+    /// Something that was to be written could not be.
+    #[error("cannot write {what}: {why}")]
+    Write {
+        /// The file.
+        what: String,
+        /// What the system said.
+        why: std::io::Error,
+    },
+}
+
+impl Error {
+    /// A file that cannot be opened or read, as bad input naming `option`.
+    pub fn file(option: &str, path: &Path, why: &std::io::Error) -> Self {
+        Self::BadInput(format!("{option} {}: {why}", path.display()))
+    }
+
+    /// 2 for bad input, 1 for a run that could not finish.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::BadInput(_) => ExitCode::from(2),
+            _ => ExitCode::FAILURE,
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! What a run came to, for people.
+
+use std::time::Duration;
+
+use ratelab::{
+    cartpole::ACTUATOR,
+    experiment::{NodeSummary, Summary, TopicSummary},
+    runtime::{
+        ClockKind,
+        telemetry::{Distribution, Happening},
+    },
+};
+
+use crate::run::Notes;
+
+/// The summary in a few lines.
+pub fn text(summary: &Summary, notes: &Notes) -> String {
+    let mut lines = vec![
+        ("clock", clock(summary, notes)),
+        ("rates", rates(summary)),
+        ("verdict", verdict(summary)),
+        ("topics", topics(summary)),
+        ("latency", latency(summary)),
+    ];
+    if summary.config.clock == ClockKind::Real {
+        lines.push(("lateness", each_node(summary, lateness)));
+        lines.push(("overruns", each_node(summary, overruns)));
+    }
+    lines.extend(changes(summary));
+    let late = summary.config.knobs.iter();
+    let late = late.filter(|knob| knob.at > summary.sim_time);
+    lines.extend(late.map(|knob| ("not done", format!("{knob}: the run had ended"))));
+    lines.extend(losses(summary, notes));
+    let lines: Vec<String> = lines
+        .iter()
+        .map(|(name, text)| format!("{name:<9} {text}"))
+        .collect();
+    lines.join("\n")
+}
+
+/// The commands that were given; the verdict tells how it ended.
+fn changes(summary: &Summary) -> impl Iterator<Item = (&'static str, String)> {
+    let events = summary.events.iter();
+    events.filter_map(|event| match event.what {
+        Happening::Applied { .. } => Some(("changed", event.to_string())),
+        Happening::Refused { .. } => Some(("refused", event.to_string())),
+        Happening::Ended { .. } | Happening::Faulted { .. } => None,
+    })
+}
+
+fn clock(summary: &Summary, notes: &Notes) -> String {
+    let config = &summary.config;
+    let realtime = match notes.realtime {
+        Some(Ok(())) => " with real-time priority",
+        Some(Err(_)) => " (real-time priority refused)",
+        None => "",
+    };
+    format!(
+        "{}{realtime} | policy {} | seed {}",
+        config.clock, config.policy, config.seed
+    )
+}
+
+fn rates(summary: &Summary) -> String {
+    let config = &summary.config;
+    let actuator = summary.nodes.iter().find(|node| node.name == ACTUATOR);
+    let actuator = actuator.map_or("-".to_owned(), |node| node.hz.to_string());
+    format!(
+        "sensor {} | control {} | actuator {actuator} | queue depth {}",
+        config.sensor_hz, config.control_hz, config.queue_depth
+    )
+}
+
+fn verdict(summary: &Summary) -> String {
+    format!(
+        "{}: {} control steps in {:.2} s sim ({:.2} s wall)",
+        summary.verdict,
+        summary.steps,
+        summary.sim_time.as_secs_f64(),
+        summary.wall_time.as_secs_f64()
+    )
+}
+
+fn topics(summary: &Summary) -> String {
+    let topic = |topic: &TopicSummary| {
+        format!(
+            "{} {:.1} msg/s ({} dropped)",
+            topic.name, topic.per_second, topic.dropped
+        )
+    };
+    format!("{} | {}", topic(&summary.obs), topic(&summary.action))
+}
+
+fn latency(summary: &Summary) -> String {
+    let latency = &summary.latency;
+    let Some(mean) = latency.mean_s() else {
+        return "no action was applied".to_owned();
+    };
+    let period = summary.config.control_hz.period();
+    format!(
+        "sense→act mean {:.1} ms, p50 {}, p99 {}, max {} (control period {})",
+        mean * 1e3,
+        ms(latency.quantile(0.5)),
+        ms(latency.quantile(0.99)),
+        ms(latency.max()),
+        ms(Some(period))
+    )
+}
+
+fn each_node(summary: &Summary, tell: fn(&NodeSummary) -> String) -> String {
+    let told: Vec<String> = summary.nodes.iter().map(tell).collect();
+    told.join(" | ")
+}
+
+fn lateness(node: &NodeSummary) -> String {
+    let at = |quantile| us(&node.lateness, quantile);
+    format!("{} p50 {} p99 {} µs", node.name, at(0.5), at(0.99))
+}
+
+fn overruns(node: &NodeSummary) -> String {
+    format!(
+        "{} {} of {}",
+        node.name,
+        node.overruns,
+        node.ticks + node.overruns
+    )
+}
+
+fn losses(summary: &Summary, notes: &Notes) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if notes.csv_lost > 0 {
+        lines.push((
+            "lost",
+            format!("{} CSV rows: the disk was too slow", notes.csv_lost),
+        ));
+    }
+    if summary.telemetry_lost > 0 {
+        lines.push(("lost", format!("{} measurements", summary.telemetry_lost)));
+    }
+    lines
+}
+
+fn ms(duration: Option<Duration>) -> String {
+    duration.map_or("-".to_owned(), |d| {
+        format!("{:.1} ms", d.as_secs_f64() * 1e3)
+    })
+}
+
+fn us(distribution: &Distribution, quantile: f64) -> String {
+    let duration = distribution.quantile(quantile);
+    duration.map_or("-".to_owned(), |d| format!("{:.0}", d.as_secs_f64() * 1e6))
+}

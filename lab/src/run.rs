@@ -1,0 +1,247 @@
+//! `ratelab run`: the graph without a dashboard.
+
+use std::{
+    fs::{self, File},
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+};
+
+use crossbeam_channel::Sender;
+use ratelab::{
+    experiment::{Config, Experiment, Summary, TimedKnob, parse_knobs},
+    runtime::{ClockKind, Command, Hz, RealClock, Speed, Time, clock::Realtime},
+};
+use tempfile::NamedTempFile;
+
+use crate::{cli::RunArgs, csv, error::Error, metrics, report};
+
+/// Control rate of `--break` and of an ordinary run (Hz).
+const BROKEN_HZ: f64 = 5.0;
+const CONTROL_HZ: f64 = 50.0;
+
+/// Run time of `--smoke` and of an ordinary run (s).
+const SMOKE_S: u64 = 2;
+const DURATION_S: u64 = 10;
+
+/// Control steps that the CSV writer may lag behind before rows are lost to a
+/// real clock, which does not wait: minutes at 50 Hz.
+const CSV_BACKLOG: usize = 16_384;
+
+/// Name of the file in `--out`.
+const METRICS: &str = "metrics.json";
+
+/// What is to be said of a run beside its summary.
+pub struct Notes {
+    /// `--break` was given.
+    pub break_bug: bool,
+    /// `--smoke` was given.
+    pub smoke: bool,
+    /// What became of `--realtime`; `None` if it was not given.
+    pub realtime: Option<Result<(), String>>,
+    /// Rows that the CSV writer lost.
+    pub csv_lost: u64,
+}
+
+/// Runs the graph as asked, prints and writes what it came to.
+pub fn run(args: &RunArgs) -> Result<(), Error> {
+    let config = config(args)?;
+    let experiment = Experiment::new(&config)?;
+    stop_on_signal(experiment.commands());
+    let outputs = Outputs::prepare(args)?;
+    let (mut real, realtime) = real_clock(args.realtime);
+    if let Some(Err(refusal)) = &realtime {
+        eprintln!("note: --realtime: {refusal}");
+    }
+    let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv)?;
+    let notes = Notes {
+        break_bug: args.break_bug,
+        smoke: args.smoke,
+        realtime,
+        csv_lost,
+    };
+    let metrics = metrics::json(&summary, &notes);
+    if let Some((file, path)) = outputs.metrics {
+        write_metrics(file, &path, &metrics)?;
+    }
+    if args.json {
+        say(&metrics)
+    } else {
+        say(&report::text(&summary, &notes))
+    }
+}
+
+/// The configuration that the options describe.
+fn config(args: &RunArgs) -> Result<Config, Error> {
+    let smoke_clock = if args.smoke {
+        ClockKind::Virtual
+    } else {
+        ClockKind::Real
+    };
+    let clock = args.clock.map_or(smoke_clock, ClockKind::from);
+    if args.smoke && clock == ClockKind::Real {
+        return refuse("--smoke runs on the virtual clock: leave --clock real out");
+    }
+    if clock == ClockKind::Virtual && args.realtime {
+        return refuse("--realtime has no meaning on the virtual clock: add --clock real");
+    }
+    if clock == ClockKind::Virtual && args.think_ms.is_some() {
+        return refuse(
+            "--think-ms takes wall time, which the virtual clock does not know: add --clock real",
+        );
+    }
+    if clock == ClockKind::Real && args.speed.is_some() {
+        return refuse("--speed sets the pace of virtual time: add --clock virtual");
+    }
+    let seconds = if args.smoke { SMOKE_S } else { DURATION_S };
+    let usual_hz = if args.break_bug {
+        BROKEN_HZ
+    } else {
+        CONTROL_HZ
+    };
+    let control_hz = match args.control_hz {
+        Some(hz) => hz,
+        None => Hz::new(usual_hz).map_err(|error| Error::BadInput(error.to_string()))?,
+    };
+    Ok(Config {
+        seed: args.seed,
+        clock,
+        speed: args.speed.unwrap_or(Speed::FlatOut),
+        end: args
+            .duration_s
+            .unwrap_or(Time::from_nanos(seconds * 1_000_000_000)),
+        sensor_hz: args.sensor_hz,
+        control_hz,
+        queue_depth: args.queue_depth,
+        policy: args.policy,
+        think: args.think_ms.unwrap_or_default(),
+        knobs: args.knobs.as_deref().map_or(Ok(Vec::new()), read_knobs)?,
+    })
+}
+
+fn refuse<T>(why: &str) -> Result<T, Error> {
+    Err(Error::BadInput(why.to_owned()))
+}
+
+fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
+    let text = fs::read_to_string(path).map_err(|why| Error::file("--knobs", path, &why))?;
+    parse_knobs(&text)
+        .map_err(|error| Error::BadInput(format!("--knobs {}: {error}", path.display())))
+}
+
+/// The first Ctrl-C (or SIGTERM) ends the run in order, the second at once: a
+/// node may be stuck.
+fn stop_on_signal(commands: Sender<Command>) {
+    let asked = AtomicBool::new(false);
+    let installed = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) || commands.send(Command::Stop).is_err() {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = installed {
+        eprintln!("note: Ctrl-C will end the run without a summary: {error}");
+    }
+}
+
+fn real_clock(realtime: bool) -> (RealClock, Option<Result<(), String>>) {
+    if !realtime {
+        return (RealClock::default(), None);
+    }
+    match Realtime::request() {
+        Ok(granted) => (RealClock::with_realtime(granted), Some(Ok(()))),
+        Err(refusal) => (RealClock::default(), Some(Err(refusal.to_string()))),
+    }
+}
+
+/// Runs the experiment; returns what it came to and the CSV rows lost.
+fn execute(
+    experiment: Experiment,
+    real: &mut RealClock,
+    csv: Option<(File, PathBuf)>,
+) -> Result<(Summary, u64), Error> {
+    let Some((file, path)) = csv else {
+        return Ok((experiment.run(real)?, 0));
+    };
+    let tap = experiment.tap_steps(CSV_BACKLOG);
+    thread::scope(|scope| {
+        let writer = scope.spawn(move || csv::write(file, &tap));
+        let summary = experiment.run(real);
+        let written = writer
+            .join()
+            .unwrap_or_else(|_| Err(io::Error::other("the writer panicked")));
+        let lost = written.map_err(|why| write_error(&path, why))?;
+        Ok((summary?, lost))
+    })
+}
+
+/// Files that are opened before the run, so that a run is never made in vain.
+struct Outputs {
+    metrics: Option<(NamedTempFile, PathBuf)>,
+    csv: Option<(File, PathBuf)>,
+}
+
+impl Outputs {
+    fn prepare(args: &RunArgs) -> Result<Self, Error> {
+        let made_folder = args.out.as_deref().filter(|folder| !folder.exists());
+        let metrics = args.out.as_deref().map(prepare_metrics).transpose()?;
+        let csv = match &args.csv {
+            None => None,
+            Some(path) => match File::create(path) {
+                Ok(file) => Some((file, path.clone())),
+                Err(why) => {
+                    drop(metrics);
+                    // Bad input leaves nothing behind, not even an empty folder.
+                    let _ = made_folder.map(fs::remove_dir);
+                    return Err(Error::file("--csv", path, &why));
+                }
+            },
+        };
+        Ok(Self { metrics, csv })
+    }
+}
+
+/// Makes the folder and a hidden file in it, which becomes the metrics when
+/// they are complete.
+fn prepare_metrics(folder: &Path) -> Result<(NamedTempFile, PathBuf), Error> {
+    fs::create_dir_all(folder)
+        .and_then(|()| NamedTempFile::new_in(folder))
+        .map(|file| (file, folder.join(METRICS)))
+        .map_err(|why| Error::file("--out", folder, &why))
+}
+
+fn write_metrics(mut file: NamedTempFile, path: &Path, metrics: &str) -> Result<(), Error> {
+    let written = writeln!(file, "{metrics}").and_then(|()| readable(file.as_file()));
+    written
+        .and_then(|()| file.persist(path).map(drop).map_err(|error| error.error))
+        .map_err(|why| write_error(path, why))
+}
+
+/// Gives a file that was made for one user's eyes the rights of any other.
+#[cfg(unix)]
+fn readable(file: &File) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn readable(_: &File) -> io::Result<()> {
+    Ok(())
+}
+
+fn write_error(path: &Path, why: io::Error) -> Error {
+    let what = path.display().to_string();
+    Error::Write { what, why }
+}
+
+/// Prints to standard output, which may have been closed by a reader that has
+/// seen enough.
+fn say(text: &str) -> Result<(), Error> {
+    match writeln!(io::stdout(), "{text}") {
+        Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
+            let what = "to standard output".to_owned();
+            Err(Error::Write { what, why })
+        }
+        _ => Ok(()),
+    }
+}

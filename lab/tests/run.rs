@@ -1,0 +1,253 @@
+//! `ratelab run` as a user meets it: what it prints, writes and refuses.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn ratelab(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+    command.args(args).output().expect("ratelab starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn metrics(args: &[&str]) -> Value {
+    let output = ratelab(&[&["run", "--clock", "virtual", "--json"], args].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("stdout is JSON and nothing else")
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).display().to_string()
+}
+
+#[test]
+fn the_published_figures_are_reproduced_at_every_control_rate() {
+    let table = [
+        ("50", 0.0, 0, 501),
+        ("25", 9.98, 250, 501),
+        ("20", 23.9521, 300, 501),
+        ("15", 35.9281, 350, 501),
+        ("10", 39.9202, 400, 501),
+        ("5", 85.1163, 37, 43),
+    ];
+    for (rate, latency, dropped, steps) in table {
+        let metrics = metrics(&["--control_hz", rate]);
+        assert_eq!(metrics["mean_latency_ms"], latency, "{rate} Hz");
+        assert_eq!(metrics["obs_dropped"], dropped, "{rate} Hz");
+        assert_eq!(metrics["steps"], steps, "{rate} Hz");
+        assert_eq!(metrics["balanced"], steps == 501, "{rate} Hz");
+    }
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes() {
+    let folder = TempDir::new().expect("folder");
+    let once = |name: &str| {
+        let (out, csv) = (path(&folder, name), path(&folder, &format!("{name}.csv")));
+        let args = [
+            "run",
+            "--clock",
+            "virtual",
+            "--control-hz",
+            "7",
+            "--out",
+            &out,
+            "--csv",
+            &csv,
+        ];
+        assert!(ratelab(&args).status.success());
+        let metrics = fs::read(Path::new(&out).join("metrics.json")).expect("metrics");
+        (metrics, fs::read(csv).expect("rows"))
+    };
+    assert_eq!(once("first"), once("second"));
+}
+
+#[test]
+fn rows_hold_the_bits_of_every_control_step() {
+    let folder = TempDir::new().expect("folder");
+    let csv = path(&folder, "run.csv");
+    metrics(&["--break", "--csv", &csv]);
+    let rows = fs::read_to_string(csv).expect("rows");
+    if cfg!(all(target_arch = "x86_64", target_os = "linux")) {
+        assert_eq!(rows, include_str!("../../tests/golden/seed0_5hz.csv"));
+    }
+    assert_eq!(rows.lines().count(), 44, "a header and 43 steps");
+}
+
+#[test]
+fn an_underscore_or_a_hyphen_makes_no_difference() {
+    let underscores = [
+        "--control_hz=20",
+        "--sensor_hz=40",
+        "--queue_depth=3",
+        "--duration_s=3",
+    ];
+    let hyphens = underscores.map(|arg| arg.replace('_', "-"));
+    assert_eq!(
+        metrics(&underscores),
+        metrics(&hyphens.each_ref().map(String::as_str))
+    );
+}
+
+#[test]
+fn knobs_are_turned_at_their_times_and_told() {
+    let folder = TempDir::new().expect("folder");
+    let knobs = path(&folder, "knobs");
+    fs::write(
+        &knobs,
+        "# slower\n2.5 control_hz 10\n\n4 queue-depth 100 # hides it\n",
+    )
+    .expect("file");
+    let output = ratelab(&["run", "--clock", "virtual", "--knobs", &knobs]);
+    let said = text(&output.stdout);
+    for line in [
+        "2.500 s: rate of policy 10 Hz (was 50 Hz)",
+        "4.000 s: depth of /obs 100 (was 1)",
+        "4.000 s: depth of /action 100 (was 1)",
+    ] {
+        assert!(said.contains(line), "{line:?} is missing in\n{said}");
+    }
+    assert!(said.contains("/obs 50.1 msg/s (60 dropped)"), "{said}");
+}
+
+#[test]
+fn a_knob_after_the_end_is_said_to_be_left_undone() {
+    let folder = TempDir::new().expect("folder");
+    let knobs = path(&folder, "knobs");
+    fs::write(&knobs, "30 control-hz 10").expect("file");
+    let output = ratelab(&["run", "--smoke", "--knobs", &knobs]);
+    assert!(text(&output.stdout).contains("30 control-hz 10: the run had ended"));
+}
+
+#[test]
+fn smoke_is_two_seconds_of_virtual_time() {
+    let metrics = metrics(&["--smoke"]);
+    assert_eq!(metrics["sim_time_s"], 2.0);
+    assert_eq!(metrics["clock"], "virtual");
+    assert_eq!(metrics["smoke"], true);
+}
+
+#[test]
+fn bad_input_is_one_line_that_names_option_value_and_range() {
+    let cases: [(&[&str], &[&str]); 14] = [
+        (
+            &["--control-hz", "-5"],
+            &["--control-hz", "-5", "0.001 to 10000"],
+        ),
+        (&["--control-hz", "0"], &["--control-hz", "0.001 to 10000"]),
+        (
+            &["--control-hz", "nan"],
+            &["--control-hz", "nan", "0.001 to 10000"],
+        ),
+        (
+            &["--sensor-hz", "inf"],
+            &["--sensor-hz", "inf", "0.001 to 10000"],
+        ),
+        (
+            &["--sensor-hz", "1e9"],
+            &["--sensor-hz", "1e9", "0.001 to 10000"],
+        ),
+        (&["--queue-depth", "0"], &["--queue-depth", "1 to 1000000"]),
+        (&["--duration-s", "-1"], &["--duration-s", "-1", "0.001 to"]),
+        (&["--seed", "-1"], &["--seed", "-1", "0 to"]),
+        (
+            &["--policy", "alexnet"],
+            &["--policy", "alexnet", "scripted, zero or random"],
+        ),
+        (&["--speed", "1000"], &["--speed", "1000", "0.1 to 100"]),
+        (&["--smoke", "--clock", "real"], &["--smoke", "virtual"]),
+        (
+            &["--clock", "virtual", "--realtime"],
+            &["--realtime", "real"],
+        ),
+        (
+            &["--break", "--control-hz", "3"],
+            &["--break", "--control-hz"],
+        ),
+        (
+            &["--knobs", "/nonexistent/knobs"],
+            &["--knobs", "/nonexistent/knobs"],
+        ),
+    ];
+    for (args, expected) in cases {
+        let output = ratelab(&[&["run"], args].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?} said {said}");
+        assert_eq!(said.lines().count(), 1, "{args:?} said {said}");
+        assert!(output.stdout.is_empty(), "{args:?} printed a summary");
+        for word in expected {
+            assert!(said.contains(word), "{args:?} said {said}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_writes_nothing() {
+    let folder = TempDir::new().expect("folder");
+    let (out, csv) = (
+        path(&folder, "out"),
+        path(&folder, "no/such/folder/run.csv"),
+    );
+    let output = ratelab(&["run", "--smoke", "--out", &out, "--csv", &csv]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(folder.path().read_dir().expect("folder").count(), 0);
+}
+
+#[test]
+fn a_malformed_knob_line_is_named() {
+    let folder = TempDir::new().expect("folder");
+    let knobs = path(&folder, "knobs");
+    fs::write(&knobs, "1 control-hz 10\n2 volume 11\n").expect("file");
+    let output = ratelab(&["run", "--knobs", &knobs]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        said.contains("line 2") && said.contains("\"volume\""),
+        "{said}"
+    );
+}
+
+#[test]
+fn rows_that_cannot_be_written_end_the_run_with_an_error() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    let output = ratelab(&["run", "--smoke", "--csv", "/dev/full"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("cannot write /dev/full"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_run_in_order_with_its_summary() {
+    use std::{io::Read, process::Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ratelab"))
+        .args(["run", "--duration-s", "3600", "--csv", "/dev/stderr"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("ratelab starts");
+    // The first row says that the graph runs, and so that the handler stands.
+    let mut row = [0; 200];
+    let mut rows = child.stderr.take().expect("piped");
+    assert!(rows.read(&mut row).expect("rows") > 0);
+    let pid = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(kill.expect("kill").success());
+    std::io::copy(&mut rows, &mut std::io::sink()).expect("rows");
+    let output = child.wait_with_output().expect("ended");
+    assert!(output.status.success());
+    assert!(
+        text(&output.stdout).contains("STOPPED"),
+        "{}",
+        text(&output.stdout)
+    );
+}
