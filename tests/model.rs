@@ -1,1 +1,460 @@
-//! Model checks.
+//! What no schedule of threads may break, tried over many of them by the
+//! shuttle model checker.
+//!
+//! With the feature `model` the library's locks, atomics, threads and wall
+//! clock are the checker's: every use of one is a point at which another thread
+//! may go on. A thread that is never woken is found as a deadlock, one that
+//! never ends as too many steps.
+
+mod common;
+
+use std::{sync::Mutex, time::Duration};
+
+use common::{END, GO_ON, applied, depth, hz, set_depth, set_rate};
+use ratelab::runtime::{
+    Clock, ClockKind, Command, Exit, Fault, Graph, Inbox, RealClock, Subscription, Time, Topic,
+    clock, telemetry::Meter,
+};
+use shuttle::{sync::Arc, thread};
+
+/// Tries schedules of both kinds: any at all, and those with a few well-placed
+/// switches between threads that otherwise run on.
+fn explore(schedules: usize, check: impl Fn() + Send + Sync + Clone + 'static) {
+    shuttle::check_random(check.clone(), schedules);
+    shuttle::check_pct(check, schedules, 3);
+}
+
+/// Schedules for a check of one topic or meter.
+const MANY: usize = 2_000;
+
+/// Schedules for a check of a whole graph.
+const SOME: usize = 500;
+
+/// Reads `times` times; the sequence numbers that came, newest message last.
+fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
+    let seen = (0..times).filter_map(|_| subscription.latest(Time::MAX));
+    seen.map(|message| {
+        assert_eq!(message.data, message.seq, "torn message");
+        message.seq
+    })
+    .collect()
+}
+
+fn publish(topic: &Topic<u64>, messages: u64) {
+    let publisher = topic.publisher();
+    (0..messages).for_each(|number| publisher.publish(number, Time::ZERO, None));
+}
+
+/// Messages that were evicted unread if each of `seen` was the newest when it
+/// was read and the queue kept `depth`.
+fn losses(seen: &[u64], depth: u64) -> u64 {
+    let mut unread_from = 0;
+    let losses = seen.iter().map(|seq| {
+        let lost = (seq + 1 - unread_from).saturating_sub(depth);
+        unread_from = seq + 1;
+        lost
+    });
+    losses.sum()
+}
+
+fn check_two_readers(messages: u64, reads: usize, queue: usize) {
+    let topic = Topic::new("/test", depth(queue));
+    let readers = [topic.subscribe(), topic.subscribe()].map(|mut subscription| {
+        thread::spawn(move || {
+            let seen = read(&mut subscription, reads);
+            (subscription, seen)
+        })
+    });
+    publish(&topic, messages);
+    for reader in readers {
+        let (mut subscription, mut seen) = reader.join().expect("reader");
+        seen.extend(read(&mut subscription, 1));
+        assert!(
+            seen.is_sorted(),
+            "a message came after a newer one: {seen:?}"
+        );
+        assert_eq!(seen.last(), Some(&(messages - 1)));
+        seen.dedup();
+        assert_eq!(
+            subscription.dropped(),
+            losses(&seen, queue as u64),
+            "{seen:?}"
+        );
+    }
+    assert_eq!(topic.published(), messages);
+}
+
+#[test]
+fn every_message_is_seen_passed_over_or_counted_as_dropped() {
+    explore(MANY, || check_two_readers(5, 3, 1));
+    explore(MANY, || check_two_readers(6, 3, 2));
+}
+
+#[test]
+fn two_publishers_share_one_history_without_gaps() {
+    explore(MANY, || {
+        let topic = Topic::new("/test", depth(1));
+        let idle = topic.subscribe();
+        let tap = topic.tap(100, Default::default());
+        let publishers = [0, 1].map(|_| {
+            let publisher = topic.publisher();
+            thread::spawn(move || (0..3).for_each(|_| publisher.publish((), Time::ZERO, None)))
+        });
+        for publisher in publishers {
+            publisher.join().expect("publisher");
+        }
+        let seqs: Vec<u64> = tap
+            .messages()
+            .try_iter()
+            .map(|message| message.seq)
+            .collect();
+        assert_eq!(seqs, Vec::from_iter(0..6));
+        assert_eq!((topic.published(), idle.dropped()), (6, 5));
+    });
+}
+
+#[test]
+fn a_depth_changed_amid_traffic_miscounts_nothing() {
+    const MESSAGES: u64 = 6;
+    explore(MANY, || {
+        let topic = Topic::new("/test", depth(3));
+        let idle = topic.subscribe();
+        let mut subscription = topic.subscribe();
+        let reader = thread::spawn(move || {
+            let seen = read(&mut subscription, 3);
+            (subscription, seen)
+        });
+        let tuned = topic.clone();
+        let tuner = thread::spawn(move || [1, 4, 2].map(|d| tuned.set_depth(depth(d)).get()));
+        publish(&topic, MESSAGES);
+        assert_eq!(tuner.join().expect("tuner"), [3, 1, 4]);
+        let (mut subscription, mut seen) = reader.join().expect("reader");
+        seen.extend(read(&mut subscription, 1));
+        assert!(
+            seen.is_sorted(),
+            "a message came after a newer one: {seen:?}"
+        );
+        seen.dedup();
+        let (least, most) = (losses(&seen, 4), losses(&seen, 1));
+        assert!((least..=most).contains(&subscription.dropped()), "{seen:?}");
+        topic.set_depth(depth(1));
+        assert_eq!(idle.dropped(), MESSAGES - 1);
+    });
+}
+
+#[test]
+fn a_subscription_that_comes_amid_traffic_is_charged_from_then_on() {
+    explore(MANY, || {
+        let topic = Topic::new("/test", depth(1));
+        let late = topic.clone();
+        let late = thread::spawn(move || {
+            let before = late.published();
+            (before, late.subscribe())
+        });
+        publish(&topic, 4);
+        let (before, late) = late.join().expect("late");
+        assert!(late.dropped() <= (4 - before).saturating_sub(1));
+        let charged = late.dropped();
+        publish(&topic, 2);
+        assert!((charged + 1..=charged + 2).contains(&late.dropped()));
+    });
+}
+
+fn check_meter(samples: u64, reads: usize) {
+    let (mut recorder, meter) = Meter::new();
+    let reading = meter.clone();
+    let reader = thread::spawn(move || {
+        let counts: Vec<u64> = (0..reads).map(|_| reading.read().count()).collect();
+        assert!(counts.is_sorted(), "{counts:?}");
+    });
+    (0..samples).for_each(|sample| recorder.record(Duration::from_nanos(sample / 2)));
+    drop(recorder);
+    reader.join().expect("reader");
+    let figures = meter.read();
+    assert_eq!(figures.count(), samples);
+    let sum = (0..samples).map(|sample| sample / 2).sum();
+    assert_eq!(figures.sum(), Duration::from_nanos(sum));
+}
+
+#[test]
+fn no_sample_is_lost_to_a_reader() {
+    shuttle::check_dfs(|| check_meter(1, 1), Some(10_000));
+    explore(MANY, || check_meter(4, 3));
+}
+
+/// Ticks of three nodes under the real clock, as the nodes saw them.
+struct Trio {
+    graph: Graph,
+    topics: Vec<Topic<u64>>,
+    starts: Arc<Mutex<Vec<Vec<Time>>>>,
+}
+
+const NAMES: [&str; 3] = ["a", "b", "c"];
+
+/// Slow enough that a node waits at times: the checker's schedules are not
+/// fair, and a node that never waits may keep all others from running.
+const RATES: [f64; 3] = [100.0, 50.0, 20.0];
+
+/// So fast that nodes are late, for runs whose end comes by itself.
+const BUSY: [f64; 3] = [500.0, 200.0, 50.0];
+
+/// Each node publishes; the last one ends the run at `end`.
+fn trio(rates: [f64; 3], end: Time) -> Trio {
+    let mut graph = Graph::new();
+    // No lock of the checker's: noting a tick is not part of the model.
+    let starts = Arc::new(Mutex::new(vec![Vec::new(); NAMES.len()]));
+    let mut topics = Vec::new();
+    for (index, (name, rate)) in NAMES.into_iter().zip(rates).enumerate() {
+        let topic = Topic::new(format!("/{name}"), depth(1));
+        let starts = starts.clone();
+        let added = graph.node(name, hz(rate), 0, |wiring| {
+            let publisher = wiring.publisher(&topic);
+            move |now| {
+                starts.lock().expect("starts")[index].push(now);
+                publisher.publish(0, now, None);
+                if index == 2 && now >= end { END } else { GO_ON }
+            }
+        });
+        added.expect("node");
+        topics.push(topic);
+    }
+    Trio {
+        graph,
+        topics,
+        starts,
+    }
+}
+
+impl Trio {
+    /// Runs while another thread gives `commands`, and checks what must hold
+    /// whatever came when.
+    fn run(
+        &mut self,
+        first: ClockKind,
+        commands: Vec<Command>,
+        until: Time,
+    ) -> Result<Exit, Fault> {
+        let taps: Vec<_> = self
+            .topics
+            .iter()
+            .map(|topic| self.graph.tap(topic, 1_000))
+            .collect();
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let person = thread::spawn(move || {
+            for command in commands {
+                thread::yield_now();
+                // The run may be over by now.
+                let _ = commander.send(command);
+            }
+        });
+        let real = &mut RealClock::default();
+        let exit = clock::run(&mut self.graph, &mut inbox, until, first, real);
+        let snapshot = self.graph.observer().snapshot();
+        person.join().expect("person");
+        for (index, tap) in taps.iter().enumerate() {
+            let seqs: Vec<u64> = tap
+                .messages()
+                .try_iter()
+                .map(|message| message.seq)
+                .collect();
+            assert_eq!(
+                seqs,
+                Vec::from_iter(0..snapshot.nodes[index].ticks),
+                "{}",
+                NAMES[index]
+            );
+            assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
+        }
+        let after = self.graph.observer().snapshot();
+        let ticks = |node: &ratelab::runtime::telemetry::NodeView| node.ticks;
+        assert!(
+            after
+                .nodes
+                .iter()
+                .map(ticks)
+                .eq(snapshot.nodes.iter().map(ticks))
+        );
+        self.check_resumptions();
+        exit
+    }
+
+    /// Checks that run time goes on from after all that happened.
+    fn check_resumptions(&self) {
+        let events = applied(&self.graph.observer().events(0));
+        let mut latest = Time::ZERO;
+        for (at, command) in events {
+            assert!(command != Command::Resume || at >= latest, "back to {at:?}");
+            latest = latest.max(at);
+        }
+    }
+
+    /// Checks that a node whose rate was not changed ticked at most once in
+    /// each of its periods.
+    fn check_periods(&self, index: usize) {
+        let period = hz(RATES[index]).period().as_nanos();
+        let starts = &self.starts.lock().expect("starts")[index];
+        let periods: Vec<u128> = starts
+            .iter()
+            .map(|start| start.since(Time::ZERO).as_nanos() / period)
+            .collect();
+        assert!(
+            periods.is_sorted_by(|a, b| a < b),
+            "two ticks in a period: {starts:?}"
+        );
+    }
+}
+
+fn milliseconds(milliseconds: u64) -> Time {
+    Time::from_nanos(milliseconds * 1_000_000)
+}
+
+#[test]
+fn the_real_clock_comes_to_its_end_with_every_period_accounted_for() {
+    explore(SOME, || {
+        let (mut trio, until) = (trio(RATES, Time::MAX), milliseconds(60));
+        let exit = trio.run(ClockKind::Real, Vec::new(), until).expect("run");
+        assert_eq!(exit, Exit::Completed);
+        let nodes = trio.graph.observer().snapshot().nodes;
+        for (index, node) in nodes.iter().enumerate() {
+            let period = node.hz.period().as_nanos() as u64;
+            let periods = until.as_nanos() / period + 1;
+            assert!(
+                node.ticks + node.overruns >= periods,
+                "{} of {periods}",
+                node.ticks
+            );
+            trio.check_periods(index);
+        }
+    });
+}
+
+#[test]
+fn every_command_that_was_given_before_a_stop_takes_effect() {
+    explore(SOME, || {
+        let mut trio = trio(RATES, Time::MAX);
+        let commands = vec![
+            set_rate("a", 40.0),
+            set_depth("/a", 3),
+            Command::Pause,
+            set_rate("b", 75.0),
+            Command::Resume,
+            set_rate("a", 110.0),
+            Command::Stop,
+        ];
+        let exit = trio
+            .run(ClockKind::Real, commands.clone(), Time::MAX)
+            .expect("run");
+        assert_eq!(exit, Exit::Stopped);
+        let applied = applied(&trio.graph.observer().events(0));
+        for command in &commands {
+            let times = applied
+                .iter()
+                .filter(|(_, applied)| applied == command)
+                .count();
+            assert_eq!(times, 1, "{command} in {applied:?}");
+        }
+        trio.check_periods(2);
+    });
+}
+
+#[test]
+fn a_stop_ends_a_wait_without_end() {
+    explore(SOME, || {
+        let mut graph = Graph::new();
+        graph
+            .node("sleeper", hz(0.001), 0, |_| |_| GO_ON)
+            .expect("node");
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let person = thread::spawn(move || commander.send(Command::Stop).expect("running"));
+        let exit = RealClock::default().run(&mut graph, &mut inbox, Time::MAX);
+        assert_eq!(exit.expect("run"), Exit::Stopped);
+        person.join().expect("person");
+    });
+}
+
+#[test]
+fn a_node_that_ends_the_run_ends_it_through_pauses_and_hand_overs() {
+    explore(SOME, || {
+        let mut trio = trio(RATES, milliseconds(20));
+        let commands = vec![
+            Command::Pause,
+            Command::Resume,
+            Command::HandOver(ClockKind::Virtual),
+            Command::HandOver(ClockKind::Real),
+            Command::Pause,
+            Command::Resume,
+        ];
+        let exit = trio.run(ClockKind::Real, commands, Time::MAX).expect("run");
+        assert!(
+            matches!(&exit, Exit::Ended { node, .. } if node == "c"),
+            "{exit:?}"
+        );
+        let starts = trio.starts.lock().expect("starts");
+        let after_the_end = starts[2].iter().filter(|start| **start >= milliseconds(20));
+        assert_eq!(after_the_end.count(), 1, "it ticked on after the end");
+    });
+}
+
+#[test]
+fn a_graph_that_is_handed_from_clock_to_clock_loses_and_doubles_no_tick() {
+    explore(SOME, || {
+        let (mut trio, until) = (trio(BUSY, Time::MAX), milliseconds(80));
+        let commands = vec![
+            Command::HandOver(ClockKind::Virtual),
+            set_rate("b", 90.0),
+            Command::HandOver(ClockKind::Real),
+            set_depth("/c", 2),
+            Command::HandOver(ClockKind::Virtual),
+        ];
+        let exit = trio.run(ClockKind::Real, commands, until).expect("run");
+        assert_eq!(exit, Exit::Completed);
+        let all_starts = trio.starts.lock().expect("starts");
+        for index in [0, 2] {
+            let node = &trio.graph.observer().snapshot().nodes[index];
+            let period = node.hz.period().as_nanos() as u64;
+            assert!(node.ticks + node.overruns > until.as_nanos() / period);
+            // Virtual time stands still between a tick that comes late from
+            // the real clock and one that is due just then.
+            let in_time = |start: &Time| start.as_nanos().is_multiple_of(period);
+            let starts = &all_starts[index];
+            assert!(
+                starts.is_sorted_by(|a, b| a < b || (a == b && in_time(b))),
+                "a burst: {starts:?}"
+            );
+        }
+    });
+}
+
+#[test]
+fn a_fault_is_reported_through_a_pause() {
+    explore(SOME, || {
+        let mut graph = Graph::new();
+        // It fails once: a fault that is missed then does not come again.
+        let mut sound = true;
+        let sick = graph.node("sick", hz(100.0), 0, |_| {
+            move |now| {
+                if now < milliseconds(10) || !std::mem::take(&mut sound) {
+                    return GO_ON;
+                }
+                Err("broken".into())
+            }
+        });
+        let well = graph.node("well", hz(70.0), 0, |_| |_| GO_ON);
+        sick.and(well).expect("nodes");
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let person = thread::spawn(move || {
+            for command in [
+                Command::Pause,
+                Command::Resume,
+                Command::Pause,
+                Command::Resume,
+            ] {
+                let _ = commander.send(command);
+                thread::yield_now();
+            }
+        });
+        let fault = RealClock::default().run(&mut graph, &mut inbox, milliseconds(100));
+        assert_eq!(fault.expect_err("a fault").node, "sick");
+        person.join().expect("person");
+    });
+}

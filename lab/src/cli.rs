@@ -13,23 +13,76 @@ use crate::error::Error;
 /// See why robot software is a graph of nodes at fixed rates: a MuJoCo
 /// cart-pole, balanced by three nodes that only talk through topics.
 #[derive(Debug, Parser)]
-#[command(name = "ratelab", version, max_term_width = 100)]
+#[command(
+    name = "ratelab",
+    version,
+    max_term_width = 100,
+    args_conflicts_with_subcommands = true
+)]
 pub struct Cli {
-    /// What to do.
+    /// What to do; the lab, if nothing is said.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+
+    /// Options of the lab.
+    #[command(flatten)]
+    pub lab: LabArgs,
 }
 
 /// What ratelab can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Open the dashboard over a running graph (the same as no command).
+    Lab(LabArgs),
     /// Run the graph without a dashboard and print what it came to.
     Run(RunArgs),
+    /// Print the keys of the lab.
+    Keys,
 }
 
-/// What a run can be asked for. Names with underscores are accepted too.
+/// What the lab can be asked for.
+#[derive(Debug, Args)]
+pub struct LabArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// Frames per second at the most (1 to 120).
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=120), allow_hyphen_values = true)]
+    pub fps: u32,
+
+    /// Draw with ASCII characters only.
+    #[arg(long)]
+    pub ascii: bool,
+}
+
+/// What a run without a dashboard can be asked for.
 #[derive(Debug, Args)]
 pub struct RunArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// A short check: 2 seconds on the virtual clock.
+    #[arg(long, conflicts_with = "duration_s")]
+    pub smoke: bool,
+
+    /// Write metrics.json into this folder, which is made if need be.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Write one row per control step to this file.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+
+    /// Print the metrics as JSON and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a graph can be asked for. Names with underscores are accepted too.
+#[derive(Debug, Args)]
+pub struct GraphArgs {
     /// Chooses the start, and the numbers of the random policy.
     #[arg(
         long,
@@ -41,11 +94,11 @@ pub struct RunArgs {
     pub seed: u64,
 
     /// Real: one thread per node against the wall clock. Virtual: one thread,
-    /// reproducible to the bit. Real unless --smoke is given.
+    /// reproducible to the bit [default: real for run, virtual for the lab]
     #[arg(long, value_enum, value_name = "CLOCK")]
     pub clock: Option<ClockArg>,
 
-    /// Run time in seconds [default: 10]
+    /// Run time in seconds [default: 10 for run, no end for the lab]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true)]
     pub duration_s: Option<Time>,
 
@@ -86,17 +139,13 @@ pub struct RunArgs {
     #[arg(long = "break", conflicts_with = "control_hz")]
     pub break_bug: bool,
 
-    /// A short check: 2 seconds on the virtual clock.
-    #[arg(long, conflicts_with = "duration_s")]
-    pub smoke: bool,
-
     /// Turn knobs on the way: a file with lines such as "2.5 control-hz 10"
     /// (control-hz, sensor-hz, queue-depth).
     #[arg(long, value_name = "FILE")]
     pub knobs: Option<PathBuf>,
 
     /// How fast virtual time passes: max, or 0.1 to 100 times wall time
-    /// [default: max]
+    /// [default: max for run, 1 for the lab]
     #[arg(long, value_name = "FACTOR", value_parser = speed, allow_hyphen_values = true)]
     pub speed: Option<Speed>,
 
@@ -108,18 +157,6 @@ pub struct RunArgs {
     /// Ask for real-time scheduling and locked memory (real clock only).
     #[arg(long)]
     pub realtime: bool,
-
-    /// Write metrics.json into this folder, which is made if need be.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Write one row per control step to this file.
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-
-    /// Print the metrics as JSON and nothing else.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// A clock by name.
@@ -175,15 +212,11 @@ fn number(text: &str, unit: &str, least: f64, most: f64) -> Result<f64, String> 
 
 /// Prints what was asked for, such as help, or makes one line of an error.
 pub fn explain(error: &clap::Error) -> Result<(), Error> {
-    use ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
     match error.kind() {
-        DisplayHelp | DisplayVersion => {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let _ = error.print(); // Nobody is left to tell if it cannot be printed.
             Ok(())
         }
-        DisplayHelpOnMissingArgumentOrSubcommand => Err(Error::BadInput(
-            "what is to be done? try ratelab run, or ratelab --help".to_owned(),
-        )),
         _ => Err(Error::BadInput(one_line(&error.to_string()))),
     }
 }

@@ -5,6 +5,8 @@ use std::{path::Path, process::ExitCode};
 use ratelab::{experiment::SetupError, runtime::Fault};
 use thiserror::Error;
 
+use crate::dashboard::LabError;
+
 /// Why the command ends without having done what it was asked.
 #[derive(Debug, Error)]
 pub enum Error {
@@ -17,6 +19,9 @@ pub enum Error {
     /// MuJoCo or the graph could not be set up.
     #[error("{0}")]
     Setup(#[from] SetupError),
+    /// The dashboard ended other than by a key.
+    #[error("{0}")]
+    Lab(#[from] LabError),
     /// Something that was to be written could not be.
     #[error("cannot write {what}: {why}")]
     Write {

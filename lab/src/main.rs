@@ -2,8 +2,11 @@
 
 mod cli;
 mod csv;
+mod dashboard;
 mod error;
+mod lab;
 mod metrics;
+mod options;
 mod report;
 mod run;
 
@@ -15,8 +18,11 @@ use cli::{Cli, Command};
 
 fn main() -> ExitCode {
     let outcome = match Cli::try_parse() {
-        Ok(cli) => match cli.command {
-            Command::Run(args) => run::run(&args),
+        Ok(cli) => match &cli.command {
+            None => lab::lab(&cli.lab),
+            Some(Command::Lab(args)) => lab::lab(args),
+            Some(Command::Run(args)) => run::run(args),
+            Some(Command::Keys) => lab::keys(),
         },
         Err(error) => cli::explain(&error),
     };

@@ -55,7 +55,6 @@ fn own_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
         "knobs": config.knobs.iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
         "latency": milliseconds(&summary.latency),
         "policy": config.policy.name(),
-        "telemetry_lost": summary.telemetry_lost,
         "version": env!("CARGO_PKG_VERSION"),
     }))
 }

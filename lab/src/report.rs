@@ -30,7 +30,10 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
     let late = summary.config.knobs.iter();
     let late = late.filter(|knob| knob.at > summary.sim_time);
     lines.extend(late.map(|knob| ("not done", format!("{knob}: the run had ended"))));
-    lines.extend(losses(summary, notes));
+    if notes.csv_lost > 0 {
+        let lost = format!("{} CSV rows: the disk was too slow", notes.csv_lost);
+        lines.push(("lost", lost));
+    }
     let lines: Vec<String> = lines
         .iter()
         .map(|(name, text)| format!("{name:<9} {text}"))
@@ -124,20 +127,6 @@ fn overruns(node: &NodeSummary) -> String {
         node.overruns,
         node.ticks + node.overruns
     )
-}
-
-fn losses(summary: &Summary, notes: &Notes) -> Vec<(&'static str, String)> {
-    let mut lines = Vec::new();
-    if notes.csv_lost > 0 {
-        lines.push((
-            "lost",
-            format!("{} CSV rows: the disk was too slow", notes.csv_lost),
-        ));
-    }
-    if summary.telemetry_lost > 0 {
-        lines.push(("lost", format!("{} measurements", summary.telemetry_lost)));
-    }
-    lines
 }
 
 fn ms(duration: Option<Duration>) -> String {

@@ -10,20 +10,33 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    experiment::{Config, Experiment, Summary, TimedKnob, parse_knobs},
-    runtime::{ClockKind, Command, Hz, RealClock, Speed, Time, clock::Realtime},
+    experiment::{Experiment, Summary},
+    runtime::{ClockKind, Command, RealClock, Speed, Time},
 };
 use tempfile::NamedTempFile;
 
-use crate::{cli::RunArgs, csv, error::Error, metrics, report};
+use crate::{
+    cli::{ClockArg, RunArgs},
+    csv,
+    error::Error,
+    metrics,
+    options::{self, Usual},
+    report,
+};
 
-/// Control rate of `--break` and of an ordinary run (Hz).
-const BROKEN_HZ: f64 = 5.0;
-const CONTROL_HZ: f64 = 50.0;
+/// What an ordinary run is.
+const USUAL: Usual = Usual {
+    clock: ClockKind::Real,
+    end: Time::from_nanos(10_000_000_000),
+    speed: Speed::FlatOut,
+};
 
-/// Run time of `--smoke` and of an ordinary run (s).
-const SMOKE_S: u64 = 2;
-const DURATION_S: u64 = 10;
+/// What `--smoke` is.
+const SMOKE: Usual = Usual {
+    clock: ClockKind::Virtual,
+    end: Time::from_nanos(2_000_000_000),
+    ..USUAL
+};
 
 /// Control steps that the CSV writer may lag behind before rows are lost to a
 /// real clock, which does not wait: minutes at 50 Hz.
@@ -46,19 +59,28 @@ pub struct Notes {
 
 /// Runs the graph as asked, prints and writes what it came to.
 pub fn run(args: &RunArgs) -> Result<(), Error> {
-    let config = config(args)?;
+    let config = if args.smoke {
+        if args.graph.clock == Some(ClockArg::Real) {
+            let why = "--smoke runs on the virtual clock: leave --clock real out";
+            return Err(Error::BadInput(why.to_owned()));
+        }
+        options::config(&args.graph, &SMOKE)?
+    } else {
+        options::config(&args.graph, &USUAL)?
+    };
     let experiment = Experiment::new(&config)?;
     stop_on_signal(experiment.commands());
     let outputs = Outputs::prepare(args)?;
-    let (mut real, realtime) = real_clock(args.realtime);
-    if let Some(Err(refusal)) = &realtime {
-        eprintln!("note: --realtime: {refusal}");
-    }
+    let realtime = options::realtime(&args.graph);
+    let granted = realtime.as_ref().and_then(|asked| asked.as_ref().ok());
+    let mut real = granted.map_or_else(RealClock::default, |granted| {
+        RealClock::with_realtime(granted.clone())
+    });
     let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv)?;
     let notes = Notes {
-        break_bug: args.break_bug,
+        break_bug: args.graph.break_bug,
         smoke: args.smoke,
-        realtime,
+        realtime: realtime.map(|asked| asked.map(drop)),
         csv_lost,
     };
     let metrics = metrics::json(&summary, &notes);
@@ -72,64 +94,6 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     }
 }
 
-/// The configuration that the options describe.
-fn config(args: &RunArgs) -> Result<Config, Error> {
-    let smoke_clock = if args.smoke {
-        ClockKind::Virtual
-    } else {
-        ClockKind::Real
-    };
-    let clock = args.clock.map_or(smoke_clock, ClockKind::from);
-    if args.smoke && clock == ClockKind::Real {
-        return refuse("--smoke runs on the virtual clock: leave --clock real out");
-    }
-    if clock == ClockKind::Virtual && args.realtime {
-        return refuse("--realtime has no meaning on the virtual clock: add --clock real");
-    }
-    if clock == ClockKind::Virtual && args.think_ms.is_some() {
-        return refuse(
-            "--think-ms takes wall time, which the virtual clock does not know: add --clock real",
-        );
-    }
-    if clock == ClockKind::Real && args.speed.is_some() {
-        return refuse("--speed sets the pace of virtual time: add --clock virtual");
-    }
-    let seconds = if args.smoke { SMOKE_S } else { DURATION_S };
-    let usual_hz = if args.break_bug {
-        BROKEN_HZ
-    } else {
-        CONTROL_HZ
-    };
-    let control_hz = match args.control_hz {
-        Some(hz) => hz,
-        None => Hz::new(usual_hz).map_err(|error| Error::BadInput(error.to_string()))?,
-    };
-    Ok(Config {
-        seed: args.seed,
-        clock,
-        speed: args.speed.unwrap_or(Speed::FlatOut),
-        end: args
-            .duration_s
-            .unwrap_or(Time::from_nanos(seconds * 1_000_000_000)),
-        sensor_hz: args.sensor_hz,
-        control_hz,
-        queue_depth: args.queue_depth,
-        policy: args.policy,
-        think: args.think_ms.unwrap_or_default(),
-        knobs: args.knobs.as_deref().map_or(Ok(Vec::new()), read_knobs)?,
-    })
-}
-
-fn refuse<T>(why: &str) -> Result<T, Error> {
-    Err(Error::BadInput(why.to_owned()))
-}
-
-fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
-    let text = fs::read_to_string(path).map_err(|why| Error::file("--knobs", path, &why))?;
-    parse_knobs(&text)
-        .map_err(|error| Error::BadInput(format!("--knobs {}: {error}", path.display())))
-}
-
 /// The first Ctrl-C (or SIGTERM) ends the run in order, the second at once: a
 /// node may be stuck.
 fn stop_on_signal(commands: Sender<Command>) {
@@ -141,16 +105,6 @@ fn stop_on_signal(commands: Sender<Command>) {
     });
     if let Err(error) = installed {
         eprintln!("note: Ctrl-C will end the run without a summary: {error}");
-    }
-}
-
-fn real_clock(realtime: bool) -> (RealClock, Option<Result<(), String>>) {
-    if !realtime {
-        return (RealClock::default(), None);
-    }
-    match Realtime::request() {
-        Ok(granted) => (RealClock::with_realtime(granted), Some(Ok(()))),
-        Err(refusal) => (RealClock::default(), Some(Err(refusal.to_string()))),
     }
 }
 
@@ -236,7 +190,7 @@ fn write_error(path: &Path, why: io::Error) -> Error {
 
 /// Prints to standard output, which may have been closed by a reader that has
 /// seen enough.
-fn say(text: &str) -> Result<(), Error> {
+pub fn say(text: &str) -> Result<(), Error> {
     match writeln!(io::stdout(), "{text}") {
         Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
             let what = "to standard output".to_owned();

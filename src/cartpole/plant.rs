@@ -64,6 +64,14 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose at cart position (m) and hinge angle (rad).
+    pub fn of([cart_position, hinge_angle]: [f64; 2]) -> Self {
+        Self {
+            cart_position,
+            pole_angle: (hinge_angle + PI).rem_euclid(2.0 * PI) - PI,
+        }
+    }
+
     fn fall(&self) -> Option<Fall> {
         if self.pole_angle.abs() > POLE_LIMIT_RAD {
             Some(Fall::Pole)
@@ -140,11 +148,7 @@ impl Plant {
 
     /// Where cart and pole are.
     pub fn pose(&self) -> Pose {
-        let qpos = self.data.qpos();
-        Pose {
-            cart_position: qpos[SLIDER],
-            pole_angle: (qpos[HINGE] + PI).rem_euclid(2.0 * PI) - PI,
-        }
+        Pose::of(self.qpos())
     }
 
     /// Cart position (m) and hinge angle (rad, not wrapped).

@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{ACTION, OBS};
 use crate::{
     cartpole::{POLICY, SENSOR},
-    runtime::{Command, Depth, DepthError, Hz, HzError, Time, TimedCommand},
+    runtime::{Command, Depth, DepthError, Hz, HzError, Time, TimedCommand, telemetry::Event},
 };
 
 /// One setting of one knob. As text: the knob's name and the value, such as
@@ -52,6 +52,19 @@ impl fmt::Display for Knob {
     }
 }
 
+impl Knob {
+    /// The knob that `command` turns. Both topics' depths are one knob, which
+    /// shows in the command for `/obs`.
+    fn of(command: &Command) -> Option<Self> {
+        match command {
+            Command::SetRate { node, hz } if node == POLICY => Some(Self::ControlHz(*hz)),
+            Command::SetRate { node, hz } if node == SENSOR => Some(Self::SensorHz(*hz)),
+            Command::SetDepth { topic, depth } if topic == OBS => Some(Self::QueueDepth(*depth)),
+            _ => None,
+        }
+    }
+}
+
 /// A knob to be turned at a run time. As text: the seconds, then the knob,
 /// such as `2.5 control-hz 10`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +76,13 @@ pub struct TimedKnob {
 }
 
 impl TimedKnob {
+    /// The knob that was turned in a run, if `event` tells of one.
+    pub fn of(event: &Event) -> Option<Self> {
+        let TimedCommand { at, command } = event.replayable()?;
+        let knob = Knob::of(&command)?;
+        Some(Self { at, knob })
+    }
+
     /// The commands that turn it then.
     pub fn commands(&self) -> Vec<TimedCommand> {
         let at = self.at;

@@ -164,6 +164,7 @@ fn build(
     topics: &Topics,
 ) -> Result<Graph, GraphError> {
     let mut graph = Graph::new();
+    graph.set_clock(config.clock);
     graph.set_speed(config.speed);
     graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
         plant: plant.clone(),

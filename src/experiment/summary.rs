@@ -2,7 +2,7 @@
 
 use std::{fmt, time::Duration};
 
-use super::{ACTION, Config, OBS};
+use super::{ACTION, Config, OBS, TimedKnob};
 use crate::{
     cartpole::{ACTUATOR, Fall, Plant, SENSE_TO_ACT},
     runtime::{
@@ -104,8 +104,6 @@ pub struct Summary {
     pub nodes: Vec<NodeSummary>,
     /// Commands and ends.
     pub events: Vec<Event>,
-    /// Measurements that were lost to observers.
-    pub telemetry_lost: u64,
 }
 
 /// What a topic carried in a run.
@@ -139,6 +137,12 @@ pub struct NodeSummary {
 }
 
 impl Summary {
+    /// The knobs as they were turned, up front or live: under the virtual clock
+    /// the same configuration with these is the same run again.
+    pub fn knobs(&self) -> Vec<TimedKnob> {
+        self.events.iter().filter_map(TimedKnob::of).collect()
+    }
+
     pub(super) fn new(
         config: &Config,
         exit: &Exit,
@@ -164,7 +168,6 @@ impl Summary {
             action: TopicSummary::of(ACTION, &snapshot, sim_time),
             nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
             events: observer.events(0),
-            telemetry_lost: observer.lost(),
         }
     }
 }

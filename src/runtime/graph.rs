@@ -5,7 +5,6 @@
 
 use std::{
     error::Error,
-    ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
     time::Duration,
 };
@@ -14,7 +13,7 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Speed},
-    node::{Fault, Node, Panicked},
+    node::{Fault, Node, Panicked, Tick},
     rate::Rate,
     sync::{
         Arc, Mutex,
@@ -172,6 +171,12 @@ impl Graph {
     /// How far the run has come.
     pub fn now(&self) -> Time {
         self.plane.now()
+    }
+
+    /// Sets under which clock the graph is about to run, for those who observe
+    /// it before it does.
+    pub fn set_clock(&mut self, clock: ClockKind) {
+        self.plane.update(|status| status.clock = clock);
     }
 
     /// Sets how fast the virtual clock will run the graph.
@@ -362,14 +367,19 @@ impl Slot {
         before
     }
 
-    /// Lets the node work. A panic in it is a fault like any other.
-    pub(crate) fn tick(&mut self, now: Time) -> Result<ControlFlow<()>, Fault> {
+    /// Lets the node work. A panic in it is an error like any other.
+    pub(crate) fn tick(&mut self, now: Time) -> Tick {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
         bump(&self.entry.ticks);
-        match outcome {
-            Ok(Ok(flow)) => Ok(flow),
-            Ok(Err(cause)) => Err(self.fault(now, cause)),
-            Err(panic) => Err(self.fault(now, Box::new(Panicked(panic_message(&*panic))))),
+        outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
+    }
+
+    /// What a tick at `at` that returned an error is to the run.
+    pub(crate) fn fault(&self, at: Time, cause: Box<dyn Error + Send + Sync>) -> Fault {
+        Fault {
+            node: self.entry.name.to_string(),
+            at,
+            cause,
         }
     }
 
@@ -387,14 +397,6 @@ impl Slot {
 
     pub(crate) fn record_tick_time(&mut self, tick_time: Duration) {
         self.tick_time.record(tick_time);
-    }
-
-    fn fault(&self, at: Time, cause: Box<dyn Error + Send + Sync>) -> Fault {
-        Fault {
-            node: self.entry.name.to_string(),
-            at,
-            cause,
-        }
     }
 }
 

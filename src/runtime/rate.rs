@@ -29,7 +29,7 @@ use super::time::{Hz, Time};
 /// | 50 Hz, last due 1.00 s | 1.01 s | 10 Hz | 1.10 s |
 /// | 10 Hz, last due 1.00 s | 1.01 s | 50 Hz | 1.02 s |
 /// | 1 Hz, last due 1.00 s | 1.51 s | 50 Hz | 1.52 s, not 26 ticks at once |
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Rate {
     hz: Hz,
     period: Period,
@@ -107,7 +107,7 @@ impl Rate {
 }
 
 /// One period in nanoseconds as a reduced fraction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Period {
     numerator: u64,
     denominator: u64,

@@ -6,7 +6,7 @@
 
 #[cfg(not(feature = "model"))]
 pub use std::{
-    sync::{Arc, Condvar, Mutex, MutexGuard, TryLockError, atomic},
+    sync::{Arc, Condvar, Mutex, MutexGuard, atomic},
     thread,
     time::Instant,
 };
@@ -15,7 +15,7 @@ pub use std::{
 pub use self::model::Instant;
 #[cfg(feature = "model")]
 pub use shuttle::{
-    sync::{Arc, Condvar, Mutex, MutexGuard, TryLockError, atomic},
+    sync::{Arc, Condvar, Mutex, MutexGuard, atomic},
     thread,
 };
 
@@ -25,15 +25,6 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// Locks if nobody else holds the lock right now.
-pub(crate) fn try_lock<T>(mutex: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
-    match mutex.try_lock() {
-        Ok(guard) => Some(guard),
-        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
-        Err(TryLockError::WouldBlock) => None,
-    }
 }
 
 /// Spawns a scoped thread that debuggers show under its node's name.
@@ -61,15 +52,19 @@ pub(crate) fn spawn_named<'scope>(
 #[cfg(feature = "model")]
 mod model {
     use std::{
+        cell::Cell,
         ops::{Add, Sub},
-        sync::atomic::{AtomicU64, Ordering},
         time::Duration,
     };
 
     /// Nanoseconds that pass whenever somebody looks at the model's wall clock.
     const LOOK: u64 = 1_000_000;
 
-    static ELAPSED: AtomicU64 = AtomicU64::new(0);
+    thread_local! {
+        /// The checker runs all threads of a model on one of the system's, so
+        /// that checks side by side keep their clocks to themselves.
+        static ELAPSED: Cell<u64> = const { Cell::new(0) };
+    }
 
     /// A wall clock for model checking: it advances only by being read, so a
     /// deadline passes after a bounded number of looks in any interleaving.
@@ -79,9 +74,9 @@ mod model {
     impl Instant {
         /// The model's wall time.
         pub fn now() -> Self {
-            Self(Duration::from_nanos(
-                ELAPSED.fetch_add(LOOK, Ordering::Relaxed),
-            ))
+            let elapsed = ELAPSED.get();
+            ELAPSED.set(elapsed + LOOK);
+            Self(Duration::from_nanos(elapsed))
         }
 
         /// How long ago this instant was; zero if it is still to come.

@@ -154,6 +154,15 @@ pub(crate) struct TopicCounters {
     pub(crate) published: AtomicU64,
     pub(crate) depth: AtomicUsize,
     pub(crate) window: RateWindow,
+    /// Stamp of the newest message, plus one nanosecond; zero before the first.
+    pub(crate) newest: AtomicU64,
+}
+
+impl TopicCounters {
+    pub(crate) fn newest(&self) -> Option<Time> {
+        let newest = self.newest.load(Ordering::Relaxed).checked_sub(1)?;
+        Some(Time::from_nanos(newest))
+    }
 }
 
 /// How far one subscription has read, and what it lost. Written under the
@@ -163,6 +172,7 @@ pub(crate) struct ReadMark {
     /// Sequence number of the oldest message not yet seen.
     next_unread: AtomicU64,
     pub(crate) dropped: AtomicU64,
+    pub(crate) drops: RateWindow,
 }
 
 impl<T> Clone for Topic<T> {
@@ -181,6 +191,7 @@ impl<T: Payload> Topic<T> {
                 published: AtomicU64::new(0),
                 depth: AtomicUsize::new(depth.get()),
                 window: RateWindow::default(),
+                newest: AtomicU64::new(0),
             }),
             queue: Mutex::new(Queue {
                 messages: VecDeque::new(),
@@ -238,8 +249,9 @@ impl<T: Payload> Topic<T> {
     pub fn set_depth(&self, depth: Depth) -> Depth {
         let mut queue = lock(&self.0.queue);
         let before = Depth(std::mem::replace(&mut queue.depth, depth.get()));
+        let newest = queue.messages.back().map_or(Time::ZERO, |m| m.stamp);
         while queue.messages.len() > queue.depth {
-            queue.evict_oldest();
+            queue.evict_oldest(newest);
         }
         self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
         before
@@ -265,12 +277,25 @@ impl<T: Payload> Topic<T> {
     }
 }
 
+impl<T: Payload> Queue<T> {
+    /// Hands every tap a copy, and forgets those that nobody listens to.
+    fn offer_newest(&mut self) {
+        if !self.taps.is_empty()
+            && let Some(newest) = self.messages.back()
+        {
+            self.taps.retain(|tap| tap.offer(newest));
+        }
+    }
+}
+
 impl<T> Queue<T> {
-    fn evict_oldest(&mut self) {
+    /// Makes room at run time `now`.
+    fn evict_oldest(&mut self, now: Time) {
         if let Some(evicted) = self.messages.pop_front() {
             for mark in &self.marks {
                 if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
                     bump(&mark.dropped);
+                    mark.drops.count(now);
                 }
             }
         }
@@ -295,22 +320,22 @@ impl<T: Payload> Publisher<T> {
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
         let bus = &*self.0;
         let mut queue = lock(&bus.queue);
-        let message = Message {
+        if queue.messages.len() >= queue.depth {
+            queue.evict_oldest(stamp);
+        }
+        let seq = queue.next_seq;
+        queue.next_seq += 1;
+        queue.messages.push_back(Message {
             data,
             stamp,
-            seq: queue.next_seq,
+            seq,
             origin,
-        };
-        queue.next_seq += 1;
-        if !queue.taps.is_empty() {
-            queue.taps.retain(|tap| tap.offer(&message));
-        }
-        if queue.messages.len() >= queue.depth {
-            queue.evict_oldest();
-        }
-        queue.messages.push_back(message);
+        });
+        queue.offer_newest();
         bump(&bus.counters.published);
         bus.counters.window.count(stamp);
+        let newest = stamp.as_nanos().saturating_add(1);
+        bus.counters.newest.store(newest, Ordering::Relaxed);
     }
 }
 

@@ -1,11 +1,138 @@
-//! What several tests need: a run with everything it said.
+//! What several tests need: short names, nodes that note their ticks, and a run
+//! with everything it said.
 #![allow(dead_code)] // Each test uses its own part.
+
+use std::{
+    ops::ControlFlow,
+    sync::{Arc, Mutex},
+};
 
 use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{Config, Experiment, Summary},
-    runtime::{Message, RealClock, Tap},
+    runtime::{
+        Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tick,
+        Time, TimedCommand,
+        telemetry::{Event, Happening},
+    },
 };
+
+/// What a node returns that goes on.
+pub const GO_ON: Tick = Ok(ControlFlow::Continue(()));
+
+/// What a node returns that ends the run.
+pub const END: Tick = Ok(ControlFlow::Break(()));
+
+/// A rate that is one.
+pub fn hz(hz: f64) -> Hz {
+    Hz::new(hz).expect("a rate")
+}
+
+/// A depth that is one.
+pub fn depth(messages: usize) -> Depth {
+    Depth::new(messages).expect("a depth")
+}
+
+/// The moment so many seconds into a run.
+pub fn secs(seconds: f64) -> Time {
+    Time::from_secs_f64(seconds).expect("a time")
+}
+
+/// `command`, to be given so many seconds into a run.
+pub fn at(seconds: f64, command: Command) -> TimedCommand {
+    let at = secs(seconds);
+    TimedCommand { at, command }
+}
+
+pub fn set_rate(node: &str, rate: f64) -> Command {
+    let (node, hz) = (node.to_owned(), hz(rate));
+    Command::SetRate { node, hz }
+}
+
+pub fn set_depth(topic: &str, messages: usize) -> Command {
+    let (topic, depth) = (topic.to_owned(), depth(messages));
+    Command::SetDepth { topic, depth }
+}
+
+/// Runs `graph` with these commands and no way to give others.
+pub fn run_timed(
+    clock: &mut impl Clock,
+    graph: &mut Graph,
+    timed: Vec<TimedCommand>,
+    until: Time,
+) -> Exit {
+    let (_, mut inbox) = Inbox::new(timed);
+    clock.run(graph, &mut inbox, until).expect("no fault")
+}
+
+/// The commands of a run that took effect, and when.
+pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
+    let applied = events.iter().filter_map(|event| match &event.what {
+        Happening::Applied { command, .. } => Some((event.at, command.clone())),
+        _ => None,
+    });
+    applied.collect()
+}
+
+/// The commands of a run that were refused, and why.
+pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
+    let refused = events.iter().filter_map(|event| match &event.what {
+        Happening::Refused { command, reason } => Some((command.clone(), reason.clone())),
+        _ => None,
+    });
+    refused.collect()
+}
+
+/// The ticks of all nodes so far.
+pub fn ticks(observer: &Observer) -> u64 {
+    observer
+        .snapshot()
+        .nodes
+        .iter()
+        .map(|node| node.ticks)
+        .sum()
+}
+
+/// The ticks of nodes in the order in which they happened.
+#[derive(Clone, Default)]
+pub struct TickLog(Arc<Mutex<Vec<(&'static str, Time)>>>);
+
+impl TickLog {
+    /// Adds a node that notes its ticks and does nothing else.
+    pub fn node(&self, graph: &mut Graph, name: &'static str, rate: f64, priority: u32) {
+        self.node_that(graph, name, rate, priority, |_| GO_ON);
+    }
+
+    /// Adds a node that notes its ticks and then works.
+    pub fn node_that(
+        &self,
+        graph: &mut Graph,
+        name: &'static str,
+        rate: f64,
+        priority: u32,
+        mut work: impl FnMut(Time) -> Tick + Send + 'static,
+    ) {
+        let log = self.0.clone();
+        let node = move |now| {
+            log.lock().expect("log").push((name, now));
+            work(now)
+        };
+        let added = graph.node(name, hz(rate), priority, |_| node);
+        added.expect("a name of its own");
+    }
+
+    /// All ticks so far.
+    pub fn all(&self) -> Vec<(&'static str, Time)> {
+        self.0.lock().expect("log").clone()
+    }
+
+    /// When the node called `name` ticked.
+    pub fn of(&self, name: &str) -> Vec<Time> {
+        let all = self.all();
+        let its = all.iter().filter(|(node, _)| *node == name);
+        its.map(|(_, at)| *at).collect()
+    }
+}
 
 /// Every message of a run, and its summary.
 pub struct RunBytes {
@@ -18,17 +145,25 @@ pub struct RunBytes {
 impl RunBytes {
     /// All messages as bytes, to be compared between runs.
     pub fn bytes(&self) -> Vec<u8> {
-        let observations = self.observations.iter().flat_map(|message| {
-            let values = message.data.to_array().map(f32::to_le_bytes);
-            stamped(message, values.as_flattened())
-        });
-        let actions = self
-            .actions
-            .iter()
-            .flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
-        let steps = self.steps.iter().flat_map(step_bytes);
-        observations.chain(actions).chain(steps).collect()
+        message_bytes(&self.observations, &self.actions, &self.steps)
     }
+}
+
+/// All messages as bytes, to be compared between runs.
+pub fn message_bytes(
+    observations: &[Message<Observation>],
+    actions: &[Message<Action>],
+    steps: &[Message<ControlStep>],
+) -> Vec<u8> {
+    let observations = observations.iter().flat_map(|message| {
+        let values = message.data.to_array().map(f32::to_le_bytes);
+        stamped(message, values.as_flattened())
+    });
+    let actions = actions
+        .iter()
+        .flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+    let steps = steps.iter().flat_map(step_bytes);
+    observations.chain(actions).chain(steps).collect()
 }
 
 fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
@@ -49,9 +184,9 @@ pub fn collect(experiment: Experiment) -> RunBytes {
     let actions = experiment.tap_actions(capacity);
     let steps = experiment.tap_steps(capacity);
     std::thread::scope(|scope| {
-        let observations = scope.spawn(|| all(&observations));
-        let actions = scope.spawn(|| all(&actions));
-        let steps = scope.spawn(|| all(&steps));
+        let observations = scope.spawn(|| messages_of(&observations));
+        let actions = scope.spawn(|| messages_of(&actions));
+        let steps = scope.spawn(|| messages_of(&steps));
         RunBytes {
             summary: experiment.run(&mut RealClock::default()).expect("run"),
             observations: observations.join().expect("collected"),
@@ -61,7 +196,8 @@ pub fn collect(experiment: Experiment) -> RunBytes {
     })
 }
 
-fn all<T>(tap: &Tap<T>) -> Vec<Message<T>> {
+/// Every message that a tap gets until its topic is gone.
+pub fn messages_of<T>(tap: &Tap<T>) -> Vec<Message<T>> {
     tap.messages().iter().collect()
 }
 

@@ -1,36 +1,73 @@
 //! Who is due when, in virtual time.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
+use std::{
+    cmp::Reverse,
+    collections::{BinaryHeap, HashMap, hash_map},
+};
 
 use crate::runtime::{graph::Slot, time::Time};
 
 /// The nodes ordered by when they are due; those due together by priority,
 /// then by the order in which they were added.
+///
+/// Nodes whose rates are the same are due together for ever, so they are
+/// ordered once, and only their cohorts are ordered again and again. A thousand
+/// nodes mostly share a handful of rates.
 #[derive(Debug)]
 pub(crate) struct Agenda {
     heap: BinaryHeap<Reverse<Entry>>,
-    order: Vec<usize>,
+    cohorts: Vec<Cohort>,
 }
 
-/// When the node of this rank is due.
+/// When the next node of this cohort is due, and the rank of that node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
     due: Time,
     rank: usize,
+    cohort: usize,
+}
+
+/// Nodes with the same rate.
+#[derive(Debug, Default)]
+struct Cohort {
+    members: Vec<Member>,
+    /// How many of them have ticked in the instant that is due.
+    done: usize,
+}
+
+/// A node by its rank among all and by its place in the graph.
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    rank: usize,
+    index: usize,
 }
 
 impl Agenda {
     pub(crate) fn new(slots: &[Slot]) -> Self {
+        let mut agenda = Self {
+            heap: BinaryHeap::new(),
+            cohorts: Vec::new(),
+        };
         let mut order: Vec<usize> = (0..slots.len()).collect();
         order.sort_by_key(|&index| slots[index].entry.priority);
-        let entries = order.iter().enumerate().map(|(rank, &index)| {
-            let due = slots[index].rate.due();
-            Reverse(Entry { due, rank })
-        });
-        Self {
-            heap: entries.collect(),
-            order,
+        let mut known = HashMap::new();
+        for (rank, index) in order.into_iter().enumerate() {
+            let rate = &slots[index].rate;
+            let cohort = match known.entry(rate) {
+                hash_map::Entry::Occupied(known) => *known.get(),
+                hash_map::Entry::Vacant(new) => *new.insert(agenda.found(rate.due(), rank)),
+            };
+            agenda.cohorts[cohort].members.push(Member { rank, index });
         }
+        agenda
+    }
+
+    /// Founds a cohort whose first member has this rank.
+    fn found(&mut self, due: Time, rank: usize) -> usize {
+        let cohort = self.cohorts.len();
+        self.cohorts.push(Cohort::default());
+        self.heap.push(Reverse(Entry { due, rank, cohort }));
+        cohort
     }
 
     /// When the next node is due; never, in an empty graph.
@@ -38,11 +75,24 @@ impl Agenda {
         self.heap.peek().map_or(Time::MAX, |entry| entry.0.due)
     }
 
-    /// Lets `tick` run the next node, which says when it is due again.
-    pub(crate) fn run_next<R>(&mut self, tick: impl FnOnce(usize) -> (Time, R)) -> Option<R> {
-        let mut next = self.heap.peek_mut()?;
-        let (due, result) = tick(self.order[next.0.rank]);
-        next.0.due = due;
-        Some(result)
+    /// Which node is next, and when it is due; none, in an empty graph.
+    pub(crate) fn next(&self) -> Option<(Time, usize)> {
+        let Reverse(next) = self.heap.peek()?;
+        let cohort = &self.cohorts[next.cohort];
+        Some((next.due, cohort.members[cohort.done].index))
+    }
+
+    /// The next node has ticked and is due again at `due`.
+    pub(crate) fn ticked(&mut self, due: Time) {
+        if let Some(mut next) = self.heap.peek_mut() {
+            let Reverse(next) = &mut *next;
+            let cohort = &mut self.cohorts[next.cohort];
+            cohort.done += 1;
+            if cohort.done == cohort.members.len() {
+                cohort.done = 0;
+                next.due = due;
+            }
+            next.rank = cohort.members[cohort.done].rank;
+        }
     }
 }

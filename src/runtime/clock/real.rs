@@ -16,7 +16,7 @@ use crate::runtime::{
     graph::{Graph, Plane, Slot},
     inbox::{Inbox, Wait, Word},
     node::Fault,
-    sync::{Arc, atomic::Ordering, spawn_named, thread},
+    sync::{Arc, spawn_named, thread},
     telemetry::Shared,
     time::{Hz, Time},
 };
@@ -156,7 +156,8 @@ impl Supervisor<'_> {
                     let at = wall.now();
                     let exit = self.obey(command, at);
                     if exit.is_some() || self.plane.status.paused {
-                        self.plane.set_now(at);
+                        // A node may have begun a tick after `at` already.
+                        self.plane.shared.come_to(at);
                         return Ok(exit);
                     }
                 }
@@ -254,15 +255,14 @@ impl Worker<'_> {
     }
 
     fn set_rate(&mut self, hz: Hz, command: &Command, at: Time) {
+        self.shared.come_to(at);
         let was = self.slot.set_hz(hz, at).to_string();
         self.shared.journal.applied(at, command, Some(was));
     }
 
     fn tick(&mut self, wall: &Wall, due: Time) -> Option<Report> {
         let began = wall.now();
-        self.shared
-            .now
-            .fetch_max(began.as_nanos(), Ordering::Relaxed);
+        self.shared.come_to(began);
         let outcome = self.slot.tick(began);
         let ended = wall.now();
         self.slot.record_lateness(began.since(due));
@@ -274,7 +274,7 @@ impl Worker<'_> {
                 node: self.slot.entry.name.to_string(),
                 at: began,
             })),
-            Err(fault) => Some(Report::Failed(fault)),
+            Err(cause) => Some(Report::Failed(self.slot.fault(began, cause))),
         }
     }
 }

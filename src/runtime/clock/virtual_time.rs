@@ -7,7 +7,7 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::{Graph, Slot},
     inbox::{Inbox, Wait},
-    node::Fault,
+    node::{Fault, Tick},
     sync::Instant,
     time::Time,
 };
@@ -89,6 +89,9 @@ impl<'a> Scheduler<'a> {
 
     /// Waits until the next event may happen, unless a command comes first.
     fn take_turn(&mut self) -> Turn {
+        if self.is_over() {
+            return Turn::Proceed;
+        }
         let wait = if self.graph.plane.status.paused {
             if self.steps > 0 {
                 Wait::Not
@@ -115,6 +118,12 @@ impl<'a> Scheduler<'a> {
             .is_some_and(|last| self.agenda.next_due() <= last)
     }
 
+    /// Whether the last instant has run. A command that arrives now would take
+    /// effect after the end, where a replay does not come.
+    fn is_over(&self) -> bool {
+        self.last_tick.is_some_and(|last| last >= self.until) && !self.mid_instant()
+    }
+
     /// The instant of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
         let due = self.agenda.next_due();
@@ -134,10 +143,15 @@ impl<'a> Scheduler<'a> {
         Ok(self.obey(&command, at))
     }
 
-    /// The run time now: after all that happened, before all that will.
+    /// The run time now: after all that happened, before all that will. Within
+    /// an instant that is the instant: its other nodes are to tick at it too.
     fn moment(&self) -> Time {
+        let now = self.graph.now();
+        if self.mid_instant() {
+            return now;
+        }
         let done = self.last_tick.map_or(Time::ZERO, |last| last + Time::TICK);
-        let now = self.graph.now().max(done);
+        let now = now.max(done);
         match self.pacer.now() {
             Some(paced) if !self.graph.plane.status.paused => paced.min(self.next_event()).max(now),
             _ => now,
@@ -181,32 +195,39 @@ impl<'a> Scheduler<'a> {
 
     /// Lets the next node work.
     fn tick(&mut self) -> Result<Option<Exit>, Fault> {
-        let due = self.agenda.next_due();
+        let Some((due, index)) = self.agenda.next() else {
+            return Ok(None);
+        };
         // A node that comes late from the real clock does not turn time back.
         let now = due.max(self.graph.now());
         self.last_tick = Some(due);
         self.graph.plane.set_now(now);
-        let (agenda, slots) = (&mut self.agenda, &mut self.graph.slots);
-        let measured = self.pacer.is_paced();
-        let end = agenda.run_next(|index| tick(&mut slots[index], now, measured));
-        end.transpose().map(Option::flatten)
+        let slot = &mut self.graph.slots[index];
+        let outcome = tick(slot, now, self.pacer.is_paced());
+        self.agenda.ticked(slot.rate.due());
+        match outcome {
+            Ok(ControlFlow::Continue(())) => Ok(None),
+            Ok(ControlFlow::Break(())) => Ok(Some(Exit::Ended {
+                node: slot.entry.name.to_string(),
+                at: now,
+            })),
+            Err(cause) => Err(slot.fault(now, cause)),
+        }
     }
 }
 
-/// Ticks a node; returns when it is due again, and how the run ended if it did.
-fn tick(slot: &mut Slot, now: Time, measured: bool) -> (Time, Result<Option<Exit>, Fault>) {
+/// Ticks a node and moves on to when it is due again.
+fn tick(slot: &mut Slot, now: Time, measured: bool) -> Tick {
     let began = measured.then(Instant::now);
     let outcome = slot.tick(now);
     if let Some(began) = began {
         slot.record_tick_time(began.elapsed());
     }
-    slot.rate.advance();
-    let end = outcome.map(|flow| match flow {
-        ControlFlow::Continue(()) => None,
-        ControlFlow::Break(()) => Some(Exit::Ended {
-            node: slot.entry.name.to_string(),
-            at: now,
-        }),
-    });
-    (slot.rate.due(), end)
+    if slot.rate.due() < now {
+        // It comes late from the real clock: once, not in a burst.
+        slot.advance_past(now);
+    } else {
+        slot.rate.advance();
+    }
+    outcome
 }

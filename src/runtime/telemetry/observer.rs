@@ -31,6 +31,13 @@ pub(crate) struct Shared {
     pub(crate) journal: Journal,
 }
 
+impl Shared {
+    /// Run time has come to `now` at least.
+    pub(crate) fn come_to(&self, now: Time) {
+        self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
+    }
+}
+
 /// A node as the graph and its observers know it.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeEntry {
@@ -124,6 +131,8 @@ pub struct TopicView {
     pub published: u64,
     /// Messages per second over the last second.
     pub per_second: f64,
+    /// When the newest message was published; `None` before the first.
+    pub newest: Option<Time>,
     /// The nodes that publish to it, as indices into [`Snapshot::nodes`].
     pub publishers: Vec<usize>,
     /// Those who read from it.
@@ -135,6 +144,11 @@ impl TopicView {
     pub fn dropped(&self) -> u64 {
         self.subscriptions.iter().map(|s| s.dropped).sum()
     }
+
+    /// Those of them within the last second.
+    pub fn dropped_lately(&self) -> u64 {
+        self.subscriptions.iter().map(|s| s.dropped_lately).sum()
+    }
 }
 
 /// A subscription in a [`Snapshot`].
@@ -144,6 +158,8 @@ pub struct SubscriptionView {
     pub node: usize,
     /// Messages evicted before it saw them.
     pub dropped: u64,
+    /// Those of them within the last second.
+    pub dropped_lately: u64,
     /// How old messages were when it read them.
     pub ages: Distribution,
 }
@@ -167,7 +183,7 @@ impl Observer {
         let now = self.now();
         Snapshot {
             now,
-            status: *lock(&self.shared.status),
+            status: self.status(),
             nodes: self.nodes.iter().map(NodeEntry::view).collect(),
             topics: self.topics.iter().map(|topic| topic.view(now)).collect(),
         }
@@ -178,22 +194,14 @@ impl Observer {
         Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
     }
 
+    /// How the graph is being run.
+    pub fn status(&self) -> Status {
+        *lock(&self.shared.status)
+    }
+
     /// Commands and ends of the run so far, from number `first` on.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.shared.journal.since(first)
-    }
-
-    /// Samples that meters lost to readers, over the whole graph.
-    pub fn lost(&self) -> u64 {
-        let nodes = self.nodes.iter().flat_map(|node| {
-            let own = node.meters.iter().map(|(_, meter)| meter);
-            [&node.lateness, &node.tick_time].into_iter().chain(own)
-        });
-        let ages = self.topics.iter().flat_map(|topic| &topic.subscriptions);
-        nodes
-            .chain(ages.map(|subscription| &subscription.ages))
-            .map(Meter::lost)
-            .sum()
     }
 }
 
@@ -226,6 +234,7 @@ impl TopicEntry {
             depth: self.counters.depth.load(Ordering::Relaxed),
             published: self.counters.published.load(Ordering::Relaxed),
             per_second: self.counters.window.per_second(now),
+            newest: self.counters.newest(),
             publishers: self.publishers.clone(),
             subscriptions: self
                 .subscriptions
@@ -233,6 +242,7 @@ impl TopicEntry {
                 .map(|subscription| SubscriptionView {
                     node: subscription.node,
                     dropped: subscription.mark.dropped.load(Ordering::Relaxed),
+                    dropped_lately: subscription.mark.drops.lately(now),
                     ages: subscription.ages.read(),
                 })
                 .collect(),

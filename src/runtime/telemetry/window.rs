@@ -51,6 +51,13 @@ impl RateWindow {
         events as f64 * 1e9 / ((current - first) * SLICE_NANOS) as f64
     }
 
+    /// Events within the last second, the slice that is not yet over included.
+    pub(crate) fn lately(&self, now: Time) -> u64 {
+        let current = slice_number(now);
+        let first = current.saturating_sub(WINDOW).max(1);
+        (first..=current).map(|number| self.events_in(number)).sum()
+    }
+
     fn events_in(&self, number: u64) -> u64 {
         let word = self.slices[slot(number)].load(Ordering::Relaxed);
         if word >> 32 == number {

@@ -1,2 +1,0 @@
-//! Ours beside the floor and the alternatives, in one run.
-fn main() {}

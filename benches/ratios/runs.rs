@@ -1,0 +1,181 @@
+//! The virtual run over nothing but its physics.
+
+use std::{
+    hint::black_box,
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    thread,
+    time::{Duration, Instant},
+};
+
+use mujoco_rs::prelude::{MjData, MjModel};
+use ratelab::{
+    cartpole::{Plant, SUBSTEPS},
+    experiment::{Config, Experiment, Summary},
+    policy::{Policy, Scripted},
+    runtime::RealClock,
+};
+
+use super::{
+    contest::{Nanos, contest, nanos, time},
+    table::Table,
+};
+
+/// Rounds of two runs of a millisecond each.
+const ROUNDS: usize = 500;
+
+/// Room for every message of a run, so that no publisher waits for a reader.
+const TAP: usize = 1024;
+
+/// How long a throughput is measured in each of its rounds.
+const STRETCH: Duration = Duration::from_millis(400);
+
+/// Fills in the rows about whole runs.
+pub fn measure(table: &mut Table) {
+    let floor = Floor::new();
+    table.heading(format!(
+        "A virtual run of 10 s, beside its {} bare physics steps",
+        floor.actions.len() * SUBSTEPS as usize
+    ));
+    let stepping = || {
+        let mut data = floor.start();
+        time(|| floor.step(&mut data))
+    };
+    let work = contest(ROUNDS, || robot(floor.actions.len()), stepping);
+    table.row("sense, think and act in a plain loop", &work, None);
+    let run = contest(ROUNDS, || time_run(experiment()), stepping);
+    table.row("run, all statistics on", &run, Some(1.05));
+    let plain = contest(
+        ROUNDS,
+        || time_run(experiment()),
+        || robot(floor.actions.len()),
+    );
+    table.row("run, beside that plain loop", &plain, None);
+    let tapped = contest(ROUNDS, time_tapped_run, stepping);
+    table.row("run with a tap on every topic", &tapped, Some(1.05));
+    let whole = contest(
+        ROUNDS,
+        || time(|| drop(execute(experiment()))),
+        || time(|| floor.step(&mut floor.start())),
+    );
+    table.row("run and making graph and plant", &whole, None);
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    for (what, threads) in [("runs/s on one core", 1), ("runs/s on all cores", cores)] {
+        throughput(table, &floor, what, threads);
+    }
+}
+
+/// What the three nodes do, without nodes, topics and a clock: the part of a
+/// run that no runtime can save.
+fn robot(steps: usize) -> Nanos {
+    let mut plant = Plant::new(Config::default().seed).expect("plant");
+    time(|| {
+        for _ in 0..steps {
+            let action = Scripted.act(&plant.observe());
+            black_box(plant.step(action));
+            black_box((plant.observe(), plant.qpos(), plant.qvel()));
+        }
+    })
+}
+
+fn experiment() -> Experiment {
+    Experiment::new(&Config::default()).expect("experiment")
+}
+
+fn execute(experiment: Experiment) -> Summary {
+    experiment.run(&mut RealClock::default()).expect("run")
+}
+
+fn time_run(experiment: Experiment) -> Nanos {
+    time(|| drop(execute(experiment)))
+}
+
+fn time_tapped_run() -> Nanos {
+    let experiment = experiment();
+    let taps = (
+        experiment.tap_observations(TAP),
+        experiment.tap_actions(TAP),
+        experiment.tap_steps(TAP),
+    );
+    let time = time_run(experiment);
+    assert_eq!(taps.0.messages().len(), 501, "the tap missed messages");
+    time
+}
+
+/// Whole runs per second, beside whole floors per second. The ratio is that of
+/// their times, as everywhere.
+fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
+    let rates = contest(
+        3,
+        || time_of_one(threads, || drop(execute(experiment()))),
+        || time_of_one(threads, || floor.step(&mut floor.start())),
+    );
+    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
+    let cells = [per_second(rates.ours), per_second(rates.floor)];
+    table.cells(what, cells, rates.ratio, None);
+}
+
+/// Wall time per piece of `work` while `threads` threads do nothing else.
+fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
+    let (done, over) = (AtomicU64::new(0), AtomicBool::new(false));
+    let began = Instant::now();
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    work();
+                    done.fetch_add(1, Ordering::Relaxed);
+                }
+            });
+        }
+        thread::sleep(STRETCH);
+        over.store(true, Ordering::Relaxed);
+    });
+    nanos(began.elapsed()) / done.into_inner() as f64
+}
+
+/// The physics of the default run and nothing else: same model, same start,
+/// same actions, so the same numbers go through the same instructions.
+struct Floor {
+    model: MjModel,
+    qpos: [f64; 2],
+    qvel: [f64; 2],
+    actions: Vec<f64>,
+    /// Where it all ends, to see that it did.
+    end: [f64; 2],
+}
+
+impl Floor {
+    fn new() -> Self {
+        let model = include_str!("../../src/cartpole/cartpole.xml");
+        let plant = Plant::new(Config::default().seed).expect("plant");
+        let experiment = experiment();
+        let tap = experiment.tap_steps(TAP);
+        execute(experiment);
+        let steps: Vec<_> = tap.messages().iter().map(|step| step.data).collect();
+        Self {
+            model: MjModel::from_xml_string(model).expect("model"),
+            qpos: plant.qpos(),
+            qvel: plant.qvel(),
+            actions: steps.iter().map(|s| f64::from(s.action.0)).collect(),
+            end: steps.last().expect("steps").qpos,
+        }
+    }
+
+    fn start(&self) -> MjData<&MjModel> {
+        let mut data = MjData::new(&self.model);
+        data.qpos_mut().copy_from_slice(&self.qpos);
+        data.qvel_mut().copy_from_slice(&self.qvel);
+        data.forward();
+        data
+    }
+
+    fn step(&self, data: &mut MjData<&MjModel>) {
+        for &action in &self.actions {
+            data.ctrl_mut()[0] = action;
+            for _ in 0..SUBSTEPS {
+                data.step();
+            }
+        }
+        assert_eq!(data.qpos(), self.end, "the floor did other work");
+    }
+}

@@ -1,0 +1,448 @@
+//! The state of the dashboard, and what the keys do to it.
+
+use std::sync::Arc;
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratelab::{
+    experiment::{Config, Knob, SetupError, Summary, TimedKnob},
+    policy::PolicyKind,
+    runtime::{
+        ClockKind, Command, Depth, Fault, Hz, Speed, Time, clock::Realtime, telemetry::Event,
+    },
+};
+use thiserror::Error;
+
+use super::{
+    history::History,
+    keys::Action,
+    ladder::{self, Way},
+    picture::{Picture, Trace},
+    sampler::Sampler,
+    session::Session,
+};
+
+/// Control rate that is too slow for the pole (Hz).
+const BROKEN_HZ: f64 = 5.0;
+
+/// Run time that the angle chart shows (s).
+pub const TRACE_S: f64 = 10.0;
+
+/// A part of the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pane {
+    /// The node graph.
+    Graph,
+    /// The cart-pole.
+    Plant,
+    /// The pole's angle over time.
+    Angle,
+    /// Topics, latency, nodes.
+    Figures,
+    /// Verdict and events.
+    Events,
+}
+
+impl Pane {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 5] = [
+        Self::Graph,
+        Self::Plant,
+        Self::Angle,
+        Self::Figures,
+        Self::Events,
+    ];
+
+    fn next(self) -> Self {
+        let index = Self::ALL.iter().position(|pane| *pane == self);
+        Self::ALL[(index.unwrap_or(0) + 1) % Self::ALL.len()]
+    }
+}
+
+/// Why the dashboard ends other than by a key.
+#[derive(Debug, Error)]
+pub enum LabError {
+    /// A node failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+    /// A run could not be started.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The terminal cannot be read or written.
+    #[error("the terminal failed: {0}")]
+    Terminal(#[from] std::io::Error),
+}
+
+/// The dashboard: one session at a time, what was seen of it, and where the
+/// person looks.
+pub struct App {
+    /// The settings of the next session, which are those of this one with the
+    /// knobs as they were turned.
+    config: Config,
+    realtime: Option<Realtime>,
+    session: Session,
+    sampler: Sampler,
+    history: History,
+    /// The pane that keys of focus and zoom mean.
+    pub focus: Pane,
+    /// Whether the focused pane has the whole screen.
+    pub zoomed: bool,
+    /// Whether the keys are shown.
+    pub help: bool,
+    /// What is being typed, if something is.
+    pub prompt: Option<String>,
+    /// The last thing that the dashboard itself had to say.
+    pub notice: Option<String>,
+    /// Whether to leave.
+    pub quit: bool,
+}
+
+impl App {
+    /// Starts the first session.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the plant or the graph cannot be made.
+    pub fn new(config: Config, realtime: Option<Realtime>) -> Result<Self, SetupError> {
+        Ok(Self {
+            session: Session::start(&config, realtime.clone())?,
+            config: without_knobs(config),
+            realtime,
+            sampler: Sampler::default(),
+            history: History::default(),
+            focus: Pane::Graph,
+            zoomed: false,
+            help: false,
+            prompt: None,
+            notice: None,
+            quit: false,
+        })
+    }
+
+    /// Looks at the session; says whether there is something new to draw.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn sample(&mut self) -> Result<bool, Fault> {
+        self.session.poll()?;
+        Ok(self.history.add(self.sampler.picture(&self.session)))
+    }
+
+    /// The picture to draw; `None` before the first sample.
+    pub fn picture(&self) -> Option<Arc<Picture>> {
+        self.history.shown()
+    }
+
+    /// Which picture of how many is looked at; `None` live.
+    pub fn looking_back(&self) -> Option<(usize, usize)> {
+        self.history.position()
+    }
+
+    /// Whether the run is over.
+    pub fn ended(&self) -> bool {
+        self.session.summary().is_some()
+    }
+
+    /// Events until `now`.
+    pub fn events(&self, now: Time) -> Vec<Event> {
+        let mut events = self.session.observer().events(0);
+        events.retain(|event| event.at <= now);
+        events
+    }
+
+    /// The pole's angle until `now`, with marks where knobs were turned.
+    pub fn trace(&self, now: Time) -> Trace {
+        let mut trace = self.sampler.trace(now, TRACE_S);
+        let since = now.as_secs_f64() - TRACE_S;
+        let marks = self.events(now).into_iter().filter_map(|event| {
+            let at = event.at.as_secs_f64();
+            (at >= since)
+                .then(|| mark(&event))
+                .flatten()
+                .map(|text| (at, text))
+        });
+        trace.marks = marks.collect();
+        trace
+    }
+
+    /// Ends the session in order; what it came to.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn finish(self) -> Result<Option<Summary>, Fault> {
+        self.session.finish()
+    }
+
+    /// Does what a key asks for, or types it into the prompt.
+    ///
+    /// # Errors
+    /// [`LabError`] if the session failed or the next one cannot be started.
+    pub fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
+        self.notice = None;
+        if self.prompt.is_some() {
+            self.edit(key);
+            return Ok(());
+        }
+        let action = super::keys::action(key);
+        if self.help && action != Some(Action::Quit) {
+            self.help = false; // Any key closes it.
+            return Ok(());
+        }
+        action.map_or(Ok(()), |action| self.act(action))
+    }
+
+    fn act(&mut self, action: Action) -> Result<(), LabError> {
+        match action {
+            Action::ControlRate(way) => self.turn_control_rate(way),
+            Action::SensorRate(way) => self.turn_sensor_rate(way),
+            Action::Depth(way) => self.turn_depth(way),
+            Action::Break => self.turn_to_hz(BROKEN_HZ, Knob::ControlHz),
+            Action::Type => self.prompt = Some(String::new()),
+            Action::Pause => self.pause(),
+            Action::StepForward => self.step(),
+            Action::StepBack => self.look_back(),
+            Action::Oldest => self.history.oldest(),
+            Action::Newest | Action::Live => self.history.live(),
+            Action::Speed(way) => self.change_speed(way),
+            Action::SpeedOne => self.set_speed(1.0),
+            Action::OtherClock => self.other_clock(),
+            Action::Restart => return self.restart(),
+            Action::Seed(way) => return self.change_seed(way),
+            Action::Policy(way) => return self.change_policy(way),
+            Action::NextPane => self.focus = self.focus.next(),
+            Action::Focus(pane) => self.focus = pane,
+            Action::Zoom => self.zoomed = !self.zoomed,
+            Action::Help => self.help = true,
+            Action::Quit => self.quit = true,
+        }
+        Ok(())
+    }
+
+    fn say(&mut self, notice: impl Into<String>) {
+        self.notice = Some(notice.into());
+    }
+
+    /// Whether the graph can still be changed; says so if not.
+    fn alive(&mut self) -> bool {
+        if self.ended() {
+            self.say("the run is over: r starts again");
+        }
+        !self.ended()
+    }
+
+    fn turn_control_rate(&mut self, way: Way) {
+        let current = self.config.control_hz.get();
+        match ladder::next(&ladder::RATES, current, way) {
+            Some(hz) => self.turn_to_hz(hz, Knob::ControlHz),
+            None => self.at_end("control rate", way, self.config.control_hz),
+        }
+    }
+
+    fn turn_sensor_rate(&mut self, way: Way) {
+        let current = self.config.sensor_hz.get();
+        match ladder::next(&ladder::RATES, current, way) {
+            Some(hz) => self.turn_to_hz(hz, Knob::SensorHz),
+            None => self.at_end("sensor rate", way, self.config.sensor_hz),
+        }
+    }
+
+    fn turn_depth(&mut self, way: Way) {
+        let current = self.config.queue_depth.get() as f64;
+        match ladder::next(&ladder::DEPTHS, current, way).map(|depth| Depth::new(depth as usize)) {
+            Some(Ok(depth)) => self.turn(Knob::QueueDepth(depth)),
+            _ => self.at_end("queue depth", way, self.config.queue_depth),
+        }
+    }
+
+    fn at_end(&mut self, what: &str, way: Way, value: impl std::fmt::Display) {
+        let end = if way == Way::Up { "highest" } else { "lowest" };
+        self.say(format!(
+            "{what} is at its {end}, {value}; : types any other"
+        ));
+    }
+
+    fn turn_to_hz(&mut self, hz: f64, knob: fn(Hz) -> Knob) {
+        if let Ok(hz) = Hz::new(hz) {
+            self.turn(knob(hz));
+        }
+    }
+
+    /// Turns a knob of the running graph; the next session starts with it.
+    fn turn(&mut self, knob: Knob) {
+        match knob {
+            Knob::ControlHz(hz) => self.config.control_hz = hz,
+            Knob::SensorHz(hz) => self.config.sensor_hz = hz,
+            Knob::QueueDepth(depth) => self.config.queue_depth = depth,
+        }
+        if self.ended() {
+            self.say(format!(
+                "the run is over: {knob} counts from the next one, r starts it"
+            ));
+            return;
+        }
+        for command in knob.commands() {
+            self.session.send(command);
+        }
+    }
+
+    fn paused(&self) -> bool {
+        self.session.observer().status().paused
+    }
+
+    fn pause(&mut self) {
+        if self.alive() {
+            let paused = self.paused();
+            self.session.send(if paused {
+                Command::Resume
+            } else {
+                Command::Pause
+            });
+        }
+    }
+
+    fn step(&mut self) {
+        if self.looking_back().is_some() {
+            self.history.forward();
+        } else if self.alive() {
+            match self.clock() {
+                ClockKind::Virtual => self.session.send(Command::Step),
+                ClockKind::Real => {
+                    self.say("the real clock cannot step: c hands over to the virtual one")
+                }
+            }
+        }
+    }
+
+    fn look_back(&mut self) {
+        if !self.history.back() {
+            self.say("this is the oldest picture kept");
+        }
+    }
+
+    fn clock(&self) -> ClockKind {
+        self.session.observer().status().clock
+    }
+
+    fn change_speed(&mut self, way: Way) {
+        let current = match self.config.speed {
+            Speed::Times(pace) => pace.get(),
+            Speed::FlatOut => f64::INFINITY,
+        };
+        match ladder::next(&ladder::SPEEDS, current, way) {
+            Some(factor) => self.set_speed(factor),
+            None if self.has_speed() => self.at_end("speed", way, self.config.speed),
+            None => {}
+        }
+    }
+
+    fn set_speed(&mut self, factor: f64) {
+        if let Ok(speed) = Speed::times(factor)
+            && self.has_speed()
+        {
+            self.config.speed = speed;
+            self.session.send(Command::Speed(speed));
+        }
+    }
+
+    /// Whether the clock has a speed to choose; says so if not.
+    fn has_speed(&mut self) -> bool {
+        let real = self.clock() == ClockKind::Real;
+        if real {
+            self.say("the real clock has no speed but the wall's: c hands over to the virtual one");
+        }
+        !real
+    }
+
+    fn other_clock(&mut self) {
+        if self.alive() {
+            let other = match self.clock() {
+                ClockKind::Real => ClockKind::Virtual,
+                ClockKind::Virtual => ClockKind::Real,
+            };
+            self.session.send(Command::HandOver(other));
+            self.config.clock = other;
+        }
+    }
+
+    fn change_seed(&mut self, way: Way) -> Result<(), LabError> {
+        let seed = self.config.seed;
+        let next = if way == Way::Up {
+            seed.checked_add(1)
+        } else {
+            seed.checked_sub(1)
+        };
+        match next {
+            Some(seed) => {
+                self.config.seed = seed;
+                self.restart()
+            }
+            None => {
+                self.at_end("seed", way, seed);
+                Ok(())
+            }
+        }
+    }
+
+    fn change_policy(&mut self, way: Way) -> Result<(), LabError> {
+        let all = PolicyKind::ALL;
+        let index = all.iter().position(|kind| *kind == self.config.policy);
+        let step = if way == Way::Up { 1 } else { all.len() - 1 };
+        self.config.policy = all[(index.unwrap_or(0) + step) % all.len()];
+        self.restart()
+    }
+
+    /// Ends this session and starts one with the knobs as they stand.
+    fn restart(&mut self) -> Result<(), LabError> {
+        let next = Session::start(&self.config, self.realtime.clone())?;
+        std::mem::replace(&mut self.session, next).finish()?;
+        self.sampler = Sampler::default();
+        self.history = History::default();
+        Ok(())
+    }
+
+    /// Types into the prompt; Enter turns the knob that was typed.
+    fn edit(&mut self, key: &KeyEvent) {
+        let Some(prompt) = &mut self.prompt else {
+            return;
+        };
+        match key.code {
+            KeyCode::Esc => self.prompt = None,
+            KeyCode::Backspace => drop(prompt.pop()),
+            KeyCode::Char(character) => prompt.push(character),
+            KeyCode::Enter => {
+                let typed = self.prompt.take().unwrap_or_default();
+                match parse_knob(&typed) {
+                    Ok(knob) => self.turn(knob),
+                    Err(reason) => self.say(reason),
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A session's own timed knobs are done once; they do not start again with it.
+fn without_knobs(config: Config) -> Config {
+    Config {
+        knobs: Vec::new(),
+        ..config
+    }
+}
+
+/// A knob as it is typed: a name and a value.
+fn parse_knob(typed: &str) -> Result<Knob, String> {
+    let timed: Result<TimedKnob, _> = format!("0 {typed}").parse();
+    match typed.split_whitespace().count() {
+        2 => timed
+            .map(|timed| timed.knob)
+            .map_err(|error| error.to_string()),
+        _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
+    }
+}
+
+/// What the chart says of an event: knobs only.
+fn mark(event: &Event) -> Option<String> {
+    TimedKnob::of(event).map(|timed| match timed.knob {
+        Knob::ControlHz(hz) => format!("control {hz}"),
+        Knob::SensorHz(hz) => format!("sensor {hz}"),
+        Knob::QueueDepth(depth) => format!("depth {depth}"),
+    })
+}

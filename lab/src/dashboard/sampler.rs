@@ -1,0 +1,272 @@
+//! Makes pictures of a running session.
+
+use std::{
+    collections::VecDeque,
+    time::{Duration, Instant},
+};
+
+use ratelab::{
+    cartpole::{ACTUATOR, ControlStep, POLICY, Pose, SENSE_TO_ACT},
+    experiment::{OBS, Verdict},
+    runtime::{
+        Message, Snapshot, Time,
+        telemetry::{Distribution, NodeView, TopicView},
+    },
+};
+
+use super::{
+    picture::{
+        LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
+        VerdictKind, VerdictPicture,
+    },
+    session::Session,
+};
+
+/// How long a node stays lit after a tick (wall time).
+const LIT: Duration = Duration::from_millis(100);
+
+/// Run time over which latencies count as recent.
+const LATELY: Duration = Duration::from_secs(1);
+
+/// Bins of the latency histogram.
+const BINS: usize = 24;
+
+/// Widths of a bin to choose from (ms).
+const BIN_WIDTHS_MS: [u64; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
+
+/// Control steps kept for the angle chart: an hour at 50 Hz.
+const STEPS_KEPT: usize = 180_000;
+
+/// Remembers between frames what a picture needs of the past.
+#[derive(Default)]
+pub struct Sampler {
+    /// Per node, its ticks at the last sample and when they last changed.
+    ticks: Vec<(u64, Option<Instant>)>,
+    newest: Option<ControlStep>,
+    /// Run times and sense→act latencies of the last second.
+    latencies: VecDeque<(Time, Duration)>,
+    /// Run time (s) and pole angle (degrees) of every step.
+    angles: VecDeque<(f64, f64)>,
+}
+
+impl Sampler {
+    /// A picture of `session` as it is now.
+    pub fn picture(&mut self, session: &Session) -> Picture {
+        for message in session.new_steps() {
+            self.remember(&message);
+        }
+        let snapshot = session.observer().snapshot();
+        let running = session.summary().is_none();
+        let lit = self.lit_nodes(&snapshot, running);
+        let latency = self.latency(&snapshot);
+        let nodes = snapshot.nodes.iter().zip(lit);
+        let topics = snapshot.topics.iter();
+        Picture {
+            now: snapshot.now,
+            wall_s: session.wall_time().as_secs(),
+            status: snapshot.status,
+            seed: session.config().seed,
+            policy: session.config().policy.name().to_owned(),
+            verdict: self.verdict(session, &snapshot),
+            latency,
+            nodes: nodes.map(|(node, lit)| node_picture(node, lit)).collect(),
+            topics: topics
+                .map(|topic| topic_picture(topic, snapshot.now))
+                .collect(),
+            plant: self.newest.as_ref().map(plant_picture),
+            telemetry_lost: session.lost(),
+        }
+    }
+
+    /// The pole's angle in the `span` seconds before `now`.
+    pub fn trace(&self, now: Time, span: f64) -> Trace {
+        let end = now.as_secs_f64();
+        let first = self.angles.partition_point(|(at, _)| *at < end - span);
+        let last = self.angles.partition_point(|(at, _)| *at <= end);
+        Trace {
+            points: self.angles.range(first..last).copied().collect(),
+            marks: Vec::new(),
+        }
+    }
+
+    fn remember(&mut self, message: &Message<ControlStep>) {
+        if self.angles.len() == STEPS_KEPT {
+            self.angles.pop_front();
+        }
+        let degrees = angle(&message.data).to_degrees();
+        self.angles
+            .push_back((message.stamp.as_secs_f64(), degrees));
+        self.newest = Some(message.data);
+        self.latencies
+            .extend(message.data.latency.map(|latency| (message.stamp, latency)));
+        let old = |(at, _): &mut (Time, Duration)| message.stamp.since(*at) > LATELY;
+        while self.latencies.pop_front_if(old).is_some() {}
+    }
+
+    /// Which nodes ticked a moment ago; while run time stands still, which ones
+    /// ticked last.
+    fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool) -> Vec<bool> {
+        self.ticks.resize(snapshot.nodes.len(), (0, None));
+        let now = Instant::now();
+        for (node, (ticks, changed)) in snapshot.nodes.iter().zip(&mut self.ticks) {
+            if node.ticks != *ticks {
+                (*ticks, *changed) = (node.ticks, Some(now));
+            }
+        }
+        let last_change = self.ticks.iter().filter_map(|(_, changed)| *changed).max();
+        let lit = |changed: Option<Instant>| match (changed, snapshot.status.paused) {
+            (None, _) => false,
+            _ if !running => false,
+            (changed, true) => changed == last_change,
+            (Some(changed), false) => now - changed < LIT,
+        };
+        self.ticks
+            .iter()
+            .map(|(_, changed)| lit(*changed))
+            .collect()
+    }
+
+    /// How it stands, and why it ended if it did, in figures that were measured.
+    fn verdict(&self, session: &Session, snapshot: &Snapshot) -> VerdictPicture {
+        let Some(summary) = session.summary() else {
+            return VerdictPicture {
+                kind: VerdictKind::Good,
+                headline: "BALANCED so far".to_owned(),
+                why: Vec::new(),
+            };
+        };
+        let (kind, why) = match summary.verdict {
+            Verdict::Balanced | Verdict::Stopped { .. } => (VerdictKind::Done, Vec::new()),
+            Verdict::PoleFell { .. } | Verdict::CartLeftRail { .. } => {
+                (VerdictKind::Lost, self.reasons(snapshot))
+            }
+        };
+        VerdictPicture {
+            kind,
+            headline: summary.verdict.to_string(),
+            why,
+        }
+    }
+
+    /// The measured circumstances of a loss: how stale actions were in its last
+    /// second, and what the drops have to do with it.
+    fn reasons(&self, snapshot: &Snapshot) -> Vec<String> {
+        let period = |node| {
+            snapshot
+                .node(node)
+                .map_or(Duration::ZERO, |n| n.hz.period())
+        };
+        let latencies = self.latencies.iter().map(|(_, latency)| *latency);
+        let Some(oldest) = latencies.max() else {
+            return vec!["no action was ever applied".to_owned()];
+        };
+        let mut reasons = vec![format!(
+            "in its last second actions came from sensing up to {} old; the policy decides every {}",
+            ms(oldest),
+            ms(period(POLICY)),
+        )];
+        let dropped = snapshot.topic(OBS).map_or(0, TopicView::dropped);
+        // Within a control step of the actuator nobody could act on anything newer.
+        if oldest > period(ACTUATOR) {
+            reasons.push(match dropped {
+                0 => "no reading was dropped: a deep queue hides the symptom; latency is the disease: raise the control rate".to_owned(),
+                n => format!("{n} readings dropped are the symptom, latency is the disease: raise the control rate, not the depth"),
+            });
+        }
+        reasons
+    }
+
+    fn latency(&self, snapshot: &Snapshot) -> LatencyPicture {
+        let control_period = snapshot
+            .node(POLICY)
+            .map_or(Duration::ZERO, |n| n.hz.period());
+        let actuator = snapshot.node(ACTUATOR);
+        let mut meters = actuator.into_iter().flat_map(|node| &node.meters);
+        let meter = meters.find(|meter| meter.name == SENSE_TO_ACT);
+        let Some(distribution) = meter.map(|meter| &meter.distribution) else {
+            return LatencyPicture::default();
+        };
+        let figures = Quantiles::of(distribution);
+        let bin = bin_width(figures.max.max(control_period));
+        LatencyPicture {
+            figures,
+            bins: bins(distribution, bin),
+            bin,
+            newest: self.newest.and_then(|step| step.latency),
+            control_period,
+        }
+    }
+}
+
+/// The narrowest bin with which all of them reach `longest`.
+fn bin_width(longest: Duration) -> Duration {
+    let reach = |ms: &u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
+    let ms = BIN_WIDTHS_MS.into_iter().find(reach).unwrap_or(1000);
+    Duration::from_millis(ms)
+}
+
+/// Counts per bin; what is beyond the last counts there.
+fn bins(distribution: &Distribution, bin: Duration) -> Vec<u64> {
+    let width = bin.as_nanos().max(1) as u64;
+    let mut bins = vec![0; BINS];
+    for recorded in distribution.histogram().iter_recorded() {
+        // The upper end of what the histogram cannot tell apart, so that a
+        // latency on the border of two bins belongs to the upper one.
+        let nanos = recorded.value_iterated_to();
+        let index = (nanos / width) as usize;
+        bins[index.min(BINS - 1)] += recorded.count_at_value();
+    }
+    bins
+}
+
+fn angle(step: &ControlStep) -> f64 {
+    Pose::of(step.qpos).pole_angle
+}
+
+fn plant_picture(step: &ControlStep) -> PlantPicture {
+    PlantPicture {
+        pose: Pose::of(step.qpos),
+        action: step.action.0,
+        steps: step.step,
+    }
+}
+
+fn node_picture(node: &NodeView, lit: bool) -> NodePicture {
+    NodePicture {
+        name: node.name.clone(),
+        hz: node.hz,
+        ticks: node.ticks,
+        overruns: node.overruns,
+        lit,
+        lateness: Quantiles::of(&node.lateness),
+        tick_time: Quantiles::of(&node.tick_time),
+    }
+}
+
+fn topic_picture(topic: &TopicView, now: Time) -> TopicPicture {
+    let seconds = now.as_secs_f64();
+    // What several readers saw of one topic is shown for the one that fares
+    // worst.
+    let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
+    TopicPicture {
+        name: topic.name.clone(),
+        depth: topic.depth,
+        published: topic.published,
+        per_second: topic.per_second,
+        average: if seconds > 0.0 {
+            topic.published as f64 / seconds
+        } else {
+            0.0
+        },
+        dropped: topic.dropped(),
+        dropped_lately: topic.dropped_lately(),
+        publishers: topic.publishers.clone(),
+        readers: topic.subscriptions.iter().map(|s| s.node).collect(),
+        age: ages.max_by_key(|age| age.p99).unwrap_or_default(),
+        held: topic.newest.map(|newest| now.since(newest)),
+    }
+}
+
+fn ms(duration: Duration) -> String {
+    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
+}

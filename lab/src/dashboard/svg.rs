@@ -1,0 +1,113 @@
+//! The README's picture of the lab: a drawn screen as an SVG file.
+
+use std::fmt::Write;
+
+use ratatui::{
+    buffer::{Buffer, Cell},
+    style::{Color, Modifier},
+};
+
+/// Size of a character cell in pixels.
+const CELL: (u16, u16) = (8, 17);
+
+const PAPER: &str = "#16181d";
+const INK: &str = "#d8dbe0";
+
+/// `buffer` as it looks on a dark terminal.
+pub fn svg(buffer: &Buffer) -> String {
+    let (width, height) = (buffer.area.width, buffer.area.height);
+    let (w, h) = (width * CELL.0 + 16, height * CELL.1 + 16);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" \
+         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"13\">\n\
+         <rect width=\"{w}\" height=\"{h}\" rx=\"6\" fill=\"{PAPER}\"/>\n"
+    );
+    for y in 0..height {
+        let row: Vec<&Cell> = (0..width).filter_map(|x| buffer.cell((x, y))).collect();
+        let mut x = 0;
+        for run in row.chunk_by(|a, b| a.style() == b.style()) {
+            run_of_one_style(&mut svg, run, x, y);
+            x += run.len();
+        }
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+fn run_of_one_style(svg: &mut String, run: &[&Cell], x: usize, y: u16) {
+    let text: String = run.iter().map(|cell| cell.symbol()).collect();
+    let reversed = run[0].modifier.contains(Modifier::REVERSED);
+    if text.trim().is_empty() && !reversed {
+        return;
+    }
+    let left = x * usize::from(CELL.0) + 8;
+    let top = y * CELL.1 + 8;
+    let width = run.len() * usize::from(CELL.0);
+    let mut ink = colour(run[0].fg);
+    if reversed {
+        let height = CELL.1;
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"{ink}\"/>"
+        );
+        ink = PAPER;
+    }
+    let weight = if run[0].modifier.contains(Modifier::BOLD) {
+        " font-weight=\"bold\""
+    } else {
+        ""
+    };
+    let faint = if run[0].modifier.contains(Modifier::DIM) {
+        " opacity=\"0.55\""
+    } else {
+        ""
+    };
+    let _ = writeln!(svg, "<g fill=\"{ink}\"{weight}{faint}>");
+    for (index, cell) in run.iter().enumerate() {
+        glyph(svg, cell.symbol(), left + index * usize::from(CELL.0), top);
+    }
+    svg.push_str("</g>\n");
+}
+
+/// One character in its cell, whatever the width it has in the reader's font;
+/// Braille as the dots that it stands for, which few fonts draw alike.
+fn glyph(svg: &mut String, symbol: &str, left: usize, top: u16) {
+    match symbol.chars().next() {
+        None | Some(' ') => {}
+        Some(braille @ '\u{2800}'..='\u{28ff}') => {
+            let dots = braille as u32 - 0x2800;
+            for (bit, (column, row)) in BRAILLE.into_iter().enumerate() {
+                if dots >> bit & 1 == 1 {
+                    let (x, y) = (left + 2 + 4 * column, usize::from(top) + 2 + 4 * row);
+                    let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"1.4\"/>");
+                }
+            }
+        }
+        Some(_) => {
+            let symbol = symbol.replace('&', "&amp;").replace('<', "&lt;");
+            let y = top + 13;
+            let _ = writeln!(svg, "<text x=\"{left}\" y=\"{y}\">{symbol}</text>");
+        }
+    }
+}
+
+/// Column and row of each dot of a Braille character, in the order of its bits.
+const BRAILLE: [(usize, usize); 8] = [
+    (0, 0),
+    (0, 1),
+    (0, 2),
+    (1, 0),
+    (1, 1),
+    (1, 2),
+    (0, 3),
+    (1, 3),
+];
+
+fn colour(colour: Color) -> &'static str {
+    match colour {
+        Color::Blue => "#6cb0ff",
+        Color::Yellow => "#ff9f43",
+        Color::Cyan => "#5fd7d7",
+        _ => INK,
+    }
+}

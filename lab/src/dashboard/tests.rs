@@ -1,0 +1,321 @@
+//! The dashboard as a whole: the real loop, injected keys, drawn screens.
+
+use std::{collections::VecDeque, io, sync::atomic::AtomicBool, time::Duration};
+
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
+use ratatui::{Terminal, backend::TestBackend};
+use ratelab::{
+    experiment::{Config, Experiment, Summary, Verdict},
+    runtime::{ClockKind, RealClock, Speed, Time},
+};
+
+use super::{
+    Options,
+    app::{App, Pane},
+    run,
+    terminal::Input,
+    view::{self, theme::Theme},
+};
+
+const PLAIN: Theme = Theme {
+    colour: true,
+    ascii: false,
+};
+
+fn options() -> Options {
+    Options {
+        fps: 30,
+        theme: PLAIN,
+        realtime: None,
+    }
+}
+
+/// A run that ended on its own, flat out, with the pole down.
+fn fallen() -> App {
+    let knobs = "0.5 control-hz 5\n1.5 queue-depth 100";
+    let config = Config {
+        knobs: ratelab::experiment::parse_knobs(knobs).expect("knobs"),
+        ..Config::default()
+    };
+    ended(config)
+}
+
+fn ended(config: Config) -> App {
+    let mut app = App::new(config, None).expect("session");
+    while !app.ended() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    app
+}
+
+fn screen(app: &App, theme: &Theme, width: u16, height: u16) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
+    terminal
+        .draw(|frame| view::render(app, theme, frame))
+        .expect("drawn");
+    terminal.backend().to_string()
+}
+
+/// Types when it is time to, in run time, and quits when the run is over.
+struct Typist {
+    keys: VecDeque<KeyCode>,
+}
+
+impl Input for Typist {
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
+        std::thread::sleep(timeout);
+        let key = self.keys.pop_front();
+        Ok(key.map(|code| Event::Key(KeyEvent::new(code, KeyModifiers::NONE))))
+    }
+}
+
+/// Runs the real loop over `config` with one key per frame, then to the end.
+fn typed(config: Config, keys: &[KeyCode]) -> (App, Terminal<TestBackend>) {
+    let mut app = App::new(config, None).expect("session");
+    let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
+    let waits = std::iter::repeat_n(KeyCode::Null, 2);
+    let mut keys: VecDeque<KeyCode> = keys.iter().copied().chain(waits).collect();
+    keys.push_back(KeyCode::Char('q'));
+    let mut typist = Typist { keys };
+    let quit = AtomicBool::new(false);
+    run_infallible(&mut terminal, &mut typist, &mut app, &quit);
+    (app, terminal)
+}
+
+fn run_infallible(
+    terminal: &mut Terminal<TestBackend>,
+    typist: &mut Typist,
+    app: &mut App,
+    quit: &AtomicBool,
+) {
+    run(terminal, typist, app, &options(), quit).expect("the loop ended in order");
+}
+
+fn chars(text: &str) -> Vec<KeyCode> {
+    text.chars().map(KeyCode::Char).collect()
+}
+
+/// The README's picture. `RATELAB_UPDATE=1 cargo test -p ratelab-lab picture` draws it
+/// anew.
+#[test]
+fn the_picture_in_the_readme_is_the_screen_as_it_is_drawn() {
+    let knobs = "4 control-hz 8\n7 control-hz 5";
+    let app = ended(Config {
+        seed: 1,
+        knobs: ratelab::experiment::parse_knobs(knobs).expect("knobs"),
+        speed: Speed::FlatOut,
+        ..Config::default()
+    });
+    let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
+    let drawn = terminal
+        .draw(|frame| view::render(&app, &PLAIN, frame))
+        .expect("drawn");
+    let drawn = super::svg::svg(drawn.buffer);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
+    if std::env::var_os("RATELAB_UPDATE").is_some() {
+        std::fs::write(path, &drawn).expect("written");
+    }
+    let kept = std::fs::read_to_string(path).expect("lab/picture.svg");
+    assert!(
+        kept == drawn,
+        "lab/picture.svg is out of date: RATELAB_UPDATE=1 cargo test -p ratelab-lab picture"
+    );
+}
+
+#[test]
+fn every_size_shows_the_same_run() {
+    let app = fallen();
+    insta::assert_snapshot!("full_160x50", screen(&app, &PLAIN, 160, 50));
+    insta::assert_snapshot!("compact_80x24", screen(&app, &PLAIN, 80, 24));
+    insta::assert_snapshot!("too_small_39x12", screen(&app, &PLAIN, 39, 12));
+}
+
+#[test]
+fn every_pane_alone_fits_the_smallest_screen() {
+    let mut app = fallen();
+    for pane in Pane::ALL {
+        app.focus = pane;
+        let name = format!("{pane:?}_40x12").to_lowercase();
+        insta::assert_snapshot!(name, screen(&app, &PLAIN, 40, 12));
+    }
+}
+
+#[test]
+fn no_size_and_no_theme_panics() {
+    let mut app = fallen();
+    app.help = true;
+    let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
+    for (width, height) in
+        sizes.flat_map(|w| [0, 1, 2, 5, 11, 12, 23, 24, 35, 36, 80].map(|h| (w, h)))
+    {
+        for (colour, ascii) in [(true, false), (false, true)] {
+            let theme = Theme { colour, ascii };
+            let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
+            let drawn = terminal.draw(|frame| view::render(&app, &theme, frame));
+            assert!(drawn.is_ok(), "{width}x{height}");
+        }
+    }
+}
+
+#[test]
+fn ascii_is_ascii_and_no_colour_sets_none() {
+    let mut app = fallen();
+    let theme = Theme {
+        colour: false,
+        ascii: true,
+    };
+    for pane in Pane::ALL {
+        app.focus = pane;
+        for (width, height) in [(160, 50), (80, 24), (40, 12)] {
+            let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
+            terminal
+                .draw(|frame| view::render(&app, &theme, frame))
+                .expect("drawn");
+            for cell in terminal.backend().buffer().content() {
+                assert!(cell.symbol().is_ascii(), "{:?} in {pane:?}", cell.symbol());
+                assert_eq!(cell.fg, ratatui::style::Color::Reset);
+                assert_eq!(cell.bg, ratatui::style::Color::Reset);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_numbers_drawn_are_those_of_the_summary() {
+    let app = fallen();
+    let drawn = screen(&app, &PLAIN, 160, 50);
+    let summary = app.finish().expect("no fault").expect("ended");
+    assert!(drawn.contains(&summary.verdict.to_string()));
+    let row = |topic: &str| {
+        let mut lines = drawn.lines();
+        // The table's rows begin with the name, inside of the pane's border.
+        let row = lines
+            .find(|line| line.split_whitespace().nth(1) == Some(topic) && line.contains(" 100 "));
+        row.unwrap_or_else(|| panic!("{topic} has no row in\n{drawn}"))
+            .to_owned()
+    };
+    for topic in [&summary.obs, &summary.action] {
+        let row = row(&topic.name);
+        for figure in [topic.published, topic.dropped] {
+            let words = row.split_whitespace();
+            assert!(
+                words.into_iter().any(|word| word == figure.to_string()),
+                "{figure} in {row}"
+            );
+        }
+    }
+}
+
+#[test]
+fn keys_turn_the_knobs_of_the_running_graph() {
+    let config = Config {
+        speed: Speed::times(1.0).expect("speed"),
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let (app, _) = typed(config, &chars("[[}>"));
+    let summary = app.finish().expect("no fault").expect("stopped");
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(
+        turned,
+        [
+            "control-hz 40",
+            "control-hz 30",
+            "sensor-hz 60",
+            "queue-depth 2"
+        ]
+    );
+}
+
+#[test]
+fn an_exact_value_can_be_typed() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut keys = chars(":control-hz 7.5");
+    keys.push(KeyCode::Enter);
+    let (app, _) = typed(config, &keys);
+    let summary = app.finish().expect("no fault").expect("stopped");
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(turned, ["control-hz 7.5"]);
+}
+
+#[test]
+fn the_end_of_a_ladder_says_so() {
+    let mut app = ended(Config::default());
+    app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))
+        .expect("obeyed");
+    assert!(
+        app.notice
+            .as_deref()
+            .is_some_and(|notice| notice.contains("lowest, 1"))
+    );
+}
+
+#[test]
+fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let (mut app, _) = typed(config, &[]);
+    for (key, said) in [('+', "no speed"), ('.', "cannot step")] {
+        app.key(&KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE))
+            .expect("obeyed");
+        assert!(
+            app.notice
+                .as_deref()
+                .is_some_and(|notice| notice.contains(said)),
+            "{key}"
+        );
+    }
+    app.finish().expect("no fault");
+}
+
+#[test]
+fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
+    let config = Config {
+        speed: Speed::times(20.0).expect("speed"),
+        end: Time::from_nanos(6_000_000_000),
+        ..Config::default()
+    };
+    let (mut app, _) = typed(config.clone(), &chars("[[ . .. >[[[[  ]]"));
+    while !app.ended() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    let summary = app.finish().expect("no fault").expect("ended");
+    assert!(
+        summary.knobs().len() >= 8,
+        "the keys came too late to count"
+    );
+
+    let headless = Config {
+        speed: Speed::FlatOut,
+        knobs: summary.knobs(),
+        ..config
+    };
+    let again = Experiment::new(&headless).expect("experiment");
+    let again = again.run(&mut RealClock::default()).expect("run");
+    assert_eq!(figures(&again), figures(&summary));
+}
+
+/// All that a run computed, to the bit.
+fn figures(summary: &Summary) -> (Verdict, u64, u64, Duration, [u64; 4]) {
+    (
+        summary.verdict,
+        summary.steps,
+        summary.final_pole_angle.to_bits(),
+        summary.latency.sum(),
+        [
+            summary.obs.published,
+            summary.obs.dropped,
+            summary.action.published,
+            summary.action.dropped,
+        ],
+    )
+}

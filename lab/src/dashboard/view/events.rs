@@ -1,0 +1,268 @@
+//! How it stands and why, and what was done to the run.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+};
+use ratelab::runtime::telemetry::{Event, Happening};
+
+use super::{
+    pane::{self, clip, frame, plain, put, row},
+    theme::Theme,
+};
+use crate::dashboard::picture::{VerdictKind, VerdictPicture};
+
+/// What the pane is called.
+const TITLE: &str = "5 events";
+
+/// Columns of the run time of an event: up to 9999.999 s.
+const TIME_COLUMNS: usize = 10;
+
+/// Events that are shown before the last lines of an explanation are.
+const LEAST_EVENTS: usize = 1;
+
+/// Draws the verdict, then events with the newest last, then the notice. The
+/// line of the notice stays free, so that nothing jumps when there is one.
+pub fn render(
+    verdict: &VerdictPicture,
+    events: &[Event],
+    notice: Option<&str>,
+    theme: &Theme,
+    focused: bool,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let inner = frame(TITLE, Span::default(), theme, focused, area, buf);
+    let inset = u16::from(inner.width > 20);
+    let inner = Rect {
+        x: inner.x + inset,
+        width: inner.width - 2 * inset,
+        ..inner
+    };
+    let height = usize::from(inner.height);
+    for part in headline(verdict, theme).spans {
+        let text = clip(&part.content, usize::from(inner.width), theme);
+        put(&text, part.style, 0, row(inner, 0), buf);
+    }
+    let bottom = height.saturating_sub(1);
+    let reserved = usize::from(height >= 4 || (notice.is_some() && height >= 2));
+    if let Some(notice) = notice.filter(|_| reserved > 0) {
+        let text = clip(notice, usize::from(inner.width), theme);
+        put(&text, theme.strong(), 0, row(inner, bottom), buf);
+    }
+    let free = bottom.saturating_sub(reserved);
+    let room = free.saturating_sub(LEAST_EVENTS.min(events.len()));
+    let lines = explanation(&verdict.why, inner.width, room, theme);
+    let explained = lines.len();
+    for (at, line) in lines.iter().enumerate() {
+        put(line, Style::new(), 2, row(inner, 1 + at), buf);
+    }
+    let blank = usize::from(explained + events.len() < free);
+    let begin = 1 + explained + blank;
+    let shown = events.len().min(free - explained - blank);
+    for (at, event) in events[events.len() - shown..].iter().enumerate() {
+        draw_event(event, theme, row(inner, begin + at), buf);
+    }
+}
+
+/// The verdict in a line.
+pub fn headline(verdict: &VerdictPicture, theme: &Theme) -> Line<'static> {
+    let (glyph, style) = match verdict.kind {
+        VerdictKind::Good => (theme.glyph("✓", "+"), theme.good()),
+        VerdictKind::Done => (theme.glyph("■", "="), theme.strong()),
+        VerdictKind::Lost => (theme.glyph("✖", "!"), theme.alarm()),
+    };
+    let text = format!("{glyph} {}", plain(&verdict.headline, theme));
+    Line::from(Span::styled(text, style))
+}
+
+/// At most `most` lines of explanation; where it is cut, the last one says so.
+fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
+    let mut lines = wrapped(why, width, theme);
+    if lines.len() > most {
+        lines.truncate(most);
+        if let Some(last) = lines.last_mut() {
+            let room = usize::from(width).saturating_sub(2);
+            *last = clip(&format!("{last} …"), room, theme);
+        }
+    }
+    lines
+}
+
+/// `texts` in lines that fit under the headline, broken between words.
+fn wrapped(texts: &[String], width: u16, theme: &Theme) -> Vec<String> {
+    let room = usize::from(width).saturating_sub(2);
+    let mut lines = Vec::new();
+    for text in texts {
+        let mut line = String::new();
+        for word in plain(text, theme).split_whitespace() {
+            if !line.is_empty() && pane::width(&line) + 1 + pane::width(word) > room {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line += &clip(word, room, theme);
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+/// An event with its time in a column of its own.
+fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
+    let text = event.to_string();
+    let (time, what) = text.split_once(": ").unwrap_or(("", &text));
+    let bad = match event.what {
+        Happening::Refused { .. } | Happening::Faulted { .. } => true,
+        Happening::Applied { .. } | Happening::Ended { .. } => false,
+    };
+    let begin = TIME_COLUMNS + 2;
+    put(
+        &format!("{time:>TIME_COLUMNS$}"),
+        theme.faint(),
+        0,
+        row,
+        buf,
+    );
+    let room = usize::from(row.width).saturating_sub(begin);
+    if bad {
+        let text = format!("{} {what}", theme.glyph("✖", "!"));
+        put(&clip(&text, room, theme), theme.alarm(), begin, row, buf);
+    } else {
+        put(&clip(what, room, theme), Style::new(), begin, row, buf);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+    use ratelab::runtime::{
+        Command, Hz, Time,
+        telemetry::{Event, Happening},
+    };
+
+    use super::render;
+    use crate::dashboard::{
+        picture::Picture,
+        view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            sample,
+            theme::Theme,
+        },
+    };
+
+    const NOTICE: &str = "control rate is at its lowest, 1 Hz";
+
+    fn events() -> Vec<Event> {
+        let event = |millis: u64, what| Event {
+            at: Time::from_nanos(millis * 1_000_000),
+            what,
+        };
+        let rate = |hz: f64| Command::SetRate {
+            node: "policy".to_owned(),
+            hz: Hz::new(hz).expect("a valid rate"),
+        };
+        let applied = Happening::Applied {
+            command: rate(5.0),
+            was: Some("50 Hz".to_owned()),
+        };
+        let refused = Happening::Refused {
+            command: Command::Step,
+            reason: "only the virtual clock steps".to_owned(),
+        };
+        let node = "actuator".to_owned();
+        vec![
+            event(0, applied),
+            event(400, refused),
+            event(840, Happening::Ended { node }),
+        ]
+    }
+
+    fn pane(picture: &Picture, width: u16, height: u16, theme: &Theme) -> Buffer {
+        let (verdict, events) = (&picture.verdict, events());
+        screen(width, height, |area, buf| {
+            render(verdict, &events, Some(NOTICE), theme, false, area, buf);
+        })
+    }
+
+    #[test]
+    fn a_fall_is_explained() {
+        let buf = pane(&sample::broken(), 62, 11, &RICH);
+        insta::assert_snapshot!(text(&buf), @r"
+        ┌5 events────────────────────────────────────────────────────┐
+        │ ✖ FELL at 0.84 s                                           │
+        │   policy decides 5 times a second; the pole needs about 20 │
+        │   37 of 43 observations on /obs were never read            │
+        │                                                            │
+        │    0.000 s  rate of policy 5 Hz (was 50 Hz)                │
+        │    0.400 s  ✖ step refused: only the virtual clock steps   │
+        │    0.840 s  actuator ended the run                         │
+        │                                                            │
+        │ control rate is at its lowest, 1 Hz                        │
+        └────────────────────────────────────────────────────────────┘
+        ");
+        let alarms = styled(&buf, RICH.alarm());
+        assert_eq!(
+            alarms,
+            "✖ FELL at 0.84 s✖ step refused: only the virtual clock steps"
+        );
+    }
+
+    #[test]
+    fn what_is_cut_is_marked() {
+        insta::assert_snapshot!(text(&pane(&sample::broken(), 42, 7, &POOR)), @r"
+        +5 events--------------------------------+
+        | ! FELL at 0.84 s                       |
+        |   policy decides 5 times a second; the |
+        |   pole needs about 20 ...              |
+        |    0.840 s  actuator ended the run     |
+        | control rate is at its lowest, 1 Hz    |
+        +----------------------------------------+
+        ");
+    }
+
+    #[test]
+    fn a_good_run_is_no_alarm() {
+        let picture = sample::balanced();
+        let buf = screen(40, 6, |area, buf| {
+            render(
+                &picture.verdict,
+                &events()[..1],
+                None,
+                &RICH,
+                true,
+                area,
+                buf,
+            );
+        });
+        insta::assert_snapshot!(text(&buf), @r"
+        ┌5 events──────────────────────────────┐
+        │ ✓ BALANCED so far                    │
+        │                                      │
+        │    0.000 s  rate of policy 5 Hz (wa… │
+        │                                      │
+        └──────────────────────────────────────┘
+        ");
+        assert_eq!(styled(&buf, RICH.alarm()), "");
+        assert_eq!(styled(&buf, RICH.good()), "✓ BALANCED so far");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let (picture, events) = (sample::broken(), events());
+        torture(|theme, area, buf| {
+            render(
+                &picture.verdict,
+                &events,
+                Some(NOTICE),
+                theme,
+                true,
+                area,
+                buf,
+            );
+        });
+    }
+}

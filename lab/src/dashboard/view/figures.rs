@@ -1,0 +1,334 @@
+//! Topics, latency and nodes in figures.
+
+use std::time::Duration;
+
+use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
+
+use super::{
+    histogram,
+    pane::{self, frame, plain, put, row, rows},
+    table::{self, Column, Figure, Row},
+    theme::Theme,
+};
+use crate::dashboard::picture::{LatencyPicture, NodePicture, Picture, Quantiles, TopicPicture};
+
+/// What the pane is called.
+const TITLE: &str = "4 figures";
+
+/// Width from which latency has a column of its own, the width of that column,
+/// and the blanks before it.
+const WIDE: u16 = 100;
+const LATENCY_COLUMNS: u16 = 40;
+const GAP: u16 = 3;
+
+/// Rows of a histogram: its bars, and what is under them.
+const LEAST_HISTOGRAM: usize = 3;
+const BEST_HISTOGRAM: usize = 8;
+
+/// Columns of topics. `avg` is over the whole run, `lately` are those dropped in
+/// the last second, `age` is how old messages were when they were read.
+const TOPIC_COLUMNS: [Column; 8] = [
+    column("msg/s", 7, 0),
+    column("avg", 7, 6),
+    column("published", 9, 7),
+    column("dropped", 7, 3),
+    column("lately", 7, 1),
+    column("depth", 5, 2),
+    column("age p50 ms", 10, 4),
+    column("p99 ms", 7, 5),
+];
+
+/// Columns of nodes.
+const NODE_COLUMNS: [Column; 6] = [
+    column("rate Hz", 9, 0),
+    column("ticks", 8, 5),
+    column("late p50 µs", 11, 2),
+    column("p99 µs", 8, 3),
+    column("tick p50 µs", 11, 4),
+    column("overruns", 8, 1),
+];
+
+const fn column(head: &'static str, width: usize, rank: u8) -> Column {
+    Column { head, width, rank }
+}
+
+/// Draws what fits: topics first, then latency, then nodes.
+pub fn render(picture: &Picture, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
+    let inner = frame(TITLE, Span::default(), theme, focused, area, buf);
+    // A blank column on each side, where there is room for blanks.
+    let inset = u16::from(inner.width > 40);
+    let inner = Rect {
+        x: inner.x + inset,
+        width: inner.width - 2 * inset,
+        ..inner
+    };
+    if inner.width >= WIDE {
+        side_by_side(picture, theme, inner, buf);
+    } else {
+        stacked(picture, theme, inner, buf);
+    }
+}
+
+fn side_by_side(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+    let left = Rect {
+        width: inner.width - LATENCY_COLUMNS - GAP,
+        ..inner
+    };
+    let right = Rect {
+        x: inner.x + left.width + GAP,
+        width: LATENCY_COLUMNS,
+        ..inner
+    };
+    let used = topics(&picture.topics, theme, left, buf);
+    nodes(&picture.nodes, theme, rows(left, used + 1, usize::MAX), buf);
+    let used = latency(&picture.latency, theme, right, buf);
+    let bars = usize::from(inner.height)
+        .saturating_sub(used + 1)
+        .min(BEST_HISTOGRAM);
+    if bars >= LEAST_HISTOGRAM {
+        let place = rows(right, used + 1, bars);
+        histogram::render(&picture.latency, theme, place, buf);
+    }
+}
+
+fn stacked(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+    let height = usize::from(inner.height);
+    let mut used = topics(&picture.topics, theme, inner, buf);
+    // Blank lines only if nothing has to go for them.
+    let table = 1 + picture.nodes.len();
+    let least = used + latency_rows(inner) + LEAST_HISTOGRAM + table;
+    let blank = usize::from(least + 2 <= height);
+    used += blank;
+    used += latency(&picture.latency, theme, rows(inner, used, usize::MAX), buf);
+    let spare = height.saturating_sub(used + blank + table);
+    let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
+    if used + bars <= height {
+        histogram::render(&picture.latency, theme, rows(inner, used, bars), buf);
+        used += bars;
+    }
+    nodes(
+        &picture.nodes,
+        theme,
+        rows(inner, used + blank, usize::MAX),
+        buf,
+    );
+}
+
+/// Draws the table of topics; returns how many rows it took.
+fn topics(topics: &[TopicPicture], theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+    let rows: Vec<Row> = topics.iter().map(|topic| topic_row(topic, theme)).collect();
+    table::render("topic", &TOPIC_COLUMNS, &rows, theme, area, buf);
+    (1 + rows.len()).min(usize::from(area.height))
+}
+
+fn topic_row(topic: &TopicPicture, theme: &Theme) -> Row {
+    let lately = if topic.alarming() {
+        let text = format!("{} {}", theme.glyph("✖", "!"), count(topic.dropped_lately));
+        (text, theme.alarm())
+    } else {
+        usual(count(0))
+    };
+    let figures = vec![
+        usual(format!("{:.1}", topic.per_second)),
+        usual(format!("{:.1}", topic.average)),
+        usual(count(topic.published)),
+        usual(count(topic.dropped)),
+        lately,
+        usual(count(topic.depth as u64)),
+        usual(quantile(&topic.age, topic.age.p50, 1e3)),
+        usual(quantile(&topic.age, topic.age.p99, 1e3)),
+    ];
+    (topic.name.to_string(), figures)
+}
+
+fn nodes(nodes: &[NodePicture], theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let rows: Vec<Row> = nodes.iter().map(|node| node_row(node, theme)).collect();
+    table::render("node", &NODE_COLUMNS, &rows, theme, area, buf);
+}
+
+fn node_row(node: &NodePicture, theme: &Theme) -> Row {
+    let overruns = if node.overruns > 0 {
+        theme.strong()
+    } else {
+        Style::new()
+    };
+    let figures = vec![
+        usual(rate(node.hz.get())),
+        usual(count(node.ticks)),
+        usual(quantile(&node.lateness, node.lateness.p50, 1e6)),
+        usual(quantile(&node.lateness, node.lateness.p99, 1e6)),
+        usual(quantile(&node.tick_time, node.tick_time.p50, 1e6)),
+        (count(node.overruns), overruns),
+    ];
+    (node.name.to_string(), figures)
+}
+
+fn usual(text: String) -> Figure {
+    (text, Style::new())
+}
+
+/// A count in at most six columns.
+fn count(count: u64) -> String {
+    match count {
+        0..1_000_000 => count.to_string(),
+        1_000_000..10_000_000_000 => format!("{:.1}M", count as f64 / 1e6),
+        _ => format!("{:.0e}", count as f64),
+    }
+}
+
+/// A rate as it was set, to the thousandth.
+fn rate(hz: f64) -> String {
+    let text = format!("{hz:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// `duration` in the unit of which a second has `scale`, or a dash if there are
+/// no samples.
+fn quantile(of: &Quantiles, duration: Duration, scale: f64) -> String {
+    if of.count == 0 {
+        return "-".to_owned();
+    }
+    let decimals = usize::from(scale < 1e6);
+    format!("{:.decimals$}", duration.as_secs_f64() * scale)
+}
+
+/// What is said of the latency.
+const LATENCY: &str = "sense→act";
+
+/// Width of one of its figures with its name and unit, and blanks after it.
+const LATENCY_FIGURE: usize = 14;
+
+/// Where its figures begin, and how many fit into a row.
+fn latency_grid(area: Rect) -> (usize, usize) {
+    let begin = pane::width(LATENCY) + 2;
+    let room = usize::from(area.width).saturating_sub(begin) + 2;
+    (begin, (room / LATENCY_FIGURE).clamp(1, 4))
+}
+
+fn latency_rows(area: Rect) -> usize {
+    4_usize.div_ceil(latency_grid(area).1)
+}
+
+/// Draws the figures of the latency; returns how many rows they took.
+fn latency(latency: &LatencyPicture, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+    let (begin, across) = latency_grid(area);
+    put(&plain(LATENCY, theme), theme.faint(), 0, row(area, 0), buf);
+    let figures = &latency.figures;
+    let some = |duration: Duration| (figures.count > 0).then_some(duration);
+    let entries = [
+        ("p50", some(figures.p50)),
+        ("p99", some(figures.p99)),
+        ("max", some(figures.max)),
+        ("now", latency.newest),
+    ];
+    for (number, (name, duration)) in entries.into_iter().enumerate() {
+        let place = row(area, number / across);
+        let x = begin + number % across * LATENCY_FIGURE;
+        let text = match duration {
+            Some(duration) => format!("{:>6.1} ms", duration.as_secs_f64() * 1e3),
+            None => format!("{:>6} ms", "-"),
+        };
+        if x + 12 <= usize::from(area.width) {
+            put(name, theme.faint(), x, place, buf);
+            put(&text, Style::new(), x + 3, place, buf);
+        }
+    }
+    latency_rows(area).min(usize::from(area.height))
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+
+    use super::{count, rate, render};
+    use crate::dashboard::{
+        picture::Picture,
+        view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            sample,
+            theme::Theme,
+        },
+    };
+
+    fn pane(picture: &Picture, width: u16, height: u16, theme: &Theme) -> Buffer {
+        screen(width, height, |area, buf| {
+            render(picture, theme, false, area, buf)
+        })
+    }
+
+    #[test]
+    fn latency_is_beside_the_tables_where_it_is_wide() {
+        insta::assert_snapshot!(text(&pane(&sample::balanced(), 130, 12, &RICH)), @r"
+        ┌4 figures───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┐
+        │ topic      msg/s      avg  published  dropped   lately  depth  age p50 ms   p99 ms    sense→act  p50  20.3 ms  p99  40.5 ms    │
+        │ /obs        50.0     50.0        320        0        0      1        10.0     20.0               max  42.9 ms  now  21.0 ms    │
+        │ /action     50.0     50.0        320        0        0      1        10.0     20.0                                             │
+        │ /state      50.0     50.0        321        0        0      1           -        -                ████                         │
+        │                                                                                                   ████▇▇▇▇                     │
+        │ node        rate Hz     ticks  late p50 µs    p99 µs  tick p50 µs  overruns                       ████████                     │
+        │ sensor           50       320          450      2100            7         0                       ████████                     │
+        │ policy           50       320          450      2100            7         0                   ████████████████                 │
+        │ actuator         50       321          450      2100            7         0               ▁▁▁▁████████████████▆▆▆▆▁▁▁▁▁▁▁▁▁▁▁▁ │
+        │                                                                                       0               ▲ period 20 ms    ≥45 ms │
+        └────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
+        ");
+    }
+
+    #[test]
+    fn topics_come_first_where_it_is_narrow() {
+        insta::assert_snapshot!(text(&pane(&sample::balanced(), 60, 16, &POOR)), @r"
+        +4 figures-------------------------------------------------+
+        | topic      msg/s  dropped   lately  depth  age p50 ms    |
+        | /obs        50.0        0        0      1        10.0    |
+        | /action     50.0        0        0      1        10.0    |
+        | /state      50.0        0        0      1           -    |
+        | sense->act p50  20.3 ms  p99  40.5 ms  max  42.9 ms      |
+        |            now  21.0 ms                                  |
+        |             ########                                     |
+        |             ########                                     |
+        |     ####################################                 |
+        | 0               ^ period 20 ms   >=45 ms                 |
+        | node        rate Hz  late p50 us    p99 us  overruns     |
+        | sensor           50          450      2100         0     |
+        | policy           50          450      2100         0     |
+        | actuator         50          450      2100         0     |
+        +----------------------------------------------------------+
+        ");
+        insta::assert_snapshot!(text(&pane(&sample::fan_out(), 34, 8, &RICH)), @r"
+        ┌4 figures───────────────────────┐
+        │topic     msg/s   lately  depth │
+        │/image     60.0     ✖ 45      4 │
+        │/pose      15.0        0      1 │
+        │/plan       7.5        0      1 │
+        │sense→act  p50  20.3 ms         │
+        │           p99  40.5 ms         │
+        └────────────────────────────────┘
+        ");
+    }
+
+    #[test]
+    fn only_present_losses_are_alarms() {
+        let buf = pane(&sample::fan_out(), 80, 12, &RICH);
+        assert_eq!(styled(&buf, RICH.alarm()), "✖ 45");
+        let buf = pane(&sample::balanced(), 80, 12, &RICH);
+        assert_eq!(styled(&buf, RICH.alarm()), "");
+    }
+
+    #[test]
+    fn figures_fit_their_columns() {
+        assert_eq!(count(999_999), "999999");
+        assert_eq!(count(12_345_678), "12.3M");
+        assert_eq!(count(u64::MAX), "2e19");
+        assert_eq!(
+            [rate(50.0), rate(33.3), rate(0.001)],
+            ["50", "33.3", "0.001"]
+        );
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        for picture in [sample::broken(), sample::chain(12), sample::chain(0)] {
+            torture(|theme, area, buf| render(&picture, theme, true, area, buf));
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Which node comes before which: layers from sources to sinks.
+
+use std::collections::VecDeque;
+
+use crate::dashboard::picture::Picture;
+
+/// The nodes of `picture` by layer: a node stands one layer behind the last
+/// node whose messages it reads. Within a layer, a node stands about as high
+/// as what it reads, so that few lines cross.
+///
+/// Where nodes wait for each other in a circle, the one that was added first
+/// is taken to come first.
+pub(super) fn layers(picture: &Picture) -> Vec<Vec<usize>> {
+    let flow = Flow::of(picture);
+    let depths = flow.depths();
+    let count = depths.iter().max().map_or(0, |deepest| deepest + 1);
+    let mut layers = vec![Vec::new(); count];
+    for (node, depth) in depths.iter().enumerate() {
+        layers[*depth].push(node);
+    }
+    layers.retain(|layer| !layer.is_empty());
+    flow.sort(&mut layers);
+    layers
+}
+
+/// Nodes and topics as one graph: first come all nodes, then all topics. A
+/// topic with many publishers and readers would otherwise be an edge for each
+/// pair of them.
+struct Flow {
+    nodes: usize,
+    into: Vec<Vec<usize>>,
+    out: Vec<Vec<usize>>,
+}
+
+impl Flow {
+    fn of(picture: &Picture) -> Self {
+        let nodes = picture.nodes.len();
+        let all = nodes + picture.topics.len();
+        let mut flow = Self {
+            nodes,
+            into: vec![Vec::new(); all],
+            out: vec![Vec::new(); all],
+        };
+        for (topic, vertex) in picture.topics.iter().zip(nodes..) {
+            for publisher in topic.publishers.iter().filter(|n| **n < nodes) {
+                flow.join(*publisher, vertex);
+            }
+            // Nobody has to wait for a topic that nobody publishes.
+            if !flow.into[vertex].is_empty() {
+                for reader in topic.readers.iter().filter(|n| **n < nodes) {
+                    flow.join(vertex, *reader);
+                }
+            }
+        }
+        flow
+    }
+
+    fn join(&mut self, from: usize, to: usize) {
+        self.out[from].push(to);
+        self.into[to].push(from);
+    }
+
+    /// The layer of each node: the longest way from a source.
+    fn depths(&self) -> Vec<usize> {
+        let all = self.into.len();
+        let mut waiting: Vec<usize> = self.into.iter().map(Vec::len).collect();
+        let mut depths = vec![0; all];
+        let mut placed = vec![false; all];
+        let mut ready: VecDeque<usize> = (0..all).filter(|v| waiting[*v] == 0).collect();
+        let mut first = 0;
+        loop {
+            while let Some(vertex) = ready.pop_front() {
+                placed[vertex] = true;
+                for next in self.out[vertex].iter().copied().filter(|v| !placed[*v]) {
+                    let step = usize::from(next < self.nodes);
+                    depths[next] = depths[next].max(depths[vertex] + step);
+                    waiting[next] -= 1;
+                    if waiting[next] == 0 {
+                        ready.push_back(next);
+                    }
+                }
+            }
+            while first < self.nodes && placed[first] {
+                first += 1;
+            }
+            if first == self.nodes {
+                break;
+            }
+            ready.push_back(self.on_circle(first, &placed));
+        }
+        depths.truncate(self.nodes);
+        depths
+    }
+
+    /// The first node of a circle that `start` waits for, if only indirectly.
+    fn on_circle(&self, start: usize, placed: &[bool]) -> usize {
+        let before = |v: usize| self.into[v].iter().copied().find(|u| !placed[*u]);
+        let mut seen = vec![false; self.into.len()];
+        let mut at = start;
+        while !seen[at] {
+            seen[at] = true;
+            match before(at) {
+                Some(source) => at = source,
+                None => return start,
+            }
+        }
+        let (end, mut first) = (at, usize::MAX);
+        loop {
+            first = first.min(at);
+            match before(at) {
+                Some(source) if source != end => at = source,
+                _ => break first,
+            }
+        }
+    }
+
+    /// Sorts each layer by where the sources of its nodes stand on average.
+    fn sort(&self, layers: &mut [Vec<usize>]) {
+        let mut height: Vec<Option<f64>> = vec![None; self.nodes];
+        for layer in layers {
+            let wanted: Vec<(f64, usize)> = layer
+                .iter()
+                .enumerate()
+                .map(|(row, node)| {
+                    let row = relative(row, layer.len());
+                    (self.source_height(*node, &height).unwrap_or(row), *node)
+                })
+                .collect();
+            let mut sorted = wanted;
+            sorted.sort_by(|(a, n), (b, m)| a.total_cmp(b).then(n.cmp(m)));
+            *layer = sorted.into_iter().map(|(_, node)| node).collect();
+            for (row, node) in layer.iter().enumerate() {
+                height[*node] = Some(relative(row, layer.len()));
+            }
+        }
+    }
+
+    fn source_height(&self, node: usize, height: &[Option<f64>]) -> Option<f64> {
+        let topics = self.into[node].iter();
+        let sources = topics.flat_map(|topic| &self.into[*topic]);
+        let known: Vec<f64> = sources.filter_map(|source| height[*source]).collect();
+        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    }
+}
+
+/// Where row `row` of `rows` is, from 0 (top) to 1.
+fn relative(row: usize, rows: usize) -> f64 {
+    (row as f64 + 0.5) / rows as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::layers;
+    use crate::dashboard::view::sample;
+
+    #[test]
+    fn follows_the_messages() {
+        assert_eq!(layers(&sample::balanced()), [[0], [1], [2]]);
+        let fan_out = layers(&sample::fan_out());
+        assert_eq!(fan_out, [vec![0, 1], vec![2], vec![3], vec![4]]);
+        assert_eq!(layers(&sample::picture(vec![], vec![])).len(), 0);
+    }
+
+    #[test]
+    fn a_circle_begins_with_the_node_added_first() {
+        let node = |name| sample::node(name, 50.0, 1, false);
+        let nodes = ["sink", "plant", "brain", "alone"].map(node).to_vec();
+        let topics = vec![
+            sample::topic("/state", 1.0, 1, &[1], &[2, 1]),
+            sample::topic("/action", 1.0, 1, &[2], &[1, 0]),
+            sample::topic("/nobody", 1.0, 1, &[], &[2]),
+        ];
+        let picture = sample::picture(nodes, topics);
+        assert_eq!(layers(&picture), [vec![1, 3], vec![2], vec![0]]);
+    }
+
+    #[test]
+    fn indices_of_nothing_are_ignored() {
+        let topics = vec![sample::topic("/t", 1.0, 1, &[0, 7], &[9])];
+        let picture = sample::picture(vec![sample::node("a", 1.0, 1, true)], topics);
+        assert_eq!(layers(&picture), [[0]]);
+    }
+
+    #[test]
+    fn a_thousand_nodes_are_a_thousand_layers() {
+        assert_eq!(layers(&sample::chain(1_000)).len(), 1_000);
+    }
+}

@@ -1,0 +1,131 @@
+//! A list of topics, for those that could not be written on their lines.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    text::{Line, Span},
+    widgets::Widget,
+};
+
+use super::{
+    label::{Writer, count},
+    route::Routes,
+};
+use crate::dashboard::{
+    picture::{Picture, TopicPicture},
+    view::{pane, theme::Theme},
+};
+
+/// Columns of a name in the list, at most.
+const LIST_NAME: usize = 16;
+/// Columns of the figures behind it, of the word behind those, and of the age
+/// at the end.
+const LIST_FIGURES: usize = 26;
+const LIST_WORD: usize = 8;
+const LIST_AGE: usize = 15;
+/// Columns between entries of the list.
+const LIST_SPACE: usize = 3;
+
+/// Rows of a list of the topics of `routes` in so many columns.
+pub(super) fn rows(picture: &Picture, routes: &Routes, room: usize) -> usize {
+    let read = routes.all.iter().filter(|route| !route.is_stub());
+    let topics: Vec<&TopicPicture> = read.map(|r| &picture.topics[r.topic]).collect();
+    topics.len().div_ceil(List::side_by_side(&topics, room))
+}
+
+/// Topics side by side and below each other.
+pub(super) struct List<'a> {
+    topics: &'a [&'a TopicPicture],
+    picture: &'a Picture,
+    theme: &'a Theme,
+    area: Rect,
+}
+
+impl<'a> List<'a> {
+    /// A list of `topics` in `area`.
+    pub(super) fn new(
+        topics: &'a [&'a TopicPicture],
+        picture: &'a Picture,
+        theme: &'a Theme,
+        area: Rect,
+    ) -> Self {
+        Self {
+            topics,
+            picture,
+            theme,
+            area,
+        }
+    }
+
+    fn name_width(topics: &[&TopicPicture]) -> usize {
+        let names = topics.iter().map(|topic| pane::width(&topic.name));
+        names.max().unwrap_or(0).min(LIST_NAME)
+    }
+
+    fn side_by_side(topics: &[&TopicPicture], room: usize) -> usize {
+        let width = Self::name_width(topics) + LIST_FIGURES;
+        ((room + LIST_SPACE) / (width + LIST_SPACE)).max(1)
+    }
+
+    /// How many entries fit into `area`.
+    pub(super) fn room(topics: &[&TopicPicture], area: Rect) -> usize {
+        Self::side_by_side(topics, usize::from(area.width)) * usize::from(area.height)
+    }
+
+    /// Draws as many as fit.
+    pub(super) fn draw(&self, buf: &mut Buffer) {
+        let room = usize::from(self.area.width);
+        let across = Self::side_by_side(self.topics, room);
+        let width = (room + LIST_SPACE) / across - LIST_SPACE.min(room / across);
+        let cells = Self::room(self.topics, self.area);
+        for (number, topic) in self.topics.iter().take(cells).enumerate() {
+            let row = pane::row(self.area, number / across);
+            let skip = number % across * (width + LIST_SPACE);
+            let cell = Rect {
+                x: row.x + pane::clamp(skip),
+                width: pane::clamp(width),
+                ..row
+            };
+            let cell = cell.intersection(self.area);
+            let left = self.topics.len() - number;
+            if number + 1 == cells && left > 1 {
+                let text = format!("+{left} topics");
+                pane::put(&text, self.theme.faint(), 0, cell, buf);
+            } else {
+                self.entry(topic, cell, buf);
+            }
+        }
+    }
+
+    fn entry(&self, topic: &TopicPicture, cell: Rect, buf: &mut Buffer) {
+        let room = usize::from(cell.width);
+        let writer = Writer::new(topic, self.picture, self.theme, room);
+        let name = Self::name_width(self.topics);
+        let text = format!("{:name$}", writer.name(name));
+        let (glyph, style) = writer.verdict();
+        let full = name + LIST_FIGURES;
+        let word = if room >= full + LIST_WORD {
+            " dropped"
+        } else {
+            ""
+        };
+        let drops = format!("{glyph} {}{word}", count(topic.dropped));
+        let blank = (7 + pane::width(word)).saturating_sub(pane::width(&drops));
+        let depth = if room >= full {
+            format!(" {}", writer.depth())
+        } else {
+            String::new()
+        };
+        let mut line = Line::from_iter([
+            Span::styled(text, self.theme.strong()),
+            Span::raw(format!(" {}{depth} ", writer.rate())),
+            Span::styled(drops, style),
+            Span::raw(" ".repeat(blank)),
+        ]);
+        if room >= full + LIST_WORD + LIST_AGE {
+            line.push_span(Span::raw(" "));
+            line.extend(writer.age());
+        }
+        line.render(cell, buf);
+    }
+}

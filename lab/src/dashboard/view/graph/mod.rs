@@ -1,0 +1,43 @@
+//! The graph as it runs: nodes as boxes, topics as lines with messages on
+//! them. Laid out from who publishes and who reads, whatever the robot is.
+
+mod label;
+mod layers;
+mod list;
+mod nodes;
+mod place;
+mod route;
+mod wires;
+
+use ratatui::{buffer::Buffer, layout::Rect, text::Span};
+
+use self::{label::Labels, place::Layout, wires::Wires};
+use super::{pane, theme::Theme};
+use crate::dashboard::picture::Picture;
+
+/// Draws the graph.
+pub fn render(picture: &Picture, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
+    let inside = Rect {
+        width: area.width.saturating_sub(2),
+        height: area.height.saturating_sub(2),
+        ..area
+    };
+    let layout = Layout::of(picture, inside.as_size());
+    let more = match layout.hidden {
+        0 => String::new(),
+        hidden => format!(" +{hidden} more "),
+    };
+    let more = Span::styled(more, theme.faint());
+    let inner = pane::frame("1 graph", more, theme, focused, area, buf);
+    // Part of the area may lie outside the screen, then nothing fits as planned.
+    if inner.as_size() != inside.as_size() {
+        return;
+    }
+    nodes::draw(picture, &layout, theme, inner, buf);
+    let wires = Wires::of(picture, &layout);
+    wires.draw(picture, theme, inner, buf);
+    Labels::new(picture, theme, &layout, &wires, inner).draw(buf);
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,167 @@
+//! The box of a node.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+    widgets::{Block, Widget},
+};
+
+use super::{
+    label::{count, fitting},
+    place::Layout,
+};
+use crate::dashboard::{
+    picture::{NodePicture, Picture},
+    view::{pane, theme::Theme},
+};
+
+/// A row inside a box has a margin if it is longer than this.
+const ROOM: usize = 14;
+
+/// Draws the boxes of all nodes shown.
+pub(super) fn draw(
+    picture: &Picture,
+    layout: &Layout,
+    theme: &Theme,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let boxes = layout
+        .boxes
+        .iter()
+        .map(|b| (&picture.nodes[b.node], b.rect));
+    // All show their rate or none does, otherwise one looks like a mistake.
+    let with_rate = boxes.clone().all(|(node, rect)| {
+        let text = format!("{} {}", node.name, hz(node));
+        pane::width(&text) <= pill_room(rect)
+    });
+    for (node, rect) in boxes {
+        let rect = Rect {
+            x: rect.x.saturating_add(area.x),
+            y: rect.y.saturating_add(area.y),
+            ..rect
+        };
+        let rect = rect.intersection(area);
+        if rect.height < 3 {
+            pill(node, theme, with_rate, rect, buf);
+        } else {
+            full(node, theme, rect, buf);
+        }
+    }
+}
+
+/// A node with name, rate and overruns, and whether it ticks.
+fn full(node: &NodePicture, theme: &Theme, rect: Rect, buf: &mut Buffer) {
+    let room = usize::from(rect.width.saturating_sub(2));
+    let name = match room.checked_sub(2) {
+        Some(less) if pane::width(&node.name) <= less => format!(" {} ", node.name),
+        _ => node.name.to_string(),
+    };
+    let title = Span::styled(pane::clip(&name, room, theme), theme.strong());
+    let block = Block::bordered().border_set(theme.border()).title(title);
+    let mut inner = block.inner(rect);
+    block.render(rect, buf);
+    if room > ROOM {
+        (inner.x, inner.width) = (inner.x + 1, inner.width - 2);
+    }
+    let room = usize::from(inner.width);
+    let beneath = inner.height > 1;
+    let mut lines = vec![rate(node, theme, room, !beneath)];
+    if beneath {
+        lines.push(overruns(node, theme, room));
+    }
+    for (row, line) in lines.into_iter().enumerate() {
+        line.render(pane::row(inner, row), buf);
+    }
+}
+
+/// What a node in one row has room for, without brackets and marker.
+fn pill_room(rect: Rect) -> usize {
+    usize::from(rect.width.saturating_sub(4))
+}
+
+/// A node in one row.
+fn pill(node: &NodePicture, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
+    let room = pill_room(rect);
+    let rate = if with_rate { hz(node) } else { String::new() };
+    let left = room.saturating_sub(pane::width(&rate));
+    let name = pane::clip(&node.name, left, theme);
+    let blank = " ".repeat(left.saturating_sub(pane::width(&name)));
+    let (glyph, style) = tick(node, theme);
+    let spans = [
+        Span::raw("["),
+        Span::styled(glyph, style),
+        Span::raw(" "),
+        Span::styled(name, theme.strong()),
+        Span::raw(format!("{blank}{rate}]")),
+    ];
+    Line::from_iter(spans).render(rect, buf);
+}
+
+/// The tick marker and the rate; overruns behind it if they have no row.
+fn rate(node: &NodePicture, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
+    let (glyph, style) = tick(node, theme);
+    let glyph = Span::styled(glyph, style);
+    let hz = hz(node);
+    let rate = fitting([format!(" {hz}"), hz], room.saturating_sub(1));
+    let left = room.saturating_sub(1 + pane::width(&rate));
+    let mut line = Line::from_iter([glyph, Span::raw(rate)]);
+    if with_overruns && node.overruns > 0 {
+        let alarm = theme.glyph("✖", "!");
+        let text = format!("{alarm}{}", count(node.overruns));
+        if pane::width(&text) < left {
+            line.push_span(Span::raw(" "));
+            line.push_span(Span::styled(text, theme.alarm()));
+        }
+    }
+    line
+}
+
+fn overruns(node: &NodePicture, theme: &Theme, room: usize) -> Line<'static> {
+    let count = count(node.overruns);
+    if node.overruns == 0 {
+        let text = fitting(
+            ["  0 overruns", "0 overruns", "0 over"].map(str::to_owned),
+            room,
+        );
+        return Line::from(Span::styled(text, theme.faint()));
+    }
+    let alarm = theme.glyph("✖", "!");
+    let unit = if node.overruns == 1 {
+        "overrun"
+    } else {
+        "overruns"
+    };
+    let texts = [
+        format!("{alarm} {count} {unit}"),
+        format!("{alarm} {count} over"),
+        format!("{alarm}{count} over"),
+        format!("{alarm}{count}"),
+    ];
+    Line::from(Span::styled(fitting(texts, room), theme.alarm()))
+}
+
+fn tick(node: &NodePicture, theme: &Theme) -> (&'static str, Style) {
+    if node.lit {
+        (theme.glyph("●", "*"), theme.active())
+    } else {
+        (theme.glyph("○", "o"), theme.faint())
+    }
+}
+
+/// The rate to as many digits as matter: "50 Hz", "7.5 Hz", "0.001 Hz".
+fn hz(node: &NodePicture) -> String {
+    let hz = node.hz.get();
+    let decimals = if hz >= 100.0 {
+        1
+    } else if hz >= 1.0 {
+        2
+    } else {
+        3
+    };
+    let text = format!("{hz:.decimals$}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    format!("{text} Hz")
+}

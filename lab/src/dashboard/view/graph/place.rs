@@ -1,0 +1,328 @@
+//! Where everything is: columns of boxes, the gaps between them, and what had
+//! to be left out.
+
+use ratatui::layout::{Rect, Size};
+
+use super::{
+    label,
+    layers::layers,
+    list,
+    route::{Route, Routes},
+};
+use crate::dashboard::{picture::Picture, view::pane};
+
+/// The narrowest box: a rate must fit.
+const LEAST_BOX: usize = 8;
+/// The shortest line: an end, a bend and an arrow.
+const LEAST_GAP: usize = 3;
+/// Names longer than this are cut rather than given more room.
+const LONGEST_NAME: usize = 16;
+/// More space than this between boxes of a column only tears them apart.
+const MOST_SPACE: usize = 3;
+
+/// A box.
+#[derive(Debug)]
+pub(super) struct Placed {
+    /// Index of the node.
+    pub(super) node: usize,
+    /// Number of its column.
+    pub(super) column: usize,
+    /// Where it is, counted from the corner of the pane's inside.
+    pub(super) rect: Rect,
+}
+
+/// Where everything is.
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// The nodes shown.
+    pub(super) boxes: Vec<Placed>,
+    /// The ways of the topics shown.
+    pub(super) routes: Routes,
+    /// First column and end of each gap.
+    pub(super) gaps: Vec<[u16; 2]>,
+    /// Row of the first lane.
+    pub(super) lanes: u16,
+    /// Whether gaps are wide enough to write on lines.
+    pub(super) roomy: bool,
+    /// First row below boxes and lanes.
+    pub(super) bottom: u16,
+    /// How many nodes are not shown.
+    pub(super) hidden: usize,
+}
+
+impl Layout {
+    /// Lays out `picture` in a room of `size`.
+    pub(super) fn of(picture: &Picture, size: Size) -> Self {
+        let room = [size.width, size.height].map(usize::from);
+        let layers = layers(picture);
+        match Plan::best(picture, &layers, room) {
+            Some(plan) => plan.lay_out(picture, room),
+            None => Self::nothing(picture),
+        }
+    }
+
+    fn nothing(picture: &Picture) -> Self {
+        Self {
+            boxes: Vec::new(),
+            routes: Routes::of(picture, &[]),
+            gaps: Vec::new(),
+            lanes: 0,
+            roomy: false,
+            bottom: 0,
+            hidden: picture.nodes.len(),
+        }
+    }
+
+    /// The box of a node that is shown.
+    pub(super) fn placed(&self, node: usize) -> Option<&Placed> {
+        self.boxes.iter().find(|placed| placed.node == node)
+    }
+
+    /// The row on which `route` leaves `node`.
+    pub(super) fn exit(&self, route: &Route, node: usize) -> Option<u16> {
+        self.port(route, node, |route| &route.publishers)
+    }
+
+    /// The row on which `route` reaches `node`.
+    pub(super) fn entry(&self, route: &Route, node: usize) -> Option<u16> {
+        self.port(route, node, |route| &route.readers)
+    }
+
+    /// The topics of a node share the rows inside its box from the top.
+    fn port(&self, route: &Route, node: usize, ends: fn(&Route) -> &[usize]) -> Option<u16> {
+        let rect = self.placed(node)?.rect;
+        let there = self.routes.all.iter().filter(|r| ends(r).contains(&node));
+        let mut there: Vec<&Route> = there.collect();
+        // What comes from or goes to a lane is lowest, as the lanes are.
+        there.sort_by_key(|r| (r.lane.is_some(), r.is_stub()));
+        let order = there.iter().position(|r| r.topic == route.topic)?;
+        let first = rect.y + u16::from(rect.height > 2);
+        let rows = usize::from(rect.height.saturating_sub(2)).max(1);
+        Some(first + pane::clamp(order * rows / there.len()))
+    }
+}
+
+/// A way to fill the room.
+#[derive(Debug)]
+struct Plan {
+    columns: Vec<Vec<usize>>,
+    routes: Routes,
+    look: Look,
+    /// Rows at the bottom for a list of topics.
+    list: usize,
+}
+
+/// Sizes to choose from.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    /// Width of boxes if there is room, and the least.
+    width: [usize; 2],
+    height: usize,
+    /// Least width of gaps.
+    gap: usize,
+    /// Whether lines are written on; otherwise topics are listed.
+    roomy: bool,
+}
+
+impl Look {
+    /// From the roomiest to the tightest.
+    fn all(name: usize) -> [Self; 7] {
+        let roomy = |width: usize, gap, height| Self {
+            width: [width.max(name + 4); 2],
+            height,
+            gap,
+            roomy: true,
+        };
+        let tight = |width: usize, height| Self {
+            width: [width, LEAST_BOX],
+            height,
+            gap: LEAST_GAP,
+            roomy: false,
+        };
+        let (wide, narrow) = (20, label::NARROW + 2);
+        [
+            roomy(18, wide, 4),
+            roomy(15, narrow, 4),
+            roomy(18, wide, 3),
+            roomy(15, narrow, 3),
+            tight((name + 4).max(15), 4),
+            tight((name + 2).max(10), 3),
+            tight(name + 12, 1),
+        ]
+    }
+}
+
+impl Plan {
+    /// The roomiest plan that shows everything, or else the one that shows
+    /// most.
+    fn best(picture: &Picture, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
+        if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
+            return None;
+        }
+        let names = picture.nodes.iter().map(|node| pane::width(&node.name));
+        let name = names.max().unwrap_or(0).min(LONGEST_NAME);
+        let looks = Look::all(name);
+        if layers.len() <= room[0] {
+            for look in looks {
+                let plan = Self::new(picture, layers.to_vec(), look);
+                let list = if look.roomy {
+                    0
+                } else {
+                    list::rows(picture, &plan.routes, room[0])
+                };
+                let plan = Self { list, ..plan };
+                if plan.fits(room) {
+                    return Some(plan);
+                }
+            }
+        }
+        let [.., tight, tightest] = looks;
+        let parts = [tight, tightest].into_iter();
+        let parts = parts.filter_map(|look| Self::part(picture, layers, look, room));
+        // The taller one comes first and is kept if both show as much.
+        parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
+    }
+
+    fn new(picture: &Picture, columns: Vec<Vec<usize>>, look: Look) -> Self {
+        Self {
+            routes: Routes::of(picture, &columns),
+            columns,
+            look,
+            list: 0,
+        }
+    }
+
+    /// As much of the graph as fits, from the sources on.
+    fn part(
+        picture: &Picture,
+        layers: &[Vec<usize>],
+        look: Look,
+        room: [usize; 2],
+    ) -> Option<Self> {
+        let most = (room[0] + look.gap) / (LEAST_BOX + look.gap);
+        (1..=most).rev().find_map(|count| {
+            let rows = room[1] / look.height;
+            let mut plan = Self::new(picture, columns(layers, count, rows), look);
+            let lanes = plan.routes.lanes.min(room[1] / 2);
+            if plan.tallest() * look.height + lanes > room[1] {
+                let rows = (room[1] - lanes) / look.height;
+                plan = Self::new(picture, columns(layers, count, rows), look);
+            }
+            plan.routes
+                .keep_lanes(room[1].saturating_sub(plan.tallest() * look.height));
+            let wanted = list::rows(picture, &plan.routes, room[0]);
+            plan.list = wanted.min(room[1].saturating_sub(plan.rows()));
+            (plan.shown() > 0 && plan.fits(room)).then_some(plan)
+        })
+    }
+
+    fn shown(&self) -> usize {
+        self.columns.iter().map(Vec::len).sum()
+    }
+
+    fn tallest(&self) -> usize {
+        self.columns.iter().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// The least number of rows for boxes and lanes.
+    fn rows(&self) -> usize {
+        self.tallest() * self.look.height + self.routes.lanes
+    }
+
+    fn least_gap(&self) -> usize {
+        self.look.gap + 2 * self.routes.most_bends()
+    }
+
+    /// Columns of the screen that are left for boxes and gaps.
+    fn across(&self, room: [usize; 2]) -> usize {
+        room[0].saturating_sub(self.routes.margins().iter().sum())
+    }
+
+    fn fits(&self, room: [usize; 2]) -> bool {
+        let count = self.columns.len();
+        let least = count * self.look.width[1] + (count - 1) * self.least_gap();
+        least <= self.across(room) && self.rows() + self.list <= room[1]
+    }
+
+    fn lay_out(self, picture: &Picture, room: [usize; 2]) -> Layout {
+        let (width, gaps) = self.spread(picture, room);
+        let height = self.look.height;
+        let tallest = self.tallest();
+        let spare = room[1] - self.list - self.rows();
+        let space = (spare / tallest).min(MOST_SPACE);
+        let stack = |count: usize| count * height + (count - 1) * space;
+        let spare = spare - (tallest - 1) * space;
+        let away = usize::from(self.routes.lanes > 0 && spare > 1);
+        let top = (spare - away) / 2;
+        let mut boxes = Vec::new();
+        for (column, members) in self.columns.iter().enumerate() {
+            let first = top + (stack(tallest) - stack(members.len())) / 2;
+            for (row, node) in members.iter().enumerate() {
+                let y = first + row * (height + space);
+                let [x, y, w, h] = [gaps[column][1], y, width, height].map(pane::clamp);
+                let rect = Rect::new(x, y, w, h);
+                boxes.push(Placed {
+                    node: *node,
+                    column,
+                    rect,
+                });
+            }
+        }
+        let lanes = top + stack(tallest) + away;
+        Layout {
+            boxes,
+            gaps: gaps.iter().map(|gap| gap.map(pane::clamp)).collect(),
+            lanes: pane::clamp(lanes),
+            roomy: self.look.roomy,
+            bottom: pane::clamp(lanes + self.routes.lanes),
+            hidden: picture.nodes.len() - self.shown(),
+            routes: self.routes,
+        }
+    }
+
+    /// The width of boxes, and where gaps begin and end.
+    fn spread(&self, picture: &Picture, room: [usize; 2]) -> (usize, Vec<[usize; 2]>) {
+        let count = self.columns.len();
+        let across = self.across(room);
+        let least = (count - 1) * self.least_gap();
+        let width = self.look.width[0].min((across - least) / count);
+        let mut spare = across - count * width;
+        let stub = self.stub(picture);
+        let stub = if spare >= least + stub { stub } else { 0 };
+        spare -= stub;
+        let [left, right] = self.routes.margins();
+        let mut at = left;
+        let mut gaps = vec![[0, at]];
+        if count == 1 {
+            gaps[0][1] += spare / 2;
+        }
+        at = gaps[0][1] + width;
+        for gap in 1..count {
+            let part = spare / (count - 1) + usize::from(gap <= spare % (count - 1));
+            gaps.push([at, at + part]);
+            at += part + width;
+        }
+        gaps.push([at, (at + stub.max(right)).min(room[0])]);
+        (width, gaps)
+    }
+
+    /// What a line out of the last column needs to carry its name.
+    fn stub(&self, picture: &Picture) -> usize {
+        let last = self.columns.len();
+        let stubs = self
+            .routes
+            .all
+            .iter()
+            .filter(|r| r.is_stub() && r.gaps.contains(&last));
+        let names = stubs.map(|r| label::stub_width(&picture.topics[r.topic].name));
+        names.max().unwrap_or(0)
+    }
+}
+
+/// Spreads `layers` over at most `count` columns of at most `rows` nodes. A
+/// layer with more nodes takes several columns.
+fn columns(layers: &[Vec<usize>], count: usize, rows: usize) -> Vec<Vec<usize>> {
+    let parts = layers.iter().flat_map(|layer| layer.chunks(rows.max(1)));
+    let fitting = if rows == 0 { 0 } else { count };
+    parts.take(fitting).map(<[usize]>::to_vec).collect()
+}

@@ -1,0 +1,281 @@
+//! What the graph looks like.
+
+use insta::assert_snapshot;
+use ratatui::buffer::Buffer;
+
+use super::render;
+use crate::dashboard::{
+    picture::Picture,
+    view::{
+        pane::testing::{POOR, RICH, screen, styled, text, torture},
+        sample,
+        theme::Theme,
+    },
+};
+
+fn buffer(picture: &Picture, theme: &Theme, width: u16, height: u16) -> Buffer {
+    screen(width, height, |area, buf| {
+        render(picture, theme, true, area, buf)
+    })
+}
+
+fn rich(picture: &Picture, width: u16, height: u16) -> String {
+    text(&buffer(picture, &RICH, width, height))
+}
+
+/// A circle, two topics between the same nodes, and one that skips a node.
+fn circle() -> Picture {
+    let node = |name| sample::node(name, 50.0, 320, true);
+    let nodes = ["sensor", "brain", "actuator"].map(node).to_vec();
+    let topics = vec![
+        sample::topic("/obs", 50.0, 320, &[0], &[1]),
+        sample::topic("/debug", 50.0, 320, &[0], &[2]),
+        sample::topic("/action", 50.0, 320, &[1], &[2]),
+        sample::topic("/note", 50.0, 320, &[1], &[2]),
+        sample::topic("/state", 50.0, 320, &[2], &[0]),
+    ];
+    sample::picture(nodes, topics)
+}
+
+/// A thousand nodes that all publish to the same topic.
+fn crowd() -> Picture {
+    let node = |_| sample::node("node", 50.0, 320, true);
+    let all: Vec<usize> = (0..1_000).collect();
+    let topics = vec![sample::topic("/all", 50.0, 320, &all, &[3])];
+    sample::picture((0..1_000).map(node).collect(), topics)
+}
+
+#[test]
+fn roomy() {
+    assert_snapshot!(rich(&sample::broken(), 120, 9), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────────────────────────────────────────────┐
+    │                   /obs                                         /action                                               │
+    │┌ sensor ────────┐  50.0/s  depth 1          ┌ policy ────────┐   5.0/s  depth 1          ┌ actuator ──────┐          │
+    ││ ● 50 Hz        │─✖─────✖─────✖─────✖─────✖►│ ○ 5 Hz         │─────•─────•─────•─────•──►│ ● 50 Hz        │─ /state ►│
+    ││   0 overruns   │ ✖ 37 dropped              │ ✖ 2 overruns   │ ✓ 0 dropped               │   0 overruns   │          │
+    │└────────────────┘   held   16 ms            └────────────────┘ ◷ held  320 ms            └────────────────┘          │
+    │                                                                                                                      │
+    │                                                                                                                      │
+    └──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::fan_out(), 120, 11), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────────────────────────────────────────────┐
+    │┌ left ───────┐ /image  60.0/s                                                                                        │
+    ││● 30 Hz      │──────✖─────✖────┐                  /pose                             /plan                            │
+    ││  0 overruns │ ✖ 288 dropped   ✖  ┌ tracker ────┐  15.0/s           ┌ planner ────┐   7.5/s           ┌ logger ─────┐│
+    │└─────────────┘   depth 4       ├─►│● 15 Hz      │──────•─────•───┬─►│○ 7.5 Hz     │──────•─────•─────►│○ 1 Hz       ││
+    │┌ right ──────┐                 ✖  │  0 overruns │   7 dropped    │  │  0 overruns │ ✓ 0 dropped    ┌•►│  0 overruns ││
+    ││○ 30 Hz      │──────✖─────✖────┘  └─────────────┘   depth 1      •  └─────────────┘   depth 1      │  └─────────────┘│
+    ││  0 overruns │                                                   │                    held  120 ms │                 │
+    │└─────────────┘                                                   │                                 │                 │
+    │                                                                  └──•─────•─────•─────•─────•─────•┘                 │
+    └──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
+    ");
+}
+
+#[test]
+fn compact() {
+    assert_snapshot!(rich(&sample::balanced(), 80, 8), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────┐
+    │                /obs                            /action                       │
+    │┌ sensor ─────┐  50.0/s         ┌ policy ─────┐  50.0/s        ┌ actuator ───┐│
+    ││● 50 Hz      │──•─────•─────•─►│● 50 Hz      │──•─────•─────•►│○ 50 Hz      ││
+    ││  0 overruns │ ✓ 0 dropped     │  0 overruns │ ✓ 0 dropped    │  0 overruns ││
+    │└─────────────┘   depth 1       └─────────────┘   depth 1      └─────────────┘│
+    │                  held   12 ms                    held   12 ms                │
+    └──────────────────────────────────────────────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::broken(), 80, 5), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────┐
+    │┌ sensor ─────┐ /obs  50.0/s    ┌ policy ─────┐ /action        ┌ actuator ───┐│
+    ││● 50 Hz      │─✖─────✖─────✖──►│○ 5 Hz ✖2    │─────•─────•───►│● 50 Hz      ││
+    │└─────────────┘ ✖ 37 dropped    └─────────────┘ ✓ 0 dropped    └─────────────┘│
+    └──────────────────────────────────────────────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::fan_out(), 80, 8), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────┐
+    │[● left      ]─────┬✖►[● tracker   ]────┬─►[○ planner   ]──────►[○ logger    ]│
+    │[○ right     ]─────┘                    │                    │                │
+    │                                        └─────•─────•─────•──┘                │
+    │/image  60.0/s depth 4   ✖ 288          /pose   15.0/s depth 1     7          │
+    │/plan    7.5/s depth 1   ✓ 0                                                  │
+    │                                                                              │
+    └──────────────────────────────────────────────────────────────────────────────┘
+    ");
+}
+
+#[test]
+fn small() {
+    assert_snapshot!(rich(&sample::broken(), 38, 7), @"
+    ┌1 graph─────────────────────────────┐
+    │┌ sensor ┐   ┌ policy ┐   ┌actuator┐│
+    ││● 50 Hz │─✖►│○ 5 Hz  │──►│● 50 Hz ││
+    │└────────┘   └────────┘   └────────┘│
+    │/obs     50.0/s depth 1   ✖ 37      │
+    │/action   5.0/s depth 1   ✓ 0       │
+    └────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::fan_out(), 38, 7), @"
+    ┌1 graph──────────────────── +1 more ┐
+    │[● left  ]─┬►[● track…]──►[○ plann…]│
+    │[○ right ]─┘                        │
+    │/image  60.0/s depth 4   ✖ 288      │
+    │/pose   15.0/s depth 1     7        │
+    │/plan    7.5/s depth 1   ✓ 0        │
+    └────────────────────────────────────┘
+    ");
+}
+
+#[test]
+fn circles_lead_back_below() {
+    assert_snapshot!(rich(&circle(), 100, 12), @"
+    ┌1 graph───────────────────────────────────────────────────────────────────────────────────────────┐
+    │                   /obs  50.0/s                           /action  50.0/s                         │
+    │   ┌ sensor ─────┐ ✓ 0 dropped            ┌ brain ──────┐ ✓ 0 dropped           ┌ actuator ───┐   │
+    │ ┌►│● 50 Hz      │──•─────•─────•─────•──►│● 50 Hz      │──•─────•─────•───┌•──►│● 50 Hz      │─┐ │
+    │ │ │  0 overruns │──•─────•─────•─────•┐  │  0 overruns │──•─────•─────•───┘ ┌•►│  0 overruns │ • │
+    │ │ └─────────────┘ /debug  50.0/s      │  └─────────────┘ /note  50.0/s      │  └─────────────┘ │ │
+    │ │                 ✓ 0 dropped         │                  ✓ 0 dropped        │                  │ │
+    │ └─•─────•─────•─────•─────•─────•─────•─────•─────•─────•─────•─────•─────•─│───•─────•─────•──┘ │
+    │                                       └•─────•─────•─────•─────•─────•─────•┘                    │
+    │/state  50.0/s depth 1   ✓ 0 dropped                                                              │
+    │                                                                                                  │
+    └──────────────────────────────────────────────────────────────────────────────────────────────────┘
+    ");
+}
+
+#[test]
+fn as_many_as_fit() {
+    assert_snapshot!(rich(&sample::chain(1_000), 80, 6), @"
+    ┌1 graph──────────────────────────────────────────────────────────── +993 more ┐
+    │┌ n0 ──┐    ┌ n1 ──┐    ┌ n2 ──┐    ┌ n3 ──┐    ┌ n4 ──┐   ┌ n5 ──┐   ┌ n6 ──┐│
+    ││●50 Hz│──•►│○50 Hz│──•►│○50 Hz│──•►│●50 Hz│──•►│○50 Hz│──►│○50 Hz│──►│●50 Hz││
+    │└──────┘    └──────┘    └──────┘    └──────┘    └──────┘   └──────┘   └──────┘│
+    │/t1  50.0/s depth 1   ✓ 0 dropped       +5 topics                             │
+    └──────────────────────────────────────────────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&crowd(), 60, 7), @"
+    ┌1 graph──────────────────────────────────────── +980 more ┐
+    │   [● node]─┐ [● node]─┐ [● node]─┐ [● node]─┐ [● node]─┐ │
+    │   [● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ │
+    │   [● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ │
+    │ ┌►[● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ [● node]─┤ │
+    │ └────•─────┴──────────┴──────────┴──────────┴──────────┘ │
+    └──────────────────────────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::chain(1), 40, 6), @"
+    ┌1 graph───────────────────────────────┐
+    │          ┌ n0 ────────────┐          │
+    │          │ ● 50 Hz        │          │
+    │          │   0 overruns   │          │
+    │          └────────────────┘          │
+    └──────────────────────────────────────┘
+    ");
+    assert_snapshot!(rich(&sample::chain(0), 20, 3), @"
+    ┌1 graph───────────┐
+    │                  │
+    └──────────────────┘
+    ");
+}
+
+#[test]
+fn ascii() {
+    let buf = buffer(&sample::broken(), &POOR, 80, 8);
+    assert_snapshot!(text(&buf), @"
+    +1 graph-----------------------------------------------------------------------+
+    |                /obs                            /action                       |
+    |+ sensor -----+  50.0/s         + policy -----+   5.0/s        + actuator ---+|
+    ||* 50 Hz      |-x-----x-----x-->|o 5 Hz       |-----o-----o--->|* 50 Hz      ||
+    ||  0 overruns | ! 37 dropped    |! 2 overruns | + 0 dropped    |  0 overruns ||
+    |+-------------+   depth 1       +-------------+   depth 1      +-------------+|
+    |                  held   16 ms                  ~ held  320 ms                |
+    +------------------------------------------------------------------------------+
+    ");
+}
+
+#[test]
+fn alarms_are_where_messages_are_lost() {
+    let letters = |picture: &Picture, style| styled(&buffer(picture, &RICH, 80, 8), style);
+    let (good, alarm) = (RICH.good(), RICH.alarm());
+    assert_eq!(letters(&sample::balanced(), alarm), "");
+    assert_eq!(letters(&sample::balanced(), good), "✓ 0 dropped✓ 0 dropped");
+    let broken = letters(&sample::broken(), alarm);
+    assert_eq!(broken, "✖✖✖✖ 37 dropped✖ 2 overruns");
+    assert_eq!(letters(&sample::broken(), good), "✓ 0 dropped");
+}
+
+#[test]
+fn losses_of_the_past_are_no_alarm() {
+    let mut picture = sample::broken();
+    picture.topics[0].dropped_lately = 0;
+    let buf = buffer(&picture, &RICH, 80, 8);
+    assert_eq!(styled(&buf, RICH.alarm()), "✖ 2 overruns");
+    assert!(text(&buf).contains("  37 dropped"));
+}
+
+#[test]
+fn old_messages_are_marked() {
+    let aged = |ms| {
+        let mut picture = sample::broken();
+        picture.topics[1].held = Some(std::time::Duration::from_millis(ms));
+        rich(&picture, 80, 8)
+    };
+    // At 5 Hz the next message is overdue by half after 300 ms.
+    assert!(aged(300).contains("  held  300 ms"));
+    assert!(aged(301).contains("◷ held  301 ms"));
+    assert!(aged(12_345).contains("◷ held  12.3 s"));
+}
+
+#[test]
+fn messages_travel_one_cell_at_a_time() {
+    let dots = |published| {
+        let mut picture = sample::balanced();
+        picture.topics[0].published = published;
+        let drawn = rich(&picture, 120, 11);
+        let line = drawn
+            .lines()
+            .find(|line| line.contains('•'))
+            .map(str::to_owned);
+        let line: Vec<char> = line.unwrap_or_default().chars().take(47).collect();
+        (0..line.len())
+            .filter(|x| line[*x] == '•')
+            .collect::<Vec<_>>()
+    };
+    let moved = |from, to| {
+        let (from, to): (Vec<_>, Vec<_>) = (dots(from), dots(to));
+        from.len() >= 3 && from.iter().zip(&to).all(|(a, b)| a + 1 == *b)
+    };
+    assert_eq!(dots(0), [0; 0]);
+    assert!(moved(1, 2) && moved(320, 321));
+}
+
+#[test]
+fn nothing_moves_but_messages_while_counts_grow() {
+    let places = |drops: u64, rate: f64, held: u64| {
+        let mut picture = sample::balanced();
+        let topic = &mut picture.topics[0];
+        (topic.dropped, topic.dropped_lately, topic.per_second) = (drops, drops, rate);
+        topic.held = Some(std::time::Duration::from_millis(held));
+        let drawn = rich(&picture, 80, 8);
+        let column = |line: &str, word| line.find(word).map(|at| line[..at].chars().count());
+        ["/s", "depth", " ms"].map(|word| drawn.lines().find_map(|line| column(line, word)))
+    };
+    assert_eq!(places(0, 9.9, 1), places(123_456, 10_000.0, 9_999));
+    assert!(places(0, 9.9, 1).iter().all(Option::is_some));
+}
+
+#[test]
+fn any_size_will_do() {
+    for picture in [
+        sample::broken(),
+        sample::fan_out(),
+        circle(),
+        sample::chain(40),
+    ] {
+        torture(|theme, area, buf| render(&picture, theme, false, area, buf));
+    }
+    for (width, height) in [(0, 0), (8, 3), (9, 4), (40, 200), (400, 3), (300, 100)] {
+        rich(&crowd(), width, height);
+        rich(&sample::chain(1_000), width, height);
+    }
+}

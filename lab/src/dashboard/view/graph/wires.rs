@@ -1,0 +1,373 @@
+//! Topics as lines: from publishers through the gaps to the readers, with
+//! messages travelling on them.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use ratatui::{
+    buffer::Buffer,
+    layout::{Position, Rect},
+    style::{Modifier, Style},
+};
+
+use super::{
+    label,
+    place::Layout,
+    route::{Route, column_of},
+};
+use crate::dashboard::{
+    picture::{Picture, TopicPicture},
+    view::{pane, theme::Theme},
+};
+
+/// Every so many cells there is a message on a line.
+const EVERY: u64 = 6;
+
+const LEFT: u8 = 1;
+const RIGHT: u8 = 2;
+const UP: u8 = 4;
+const DOWN: u8 = 8;
+
+/// A cell of a line: where it goes on, and how far from a publisher it is.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    to: u8,
+    far: u64,
+}
+
+/// The line of one topic. Cells are row and column.
+#[derive(Debug)]
+struct Wire {
+    topic: usize,
+    pieces: BTreeMap<(u16, u16), Piece>,
+    starts: Vec<(u16, u16)>,
+    heads: Vec<(u16, u16)>,
+}
+
+/// The lines of all topics.
+#[derive(Debug)]
+pub(super) struct Wires {
+    wires: Vec<Wire>,
+    limits: Vec<u16>,
+}
+
+impl Wires {
+    /// Finds the cells of all lines.
+    pub(super) fn of(picture: &Picture, layout: &Layout) -> Self {
+        let router = Router::new(picture, layout);
+        let routes = layout.routes.all.iter().enumerate();
+        let mut wires: Vec<Wire> = routes.map(|(n, route)| router.wire(n, route)).collect();
+        wires.iter_mut().for_each(Wire::measure);
+        let limits = (0..layout.gaps.len()).map(|gap| router.limit(gap));
+        Self {
+            wires,
+            limits: limits.collect(),
+        }
+    }
+
+    /// Up to where lines in gap `gap` are straight.
+    pub(super) fn limit(&self, gap: usize) -> u16 {
+        self.limits.get(gap).copied().unwrap_or(0)
+    }
+
+    /// Draws them; an alarm is never hidden below another line.
+    pub(super) fn draw(&self, picture: &Picture, theme: &Theme, area: Rect, buf: &mut Buffer) {
+        for alarming in [false, true] {
+            for wire in &self.wires {
+                let topic = &picture.topics[wire.topic];
+                if topic.alarming() == alarming {
+                    wire.draw(topic, theme, area, buf);
+                }
+            }
+        }
+    }
+}
+
+impl Wire {
+    fn horizontal(&mut self, row: u16, from: u16, to: u16) {
+        let (from, to) = (from.min(to), from.max(to));
+        self.pieces.entry((row, from)).or_default();
+        for x in from..to {
+            self.pieces.entry((row, x)).or_default().to |= RIGHT;
+            self.pieces.entry((row, x + 1)).or_default().to |= LEFT;
+        }
+    }
+
+    fn vertical(&mut self, column: u16, from: u16, to: u16) {
+        for y in from.min(to)..from.max(to) {
+            self.pieces.entry((y, column)).or_default().to |= DOWN;
+            self.pieces.entry((y + 1, column)).or_default().to |= UP;
+        }
+    }
+
+    /// Finds how far each cell is from the nearest publisher.
+    fn measure(&mut self) {
+        for piece in self.pieces.values_mut() {
+            piece.far = u64::MAX;
+        }
+        let mut next: VecDeque<_> = self.starts.iter().map(|start| (*start, 0)).collect();
+        while let Some(((y, x), far)) = next.pop_front() {
+            let Some(piece) = self.pieces.get_mut(&(y, x)) else {
+                continue;
+            };
+            if piece.far <= far {
+                continue;
+            }
+            piece.far = far;
+            let to = piece.to;
+            let around = [
+                (LEFT, (y, x.saturating_sub(1))),
+                (RIGHT, (y, x + 1)),
+                (UP, (y.saturating_sub(1), x)),
+                (DOWN, (y + 1, x)),
+            ];
+            let there = around.into_iter().filter(|(side, _)| to & side != 0);
+            next.extend(there.map(|(_, cell)| (cell, far + 1)));
+        }
+    }
+
+    fn draw(&self, topic: &TopicPicture, theme: &Theme, area: Rect, buf: &mut Buffer) {
+        let alarm = topic.alarming();
+        let (line, mark, glyph) = if alarm {
+            let line = theme.alarm().remove_modifier(Modifier::REVERSED);
+            (line, theme.alarm(), theme.glyph("✖", "x"))
+        } else {
+            (Style::new(), theme.active(), theme.glyph("•", "o"))
+        };
+        let mut set = |(y, x): (u16, u16), glyph: &str, style: Style| {
+            let at = Position::new(area.x.saturating_add(x), area.y.saturating_add(y));
+            if let Some(cell) = buf.cell_mut(at).filter(|_| area.contains(at)) {
+                // Where lines cross, the one that goes up and down is in front,
+                // so that a crossing does not look like a joint.
+                let below = cell.symbol() == upright(theme) && glyph == level(theme);
+                if !below {
+                    cell.set_symbol(glyph).set_style(style);
+                }
+            }
+        };
+        for (at, piece) in &self.pieces {
+            let straight = [LEFT | RIGHT, UP | DOWN].contains(&piece.to);
+            let here = topic.published > 0 && piece.far % EVERY == topic.published % EVERY;
+            if straight && here && piece.far != u64::MAX {
+                set(*at, glyph, mark);
+            } else {
+                set(*at, joint(piece.to, theme), line);
+            }
+        }
+        for head in &self.heads {
+            set(*head, theme.glyph("►", ">"), line);
+        }
+    }
+}
+
+/// What a level line consists of.
+pub(super) fn level(theme: &Theme) -> &'static str {
+    theme.glyph("─", "-")
+}
+
+fn upright(theme: &Theme) -> &'static str {
+    theme.glyph("│", "|")
+}
+
+fn joint(to: u8, theme: &Theme) -> &'static str {
+    const SIDES: u8 = LEFT | RIGHT;
+    const ENDS: u8 = UP | DOWN;
+    if to & ENDS == 0 {
+        return level(theme);
+    }
+    if to & SIDES == 0 {
+        return upright(theme);
+    }
+    let glyph = match (to & SIDES, to & ENDS) {
+        (LEFT, DOWN) => "┐",
+        (LEFT, UP) => "┘",
+        (RIGHT, DOWN) => "┌",
+        (RIGHT, UP) => "└",
+        (LEFT, _) => "┤",
+        (RIGHT, _) => "├",
+        (_, DOWN) => "┬",
+        (_, UP) => "┴",
+        _ => "┼",
+    };
+    theme.glyph(glyph, "+")
+}
+
+/// What one topic does in one gap: rows on which it comes in and goes out.
+struct Passage {
+    route: usize,
+    from: Vec<u16>,
+    to: Vec<u16>,
+}
+
+/// Knows where in each gap topics go up and down.
+struct Router<'a> {
+    picture: &'a Picture,
+    layout: &'a Layout,
+    /// Column of each node.
+    column: Vec<Option<usize>>,
+    /// Where route number `.1` goes up or down in gap number `.0`.
+    tracks: BTreeMap<(usize, usize), u16>,
+}
+
+impl<'a> Router<'a> {
+    fn new(picture: &'a Picture, layout: &'a Layout) -> Self {
+        let mut columns = vec![Vec::new(); layout.gaps.len()];
+        for placed in &layout.boxes {
+            columns[placed.column].push(placed.node);
+        }
+        let mut router = Self {
+            picture,
+            layout,
+            column: column_of(picture.nodes.len(), &columns),
+            tracks: BTreeMap::new(),
+        };
+        for gap in 0..layout.gaps.len() {
+            let order = in_order(router.bends(gap));
+            for (place, route) in order.iter().enumerate() {
+                let track = router.track(gap, place, order.len());
+                router.tracks.insert((gap, *route), track);
+            }
+        }
+        router
+    }
+
+    /// Rows on which `route` comes into `gap`.
+    fn from(&self, route: &Route, gap: usize) -> Vec<u16> {
+        let there = route
+            .publishers
+            .iter()
+            .filter(|n| self.column[**n] == gap.checked_sub(1));
+        there.filter_map(|n| self.layout.exit(route, *n)).collect()
+    }
+
+    /// Rows on which `route` leaves `gap` for its readers.
+    fn to(&self, route: &Route, gap: usize) -> Vec<u16> {
+        let there = route
+            .readers
+            .iter()
+            .filter(|n| self.column[**n] == Some(gap));
+        there.filter_map(|n| self.layout.entry(route, *n)).collect()
+    }
+
+    /// What goes up or down in `gap`.
+    fn bends(&self, gap: usize) -> Vec<Passage> {
+        let routes = self.layout.routes.all.iter().enumerate();
+        let here = routes.filter(|(_, r)| r.gaps.contains(&gap) && !r.is_stub());
+        let passages = here.map(|(number, route)| Passage {
+            route: number,
+            from: self.from(route, gap),
+            to: self.to(route, gap),
+        });
+        let bent = |passage: &Passage| {
+            let mut rows = passage.from.iter().chain(&passage.to);
+            let first = rows.next();
+            let lane = self.layout.routes.all[passage.route].lane;
+            lane.is_some() || rows.any(|row| Some(row) != first)
+        };
+        passages.filter(bent).collect()
+    }
+
+    /// Column of track number `place` of `count`: close to the readers, so that
+    /// there is room to write before it.
+    fn track(&self, gap: usize, place: usize, count: usize) -> u16 {
+        let [start, end] = self.layout.gaps[gap];
+        let room = usize::from(end - start);
+        let step = if room > 2 * count + 1 { 2 } else { 1 };
+        let back = 2 + step * (count - 1 - place);
+        let back = back + usize::from(room > back + 2 && step == 2);
+        end.saturating_sub(pane::clamp(back)).max(start)
+    }
+
+    /// The first column of `gap` on which something goes up or down, or its
+    /// end.
+    fn limit(&self, gap: usize) -> u16 {
+        let tracks = self.tracks.range((gap, 0)..(gap + 1, 0)).map(|(_, x)| *x);
+        tracks.min().unwrap_or(self.layout.gaps[gap][1])
+    }
+
+    fn wire(&self, number: usize, route: &Route) -> Wire {
+        let mut wire = Wire {
+            topic: route.topic,
+            pieces: BTreeMap::new(),
+            starts: Vec::new(),
+            heads: Vec::new(),
+        };
+        let lane = route.lane.map(|lane| self.layout.lanes + pane::clamp(lane));
+        let mut turns = Vec::new();
+        for gap in &route.gaps {
+            if route.is_stub() {
+                self.stub(&mut wire, route, *gap);
+                continue;
+            }
+            let [start, end] = self.layout.gaps[*gap];
+            let last = end.saturating_sub(1).max(start);
+            let (from, to) = (self.from(route, *gap), self.to(route, *gap));
+            let track = self.tracks.get(&(*gap, number)).copied();
+            for row in &from {
+                wire.horizontal(*row, start, track.unwrap_or(last));
+                wire.starts.push((*row, start));
+            }
+            for row in &to {
+                wire.horizontal(*row, track.unwrap_or(last), last);
+                wire.heads.push((*row, last));
+            }
+            if let Some(track) = track {
+                let rows = from.iter().chain(&to).chain(&lane);
+                if let (Some(top), Some(end)) = (rows.clone().min(), rows.max()) {
+                    wire.vertical(track, *top, *end);
+                }
+                turns.push(track);
+            }
+        }
+        if let (Some(lane), Some(first), Some(last)) =
+            (lane, turns.iter().min(), turns.iter().max())
+        {
+            wire.horizontal(lane, *first, *last);
+        }
+        wire
+    }
+
+    /// Whether a line out of the picture would lie on top of another one.
+    fn taken(&self, route: &Route, gap: usize, row: u16) -> bool {
+        let others = self
+            .layout
+            .routes
+            .all
+            .iter()
+            .filter(|r| r.topic != route.topic);
+        let mut before = others.filter(|r| !r.is_stub() || r.topic < route.topic);
+        before.any(|other| self.from(other, gap).contains(&row))
+    }
+
+    /// A short line out of the picture.
+    fn stub(&self, wire: &mut Wire, route: &Route, gap: usize) {
+        let [start, _] = self.layout.gaps[gap];
+        let room = usize::from(self.limit(gap).saturating_sub(start));
+        let Some(length) = label::stub(&self.picture.topics[route.topic].name, room) else {
+            return;
+        };
+        for row in self.from(route, gap) {
+            if self.taken(route, gap, row) {
+                continue;
+            }
+            let last = start + pane::clamp(length) - 1;
+            wire.horizontal(row, start, last);
+            wire.heads.push((row, last));
+        }
+    }
+}
+
+/// The routes of `passages` from left to right: what comes in on a row has to
+/// turn away before another one goes out on the same row.
+fn in_order(mut passages: Vec<Passage>) -> Vec<usize> {
+    let mut order = Vec::new();
+    while !passages.is_empty() {
+        let first = (0..passages.len()).find(|n| {
+            let out = &passages[*n].to;
+            let mut others = passages.iter().enumerate().filter(|(m, _)| m != n);
+            !others.any(|(_, other)| other.from.iter().any(|row| out.contains(row)))
+        });
+        // In a circle somebody has to begin, lines overlap for a few cells.
+        order.push(passages.remove(first.unwrap_or(0)).route);
+    }
+    order
+}

@@ -1,0 +1,99 @@
+//! How the screen is divided, by its size.
+
+use ratatui::layout::{Constraint, Layout as Split, Rect, Size};
+
+use crate::dashboard::app::Pane;
+
+/// The smallest screen that shows anything but its own size.
+pub const LEAST: Size = Size::new(40, 12);
+
+/// The smallest screen with all panes at once.
+const ALL_PANES: Size = Size::new(80, 24);
+
+/// The smallest screen with room to breathe.
+const ROOMY: Size = Size::new(120, 36);
+
+/// Which part of the screen is whose.
+#[derive(Debug)]
+pub struct Layout {
+    /// Top line: clock, time, seed.
+    pub status: Rect,
+    /// The verdict, where its pane is not shown.
+    pub verdict: Option<Rect>,
+    /// The panes shown.
+    pub panes: Vec<(Pane, Rect)>,
+    /// All between status and footer.
+    pub body: Rect,
+    /// Bottom line: keys.
+    pub footer: Rect,
+}
+
+impl Layout {
+    /// Divides `area`; `None` if it is too small for anything.
+    pub fn of(area: Rect, focus: Pane, zoomed: bool) -> Option<Self> {
+        if !fits(LEAST, area) {
+            return None;
+        }
+        let [status, body, footer] = rows(
+            area,
+            [
+                Constraint::Length(1),
+                Constraint::Fill(1),
+                Constraint::Length(1),
+            ],
+        );
+        let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
+            one_pane(body, focus)
+        } else {
+            (None, all_panes(body, fits(ROOMY, area)))
+        };
+        Some(Self {
+            status,
+            verdict,
+            panes,
+            body,
+            footer,
+        })
+    }
+}
+
+fn fits(size: Size, area: Rect) -> bool {
+    area.width >= size.width && area.height >= size.height
+}
+
+fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
+    if focus == Pane::Events {
+        return (None, vec![(focus, body)]);
+    }
+    let [pane, verdict] = rows(body, [Constraint::Fill(1), Constraint::Length(1)]);
+    (Some(verdict), vec![(focus, pane)])
+}
+
+fn all_panes(body: Rect, roomy: bool) -> Vec<(Pane, Rect)> {
+    let graph_height = if roomy { 11 } else { 7 };
+    let [graph, middle, bottom] = rows(
+        body,
+        [
+            Constraint::Length(graph_height),
+            Constraint::Fill(1),
+            Constraint::Fill(1),
+        ],
+    );
+    let [plant, angle] = columns(middle, [Constraint::Percentage(42), Constraint::Fill(1)]);
+    let [figures, events] = columns(bottom, [Constraint::Percentage(62), Constraint::Fill(1)]);
+    vec![
+        (Pane::Graph, graph),
+        (Pane::Plant, plant),
+        (Pane::Angle, angle),
+        (Pane::Figures, figures),
+        (Pane::Events, events),
+    ]
+}
+
+fn rows<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {
+    Split::vertical(constraints).areas(area)
+}
+
+fn columns<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {
+    Split::horizontal(constraints).areas(area)
+}

@@ -1,0 +1,229 @@
+//! Pictures to test panes with: plain figures, no run behind them.
+
+use std::time::Duration;
+
+use ratelab::{
+    cartpole::Pose,
+    runtime::{ClockKind, Hz, Speed, Time, telemetry::Status},
+};
+
+use crate::dashboard::picture::{
+    LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
+    VerdictKind, VerdictPicture,
+};
+
+/// Three nodes in a row at 50 Hz, 6.40 s into a good run.
+pub fn balanced() -> Picture {
+    let mut picture = picture(
+        vec![
+            node("sensor", 50.0, 320, true),
+            node("policy", 50.0, 320, true),
+            node("actuator", 50.0, 321, false),
+        ],
+        vec![
+            topic("/obs", 50.0, 320, &[0], &[1]),
+            topic("/action", 50.0, 320, &[1], &[2]),
+            topic("/state", 50.0, 321, &[2], &[]),
+        ],
+    );
+    for node in &mut picture.nodes {
+        node.lateness = quantiles(60, 450, 2_100, 3_300);
+        node.tick_time = quantiles(9, 7, 31, 120);
+    }
+    for topic in &mut picture.topics[..2] {
+        topic.age = quantiles(10_100, 10_000, 20_000, 20_900);
+        topic.held = Some(Duration::from_millis(12));
+    }
+    picture
+}
+
+/// The same graph with the policy at 5 Hz: the pole fell.
+pub fn broken() -> Picture {
+    let mut picture = picture(
+        vec![
+            node("sensor", 50.0, 43, true),
+            node("policy", 5.0, 5, false),
+            node("actuator", 50.0, 43, true),
+        ],
+        vec![
+            topic("/obs", 50.0, 43, &[0], &[1]),
+            topic("/action", 5.0, 5, &[1], &[2]),
+            topic("/state", 50.0, 43, &[2], &[]),
+        ],
+    );
+    picture.now = Time::from_nanos(840_000_000);
+    picture.wall_s = 1;
+    picture.nodes[1].overruns = 2;
+    let [obs, action, _] = &mut picture.topics[..] else {
+        unreachable!("three topics")
+    };
+    (obs.dropped, obs.dropped_lately) = (37, 37);
+    obs.age = quantiles(10_000, 10_000, 20_000, 20_000);
+    obs.held = Some(Duration::from_millis(16));
+    action.age = quantiles(98_000, 100_000, 196_000, 200_000);
+    action.held = Some(Duration::from_millis(320));
+    picture.latency = LatencyPicture {
+        figures: quantiles(110_000, 112_000, 212_000, 216_000),
+        bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
+        bin: Duration::from_millis(10),
+        newest: Some(Duration::from_millis(136)),
+        control_period: Duration::from_millis(200),
+    };
+    picture.plant = Some(PlantPicture {
+        pose: Pose {
+            cart_position: -0.31,
+            pole_angle: 0.215,
+        },
+        action: -1.0,
+        steps: 43,
+    });
+    picture.verdict = VerdictPicture {
+        kind: VerdictKind::Lost,
+        headline: "FELL at 0.84 s".to_owned(),
+        why: vec![
+            "policy decides 5 times a second; the pole needs about 20".to_owned(),
+            "37 of 43 observations on /obs were never read".to_owned(),
+        ],
+    };
+    picture
+}
+
+/// Five nodes: two cameras publish to one topic, a tracker fans out to two
+/// readers of which one is also read by the other.
+pub fn fan_out() -> Picture {
+    let mut picture = picture(
+        vec![
+            node("left", 30.0, 192, true),
+            node("right", 30.0, 192, false),
+            node("tracker", 15.0, 96, true),
+            node("planner", 7.5, 48, false),
+            node("logger", 1.0, 6, false),
+        ],
+        vec![
+            topic("/image", 60.0, 384, &[0, 1], &[2]),
+            topic("/pose", 15.0, 96, &[2], &[3, 4]),
+            topic("/plan", 7.5, 48, &[3], &[4]),
+        ],
+    );
+    let [image, pose, plan] = &mut picture.topics[..] else {
+        unreachable!("three topics")
+    };
+    (image.dropped, image.dropped_lately) = (288, 45);
+    image.depth = 4;
+    // Lost once, at the start: a total, no alarm.
+    pose.dropped = 7;
+    plan.held = Some(Duration::from_millis(120));
+    picture
+}
+
+/// `count` nodes in a chain, each reading what the one before it publishes.
+pub fn chain(count: usize) -> Picture {
+    let nodes = (0..count)
+        .map(|n| node(&format!("n{n}"), 50.0, 320, n % 3 == 0))
+        .collect();
+    let topics = (1..count)
+        .map(|n| topic(&format!("/t{n}"), 50.0, 320, &[n - 1], &[n]))
+        .collect();
+    picture(nodes, topics)
+}
+
+/// The angle of [`broken`]: upright, then faster and faster over; two knobs
+/// were turned on the way.
+pub fn trace() -> Trace {
+    let points = (0..=42).map(|step| {
+        let time = f64::from(step) * 0.02;
+        (time, 0.2 * (time * 4.9).exp() * 1.0_f64.min(time + 0.2))
+    });
+    Trace {
+        points: points.collect(),
+        marks: vec![
+            (0.2, "policy 5 Hz".to_owned()),
+            (0.6, "/obs depth 100".to_owned()),
+        ],
+    }
+}
+
+/// A node without timings.
+pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodePicture {
+    NodePicture {
+        name: name.into(),
+        hz: Hz::new(hz).expect("a valid rate"),
+        ticks,
+        overruns: 0,
+        lit,
+        lateness: Quantiles::default(),
+        tick_time: Quantiles::default(),
+    }
+}
+
+/// A topic of depth 1 that lost nothing.
+pub fn topic(
+    name: &str,
+    per_second: f64,
+    published: u64,
+    publishers: &[usize],
+    readers: &[usize],
+) -> TopicPicture {
+    TopicPicture {
+        name: name.into(),
+        depth: 1,
+        published,
+        per_second,
+        average: per_second,
+        dropped: 0,
+        dropped_lately: 0,
+        publishers: publishers.to_vec(),
+        readers: readers.to_vec(),
+        age: Quantiles::default(),
+        held: None,
+    }
+}
+
+/// Four figures in microseconds.
+pub fn quantiles(mean: u64, p50: u64, p99: u64, max: u64) -> Quantiles {
+    Quantiles {
+        count: 320,
+        mean: Duration::from_micros(mean),
+        p50: Duration::from_micros(p50),
+        p99: Duration::from_micros(p99),
+        max: Duration::from_micros(max),
+    }
+}
+
+/// A good run of `nodes` and `topics`.
+pub fn picture(nodes: Vec<NodePicture>, topics: Vec<TopicPicture>) -> Picture {
+    Picture {
+        now: Time::from_nanos(6_400_000_000),
+        wall_s: 6,
+        status: Status {
+            clock: ClockKind::Real,
+            paused: false,
+            speed: Speed::REAL_TIME,
+        },
+        seed: 0,
+        policy: "scripted".to_owned(),
+        nodes,
+        topics,
+        latency: LatencyPicture {
+            figures: quantiles(25_200, 20_300, 40_500, 42_900),
+            bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
+            bin: Duration::from_millis(5),
+            newest: Some(Duration::from_millis(21)),
+            control_period: Duration::from_millis(20),
+        },
+        plant: Some(PlantPicture {
+            pose: Pose {
+                cart_position: 0.04,
+                pole_angle: -0.012,
+            },
+            action: 0.18,
+            steps: 320,
+        }),
+        verdict: VerdictPicture {
+            kind: VerdictKind::Good,
+            headline: "BALANCED so far".to_owned(),
+            why: Vec::new(),
+        },
+        telemetry_lost: 0,
+    }
+}

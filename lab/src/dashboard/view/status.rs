@@ -1,0 +1,215 @@
+//! The lines at the top and at the bottom of the screen.
+
+use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratelab::runtime::{ClockKind, telemetry::Status};
+
+use super::{
+    pane::{self, plain, put, row},
+    theme::Theme,
+};
+use crate::dashboard::picture::Picture;
+
+/// Blanks between the parts of a line.
+const GAP: usize = 2;
+
+/// What the top line says that is not in a picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StatusExtra<'a> {
+    /// Which picture is being looked at, and how many are kept, both counted
+    /// from one; `None` if it is the newest.
+    pub back: Option<(usize, usize)>,
+    /// Whether the run is over.
+    pub ended: bool,
+    /// Anything else worth a few words.
+    pub note: Option<&'a str>,
+}
+
+/// Draws the top line. Where it is too narrow, parts are left out from the
+/// right; a loss of measurements is said before all else.
+pub fn render_status(
+    picture: &Picture,
+    extra: &StatusExtra<'_>,
+    theme: &Theme,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let line = row(area.intersection(buf.area), 0);
+    let mut parts = vec![
+        ("ratelab".to_owned(), theme.strong()),
+        (clock(picture.status), Style::new()),
+        state(picture, extra, theme),
+        (
+            format!("{:>8.2} s sim", picture.now.as_secs_f64()),
+            Style::new(),
+        ),
+        (format!("{:>5} s wall", picture.wall_s), Style::new()),
+        (format!("seed {}", picture.seed), Style::new()),
+        (format!("policy {}", picture.policy), Style::new()),
+    ];
+    parts.extend(extra.note.map(|note| (note.to_owned(), theme.strong())));
+    let lost = (picture.telemetry_lost > 0).then(|| {
+        let sign = theme.glyph("✖", "!");
+        let text = format!(" {sign} telemetry lost {} ", picture.telemetry_lost);
+        (text, theme.alarm())
+    });
+    let kept = lost.as_ref().map_or(0, |(text, _)| pane::width(text) + GAP);
+    let room = usize::from(line.width).saturating_sub(kept);
+    let end = in_a_row(&parts, 0, room, theme, line, buf);
+    in_a_row(
+        lost.as_slice(),
+        end,
+        usize::from(line.width),
+        theme,
+        line,
+        buf,
+    );
+}
+
+/// Draws as many of `parts` as fit whole between columns `x` and `end`; returns
+/// where the next part would begin.
+fn in_a_row(
+    parts: &[(String, Style)],
+    mut x: usize,
+    end: usize,
+    theme: &Theme,
+    line: Rect,
+    buf: &mut Buffer,
+) -> usize {
+    for (text, style) in parts {
+        let text = plain(text, theme);
+        let wide = pane::width(&text);
+        if x + wide > end {
+            break;
+        }
+        put(&text, *style, x, line, buf);
+        x += wide + GAP;
+    }
+    x
+}
+
+/// The clock, and the speed of the one that has a speed; as wide for all speeds
+/// that are numbers.
+fn clock(status: Status) -> String {
+    let text = match status.clock {
+        ClockKind::Real => status.clock.to_string(),
+        ClockKind::Virtual => format!("{} {}", status.clock, status.speed),
+    };
+    format!("{text:<12}")
+}
+
+fn state(picture: &Picture, extra: &StatusExtra<'_>, theme: &Theme) -> (String, Style) {
+    if let Some((at, of)) = extra.back {
+        let digits = of.to_string().len();
+        let sign = theme.glyph("◀", "<");
+        let text = format!("{sign} looking back {at:>digits$} of {of}");
+        return (text, theme.strong());
+    }
+    let (sign, word, style) = if extra.ended {
+        (theme.glyph("⏹", "#"), "ended", theme.strong())
+    } else if picture.status.paused {
+        (theme.glyph("⏸", "="), "paused", theme.strong())
+    } else {
+        (theme.glyph("▶", ">"), "running", theme.active())
+    };
+    (format!("{sign} {word:<7}"), style)
+}
+
+/// Draws key hints, each a key and what it does, as many as fit whole.
+pub fn render_footer(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let line = row(area.intersection(buf.area), 0);
+    let mut x = 0;
+    for (key, what) in hints {
+        let (key, what) = (plain(key, theme), plain(what, theme));
+        let wide = pane::width(&key) + 1 + pane::width(&what);
+        if x + wide > usize::from(line.width) {
+            break;
+        }
+        put(&key, theme.strong(), x, line, buf);
+        put(&what, theme.faint(), x + pane::width(&key) + 1, line, buf);
+        x += wide + GAP;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::{buffer::Buffer, layout::Rect};
+    use ratelab::runtime::ClockKind;
+
+    use super::{StatusExtra, render_footer, render_status};
+    use crate::dashboard::view::{
+        pane::testing::{POOR, RICH, screen, styled, text, torture},
+        sample,
+        theme::Theme,
+    };
+
+    const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
+
+    fn line(width: u16, extra: &StatusExtra<'_>, theme: &Theme) -> Buffer {
+        let mut picture = sample::broken();
+        picture.status.clock = ClockKind::Virtual;
+        screen(width, 1, |area, buf| {
+            render_status(&picture, extra, theme, area, buf)
+        })
+    }
+
+    #[test]
+    fn parts_go_from_the_right() {
+        let extra = StatusExtra::default();
+        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"ratelab  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"ratelab  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0");
+        insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"ratelab  virtual 1x");
+    }
+
+    #[test]
+    fn states_are_told_apart() {
+        let ended = StatusExtra {
+            ended: true,
+            note: Some("recording"),
+            ..StatusExtra::default()
+        };
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"ratelab  virtual 1×    ⏹ ended        0.84 s sim      1 s wall  seed 0  policy scripted  recording");
+        let back = StatusExtra {
+            back: Some((3, 120)),
+            ..ended
+        };
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120      0.84 s sim      1 s wall  seed 0  policy scripted  recording");
+    }
+
+    #[test]
+    fn lost_telemetry_is_an_alarm_at_any_width() {
+        let mut picture = sample::balanced();
+        picture.telemetry_lost = 3;
+        let extra = StatusExtra::default();
+        let buf = screen(60, 1, |area, buf| {
+            render_status(&picture, &extra, &RICH, area, buf)
+        });
+        insta::assert_snapshot!(text(&buf), @"ratelab  real          ▶ running   ✖ telemetry lost 3");
+        assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
+    }
+
+    #[test]
+    fn hints_are_whole() {
+        let footer = |width| {
+            screen(width, 1, |area, buf| {
+                render_footer(&HINTS, &RICH, area, buf)
+            })
+        };
+        insta::assert_snapshot!(text(&footer(40)), @"[ ] control rate  > < depth  q quit");
+        insta::assert_snapshot!(text(&footer(30)), @"[ ] control rate  > < depth");
+        assert_eq!(styled(&footer(40), RICH.strong()), "[ ]> <q");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let picture = sample::broken();
+        let extra = StatusExtra::default();
+        torture(|theme, area, buf| {
+            render_status(&picture, &extra, theme, area, buf);
+            let last = Rect {
+                y: area.bottom().saturating_sub(1),
+                ..area
+            };
+            render_footer(&HINTS, theme, last, buf);
+        });
+    }
+}

@@ -1,0 +1,157 @@
+//! Tables whose columns stay where they are while figures change.
+
+use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+
+use super::{
+    pane::{self, clip, plain, put, row},
+    theme::Theme,
+};
+
+/// Blanks between columns.
+const GAP: usize = 2;
+
+/// A column of figures.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// What it is called, with the unit.
+    pub head: &'static str,
+    /// Its width, which neither head nor figures may exceed.
+    pub width: usize,
+    /// Which columns go when there is no room: those with the largest rank.
+    pub rank: u8,
+}
+
+/// A figure, and how it looks.
+pub type Figure = (String, Style);
+
+/// A row: its name, and a figure for each column.
+pub type Row = (String, Vec<Figure>);
+
+/// Draws a table called `name`: names to the left, figures to the right. Where
+/// rows are left out, the last line says so.
+pub fn render(
+    name: &str,
+    columns: &[Column],
+    rows: &[Row],
+    theme: &Theme,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    if area.height < 2 && !rows.is_empty() {
+        return;
+    }
+    let room = usize::from(area.width);
+    let names = rows.iter().map(|row| pane::width(&row.0));
+    let first = names
+        .chain([pane::width(name)])
+        .max()
+        .unwrap_or(0)
+        .min(16)
+        .min(room);
+    let shown = shown(columns, room - first);
+    let mut line = |at: usize, name: &str, style: Style, figures: &[Figure]| {
+        let place = row(area, at);
+        put(&clip(name, first, theme), style, 0, place, buf);
+        let mut x = first;
+        for &column in &shown {
+            let (text, style) = &figures[column];
+            let text = plain(text, theme);
+            let start = x + GAP + columns[column].width.saturating_sub(pane::width(&text));
+            put(&text, *style, start, place, buf);
+            x += GAP + columns[column].width;
+        }
+    };
+    let heads: Vec<Figure> = columns
+        .iter()
+        .map(|column| (column.head.to_owned(), theme.faint()))
+        .collect();
+    line(0, name, theme.faint(), &heads);
+    let fit = usize::from(area.height).saturating_sub(1);
+    let whole = if rows.len() > fit {
+        fit.saturating_sub(1)
+    } else {
+        rows.len()
+    };
+    for (at, (name, figures)) in rows[..whole].iter().enumerate() {
+        line(1 + at, name, Style::new(), figures);
+    }
+    if whole < rows.len() && fit > 0 {
+        let more = clip(&format!("… {} more", rows.len() - whole), room, theme);
+        put(&more, theme.faint(), 0, row(area, fit), buf);
+    }
+}
+
+/// The columns that fit into `room`, by their places.
+fn shown(columns: &[Column], room: usize) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..columns.len()).collect();
+    places.sort_by_key(|&place| columns[place].rank);
+    let mut left = room;
+    let fits = |&place: &usize| match left.checked_sub(GAP + columns[place].width) {
+        Some(rest) => {
+            left = rest;
+            true
+        }
+        None => false,
+    };
+    let mut fitting: Vec<usize> = places.into_iter().take_while(fits).collect();
+    fitting.sort_unstable();
+    fitting
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::style::Style;
+
+    use super::{Column, Row, render};
+    use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text};
+
+    const COLUMNS: [Column; 2] = [
+        Column {
+            head: "rate Hz",
+            width: 7,
+            rank: 1,
+        },
+        Column {
+            head: "ticks",
+            width: 5,
+            rank: 0,
+        },
+    ];
+
+    fn rows() -> Vec<Row> {
+        let row = |name: &str, rate: &str, ticks: &str| {
+            let figures = [rate, ticks].map(|text| (text.to_owned(), Style::new()));
+            (name.to_owned(), figures.to_vec())
+        };
+        vec![
+            row("sensor", "50", "501"),
+            row("µ", "–", "7"),
+            row("x", "5", "9"),
+        ]
+    }
+
+    #[test]
+    fn figures_are_aligned_and_missing_rows_counted() {
+        let buf = screen(24, 3, |area, buf| {
+            render("node", &COLUMNS, &rows(), &RICH, area, buf)
+        });
+        insta::assert_snapshot!(text(&buf), @r"
+        node    rate Hz  ticks
+        sensor       50    501
+        … 2 more
+        ");
+    }
+
+    #[test]
+    fn columns_of_little_weight_go_first() {
+        let buf = screen(14, 4, |area, buf| {
+            render("node", &COLUMNS, &rows(), &POOR, area, buf)
+        });
+        insta::assert_snapshot!(text(&buf), @r"
+        node    ticks
+        sensor    501
+        u           7
+        x           9
+        ");
+    }
+}

@@ -1,0 +1,58 @@
+//! `ratelab lab`: the dashboard over a running graph.
+
+use ratelab::runtime::{ClockKind, Speed, Time};
+
+use crate::{
+    cli::LabArgs,
+    dashboard::{self, Options, keys, view::theme::Theme},
+    error::Error,
+    options::{self, Usual},
+    report,
+    run::{Notes, say},
+};
+
+/// What is done here can be done again, so virtual time is what it starts with.
+const USUAL: Usual = Usual {
+    clock: ClockKind::Virtual,
+    end: Time::MAX,
+    speed: Speed::REAL_TIME,
+};
+
+/// Opens the dashboard; prints what the last run came to when it is left.
+pub fn lab(args: &LabArgs) -> Result<(), Error> {
+    let config = options::config(&args.graph, &USUAL)?;
+    if !dashboard::terminal_is_there() {
+        let why = "the lab needs a terminal to draw on: try ratelab run";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let realtime = options::realtime(&args.graph);
+    let options = Options {
+        fps: args.fps,
+        theme: theme(args.ascii),
+        realtime: realtime.clone().and_then(Result::ok),
+    };
+    let Some(summary) = dashboard::show(config, &options)? else {
+        return Ok(());
+    };
+    let notes = Notes {
+        break_bug: args.graph.break_bug,
+        smoke: false,
+        realtime: realtime.map(|asked| asked.map(drop)),
+        csv_lost: 0,
+    };
+    say(&report::text(&summary, &notes))
+}
+
+/// Colours unless the person wants none (<https://no-color.org>).
+fn theme(ascii: bool) -> Theme {
+    let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    Theme {
+        colour: !no_color,
+        ascii,
+    }
+}
+
+/// Prints the keys of the lab.
+pub fn keys() -> Result<(), Error> {
+    say(keys::text().trim_end())
+}

@@ -1,0 +1,84 @@
+//! From what was typed to a configuration.
+
+use std::{fs, path::Path};
+
+use ratelab::{
+    experiment::{Config, TimedKnob, parse_knobs},
+    runtime::{ClockKind, Hz, Speed, Time, clock::Realtime},
+};
+
+use crate::{cli::GraphArgs, error::Error};
+
+/// Control rate of `--break` and of an ordinary graph (Hz).
+const BROKEN_HZ: f64 = 5.0;
+const CONTROL_HZ: f64 = 50.0;
+
+/// What holds where nothing is said.
+pub struct Usual {
+    /// The clock to begin with.
+    pub clock: ClockKind,
+    /// When the run ends.
+    pub end: Time,
+    /// How fast virtual time passes.
+    pub speed: Speed,
+}
+
+/// The configuration that the options describe.
+pub fn config(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
+    let clock = args.clock.map_or(usual.clock, ClockKind::from);
+    check_clock(args, clock)?;
+    let usual_hz = if args.break_bug {
+        BROKEN_HZ
+    } else {
+        CONTROL_HZ
+    };
+    let control_hz = match args.control_hz {
+        Some(hz) => hz,
+        None => Hz::new(usual_hz).map_err(|error| Error::BadInput(error.to_string()))?,
+    };
+    Ok(Config {
+        seed: args.seed,
+        clock,
+        speed: args.speed.unwrap_or(usual.speed),
+        end: args.duration_s.unwrap_or(usual.end),
+        sensor_hz: args.sensor_hz,
+        control_hz,
+        queue_depth: args.queue_depth,
+        policy: args.policy,
+        think: args.think_ms.unwrap_or_default(),
+        knobs: args.knobs.as_deref().map_or(Ok(Vec::new()), read_knobs)?,
+    })
+}
+
+/// Refuses what has no meaning on the chosen clock.
+fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
+    let why = match clock {
+        ClockKind::Virtual if args.realtime => {
+            "--realtime has no meaning on the virtual clock: add --clock real"
+        }
+        ClockKind::Virtual if args.think_ms.is_some() => {
+            "--think-ms takes wall time, which the virtual clock does not know: add --clock real"
+        }
+        ClockKind::Real if args.speed.is_some() => {
+            "--speed sets the pace of virtual time: add --clock virtual"
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::BadInput(why.to_owned()))
+}
+
+fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
+    let text = fs::read_to_string(path).map_err(|why| Error::file("--knobs", path, &why))?;
+    parse_knobs(&text)
+        .map_err(|error| Error::BadInput(format!("--knobs {}: {error}", path.display())))
+}
+
+/// Asks for real-time priority if that was asked for, and says so if it is
+/// refused.
+pub fn realtime(args: &GraphArgs) -> Option<Result<Realtime, String>> {
+    let asked = args.realtime.then(Realtime::request)?;
+    Some(asked.map_err(|refusal| {
+        eprintln!("note: --realtime: {refusal}");
+        refusal.to_string()
+    }))
+}

@@ -1,0 +1,170 @@
+//! The lab in a real terminal: taken over, driven by keys, resized, given back.
+#![cfg(unix)]
+
+use std::{
+    io::{Read, Write},
+    process::Command,
+    sync::mpsc::{Receiver, channel},
+    thread,
+    time::{Duration, Instant},
+};
+
+use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
+
+/// How long to wait for something that takes a fraction of a second, before
+/// saying that it never came.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A terminal with ratelab in it.
+struct Lab {
+    child: Box<dyn Child + Send + Sync>,
+    master: Box<dyn MasterPty + Send>,
+    keys: Box<dyn Write + Send>,
+    output: Receiver<Vec<u8>>,
+    parser: vt100::Parser,
+}
+
+impl Lab {
+    fn open(args: &[&str], rows: u16, cols: u16) -> Self {
+        let size = PtySize {
+            rows,
+            cols,
+            ..PtySize::default()
+        };
+        let pair = native_pty_system().openpty(size).expect("a pty");
+        let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
+        command.args(args);
+        command.env("TERM", "xterm-256color");
+        let child = pair.slave.spawn_command(command).expect("ratelab starts");
+        drop(pair.slave);
+        let mut reader = pair.master.try_clone_reader().expect("output");
+        let keys = pair.master.take_writer().expect("input");
+        let (sender, output) = channel();
+        thread::spawn(move || {
+            let mut chunk = [0; 4096];
+            while let Ok(length @ 1..) = reader.read(&mut chunk) {
+                if sender.send(chunk[..length].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            child,
+            master: pair.master,
+            keys,
+            output,
+            parser: vt100::Parser::new(rows, cols, 0),
+        }
+    }
+
+    fn type_keys(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).expect("typed");
+        self.keys.flush().expect("typed");
+    }
+
+    fn resize(&mut self, rows: u16, cols: u16) {
+        let size = PtySize {
+            rows,
+            cols,
+            ..PtySize::default()
+        };
+        self.master.resize(size).expect("resized");
+        self.parser.screen_mut().set_size(rows, cols);
+    }
+
+    fn screen(&self) -> String {
+        self.parser.screen().contents()
+    }
+
+    /// Reads the screen until it shows `text`.
+    fn wait_for(&mut self, text: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        while !self.screen().contains(text) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.output.recv_timeout(left) {
+                Ok(chunk) => self.parser.process(&chunk),
+                Err(_) => panic!("{text:?} never came; the screen shows\n{}", self.screen()),
+            }
+        }
+    }
+
+    /// Reads what is left and waits for the end.
+    fn close(mut self) -> (ExitStatus, vt100::Parser) {
+        while let Ok(chunk) = self.output.recv_timeout(PATIENCE) {
+            self.parser.process(&chunk);
+        }
+        (self.child.wait().expect("ended"), self.parser)
+    }
+}
+
+fn assert_given_back(parser: &vt100::Parser) {
+    assert!(
+        !parser.screen().alternate_screen(),
+        "still on the other screen"
+    );
+    assert!(!parser.screen().hide_cursor(), "the cursor is hidden");
+}
+
+#[test]
+fn turning_the_rate_down_fells_the_pole_and_quitting_gives_the_terminal_back() {
+    let mut lab = Lab::open(&[], 45, 160);
+    lab.wait_for("BALANCED so far");
+    assert!(lab.parser.screen().alternate_screen());
+    lab.type_keys("[[[[[[[[[[[");
+    lab.wait_for("FELL");
+    lab.wait_for("are the symptom");
+    lab.resize(24, 80);
+    lab.wait_for("FELL");
+    lab.resize(12, 40);
+    lab.wait_for("FELL");
+    lab.resize(5, 20);
+    lab.wait_for("needs 40x12");
+    lab.resize(45, 160);
+    lab.type_keys("]]]]]]]]]]]r");
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+    assert!(
+        parser.screen().contents().contains("STOPPED"),
+        "no summary after leaving"
+    );
+}
+
+#[test]
+fn the_graph_goes_on_under_the_other_clock() {
+    let mut lab = Lab::open(&["lab", "--ascii"], 40, 120);
+    lab.wait_for("virtual");
+    lab.type_keys("c");
+    lab.wait_for("hand over to the real clock");
+    lab.type_keys("c");
+    lab.wait_for("hand over to the virtual clock");
+    lab.type_keys("\u{3}"); // Ctrl-C
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+}
+
+#[test]
+fn a_termination_signal_gives_the_terminal_back() {
+    let mut lab = Lab::open(&["--clock", "real"], 24, 80);
+    lab.wait_for("BALANCED so far");
+    let pid = lab.child.process_id().expect("running").to_string();
+    let kill = Command::new("kill").args(["-TERM", &pid]).status();
+    assert!(kill.expect("kill").success());
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+}
+
+#[test]
+fn without_a_terminal_the_lab_points_to_the_headless_command() {
+    let output = Command::new(env!("CARGO_BIN_EXE_ratelab"))
+        .output()
+        .expect("ratelab starts");
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("ratelab run"), "{said}");
+    assert_eq!(said.lines().count(), 1);
+}

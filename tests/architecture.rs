@@ -1,0 +1,88 @@
+//! The rooms of the house stay apart: the runtime knows no robot, the library
+//! knows no terminal, no command line and no file format.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+fn root() -> PathBuf {
+    // Read while running: the clone may have moved since this was compiled.
+    let dir = std::env::var_os("CARGO_MANIFEST_DIR");
+    dir.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+}
+
+/// The lines of a manifest that name what the library itself depends on,
+/// whatever the platform.
+fn library_dependencies(manifest: &str) -> String {
+    let mut wanted = false;
+    let lines = manifest.lines().filter(|line| {
+        if line.starts_with('[') {
+            let section = line.trim_matches(['[', ']']);
+            let platform = section.starts_with("target.") && section.contains(".dependencies");
+            wanted = platform || section.split('.').next() == Some("dependencies");
+        }
+        wanted
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("manifest");
+    let dependencies = library_dependencies(&manifest);
+    assert!(dependencies.contains("mujoco-rs"), "nothing was read");
+    for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
+        assert!(
+            !dependencies.contains(foreign),
+            "the library depends on {foreign}"
+        );
+    }
+}
+
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).expect("folder") {
+        let path = entry.expect("entry").path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    files
+}
+
+/// A source file without its comments, which may speak of anything.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("source");
+    let lines = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_runtime_imports_no_robot_no_policy_and_no_experiment() {
+    let files = rust_files(&root().join("src/runtime"));
+    assert!(files.len() > 10, "only {} files were found", files.len());
+    for path in files {
+        let code = code(&path);
+        for (_, rest) in code
+            .match_indices("crate::")
+            .map(|(at, word)| code.split_at(at + word.len()))
+        {
+            let import = rest.lines().next().unwrap_or_default();
+            assert!(
+                import.starts_with("runtime"),
+                "{}: crate::{import}",
+                path.display()
+            );
+        }
+        for module in ["cartpole", "policy", "experiment"] {
+            for import in [format!("{module}::"), format!("::{module}")] {
+                assert!(!code.contains(&import), "{}: {import}", path.display());
+            }
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Time is exact: when tick k is due, what a change of rate does to it, and
+//! which numbers are rates and times at all.
+
+mod common;
+
+use common::{hz, secs};
+use proptest::prelude::*;
+use ratelab::runtime::{Hz, Rate, Speed, Time};
+
+/// Nanoseconds in a second times microhertz in a hertz.
+const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;
+
+fn micro_hz(micro: u64) -> Hz {
+    hz(micro as f64 / 1e6)
+}
+
+fn rates() -> impl Strategy<Value = u64> {
+    prop_oneof![
+        1_000..=10_000_000_000_u64,
+        1_000..=1_000_000_u64,
+        (1..=10_000_u64).prop_map(|hertz| hertz * 1_000_000),
+    ]
+}
+
+/// When tick `tick` of `micro` microhertz is due, from first principles.
+fn due(micro: u64, tick: u64) -> Time {
+    let nanos = u128::from(tick) * NANOS_TIMES_MICRO / u128::from(micro);
+    Time::from_nanos(nanos.try_into().expect("within 584 years"))
+}
+
+/// A rate from zero whose last tick was due at `last`.
+fn ticked(rate: f64, last: Time) -> Rate {
+    let mut rate = Rate::new(hz(rate), Time::ZERO);
+    while rate.last_due() != Some(last) {
+        assert!(rate.due() <= last, "no tick is due at {last}");
+        rate.advance();
+    }
+    rate
+}
+
+proptest! {
+    #[test]
+    fn tick_k_is_due_k_periods_after_the_anchor_rounded_down(
+        micro in rates(),
+        anchor in 0..1u64 << 50,
+        ticks in 1..200u64,
+    ) {
+        let mut rate = Rate::new(micro_hz(micro), Time::from_nanos(anchor));
+        for tick in 0..ticks {
+            let offset = due(micro, tick).as_nanos();
+            prop_assert_eq!(rate.due().as_nanos(), anchor + offset);
+            rate.advance();
+        }
+    }
+
+    #[test]
+    fn rates_that_meet_at_an_instant_agree_on_it(
+        (a, b) in (rates(), rates()),
+        meeting in 1..1_000u64,
+    ) {
+        // Tick a/g of one rate and b/g of the other are due together, and so
+        // are the multiples of these.
+        let divisor = gcd(a, b);
+        let (tick_a, tick_b) = (meeting * (a / divisor), meeting * (b / divisor));
+        let at = due(a, tick_a);
+        prop_assert_eq!(at, due(b, tick_b));
+        prop_assert_eq!(first_from(a, at).due(), first_from(b, at).due());
+        prop_assert_eq!(first_from(a, at).due(), at);
+    }
+
+    #[test]
+    fn moving_past_a_moment_skips_exactly_the_ticks_before_it(
+        micro in rates(),
+        now in 0..1u64 << 50,
+    ) {
+        let now = Time::from_nanos(now);
+        let mut rate = Rate::new(micro_hz(micro), Time::ZERO);
+        let skipped = rate.advance_past(now);
+        let next = skipped + 1;
+        prop_assert_eq!(rate.due(), due(micro, next));
+        prop_assert!(rate.due() >= now);
+        prop_assert!(skipped == 0 || due(micro, next - 1) < now);
+    }
+
+    #[test]
+    fn a_changed_rate_is_due_neither_in_the_past_nor_after_a_gap(
+        (before, after) in (rates(), rates()),
+        ticks in 1..100u64,
+        busy in 0.0..5.0f64,
+    ) {
+        let mut rate = Rate::new(micro_hz(before), Time::ZERO);
+        (0..ticks).for_each(|_| rate.advance());
+        let last = due(before, ticks - 1);
+        let now = last + hz(before as f64 / 1e6).period().mul_f64(busy);
+        rate.set_hz(micro_hz(after), now);
+        prop_assert!(rate.due() >= now);
+        prop_assert!(rate.due() > last);
+        let period = due(after, 1) + Time::TICK;
+        prop_assert!(rate.due() <= now + period.since(Time::ZERO));
+        prop_assert!(on_grid(after, last, rate.due()), "anchored elsewhere");
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// A rate from zero, moved on to its first tick at or after `time`.
+fn first_from(micro: u64, time: Time) -> Rate {
+    let mut rate = Rate::new(micro_hz(micro), Time::ZERO);
+    rate.advance_past(time);
+    rate
+}
+
+/// Whether `time` is a whole number of periods after `anchor`.
+fn on_grid(micro: u64, anchor: Time, time: Time) -> bool {
+    let elapsed = time.since(anchor).as_nanos();
+    let tick = (elapsed * u128::from(micro)).div_ceil(NANOS_TIMES_MICRO);
+    due(micro, tick.try_into().expect("small")).since(Time::ZERO) == time.since(anchor)
+}
+
+#[test]
+fn ten_kilohertz_do_not_drift_in_a_week() {
+    let mut rate = Rate::new(Hz::MAX, Time::ZERO);
+    let hours = 7 * 24;
+    rate.advance_past(secs(f64::from(hours * 3_600)));
+    assert_eq!(rate.due(), secs(f64::from(hours * 3_600)));
+    (0..10_000).for_each(|_| rate.advance());
+    assert_eq!(rate.due(), secs(f64::from(hours * 3_600 + 1)));
+}
+
+#[test]
+fn a_third_of_a_hertz_short_of_a_hundred_does_not_drift_tick_by_tick() {
+    let mut rate = Rate::new(hz(33.3), Time::ZERO);
+    (0..333 * 360).for_each(|_| rate.advance());
+    assert_eq!(rate.due(), secs(3_600.0));
+}
+
+#[test]
+fn a_tick_that_is_due_right_now_is_not_missed() {
+    let mut rate = ticked(50.0, Time::ZERO);
+    assert_eq!(rate.advance_past(secs(0.04)), 0);
+    assert_eq!(rate.due(), secs(0.04));
+}
+
+#[test]
+fn a_rate_that_never_ticked_is_due_at_once_at_any_rate() {
+    for new in [0.001, 10.0, 10_000.0] {
+        let mut rate = Rate::new(hz(50.0), Time::ZERO);
+        rate.set_hz(hz(new), Time::ZERO);
+        assert_eq!((rate.due(), rate.last_due()), (Time::ZERO, None));
+    }
+}
+
+#[test]
+fn slowing_down_counts_from_the_last_due_time() {
+    let mut rate = ticked(50.0, secs(1.0));
+    rate.set_hz(hz(10.0), secs(1.01));
+    assert_eq!(rate.due(), secs(1.1));
+}
+
+#[test]
+fn speeding_up_counts_from_the_last_due_time() {
+    let mut rate = ticked(10.0, secs(1.0));
+    rate.set_hz(hz(50.0), secs(1.01));
+    assert_eq!(rate.due(), secs(1.02));
+}
+
+#[test]
+fn speeding_up_long_after_the_last_tick_starts_no_burst() {
+    let mut rate = ticked(1.0, secs(1.0));
+    rate.set_hz(hz(50.0), secs(1.51));
+    assert_eq!(rate.due(), secs(1.52));
+}
+
+#[test]
+fn the_same_rate_again_changes_nothing() {
+    let mut rate = ticked(50.0, secs(1.0));
+    rate.set_hz(hz(50.0), secs(1.01));
+    assert_eq!((rate.due(), rate.hz()), (secs(1.02), hz(50.0)));
+    assert_eq!(rate.last_due(), Some(secs(1.0)));
+}
+
+#[test]
+fn what_is_no_rate_is_refused_with_value_and_range() {
+    for wrong in [
+        "NaN", "inf", "-inf", "0", "-0", "-50", "1e-9", "0.0009", "10001", "1e300", "fast", "",
+    ] {
+        let error = wrong.parse::<Hz>().expect_err(wrong).to_string();
+        let expected = format!("{wrong:?} is not a rate: expected 0.001 to 10000 ticks per second");
+        assert_eq!(error, expected);
+    }
+    for wrong in [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -1.0,
+        f64::MAX,
+    ] {
+        let error = Hz::new(wrong).expect_err("refused").to_string();
+        assert!(error.contains(&wrong.to_string()), "{error}");
+        assert!(error.contains("0.001 to 10000"), "{error}");
+    }
+}
+
+#[test]
+fn the_slowest_and_the_fastest_rate_are_rates() {
+    assert_eq!(Hz::new(0.001), Ok(Hz::MIN));
+    assert_eq!(Hz::new(10_000.0), Ok(Hz::MAX));
+    assert_eq!(" 33.3 ".parse(), Hz::new(33.3));
+}
+
+#[test]
+fn what_is_no_time_is_refused_with_value_and_range() {
+    for wrong in [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        -1.0,
+        -1e-3,
+        1e11,
+        f64::MAX,
+    ] {
+        let error = Time::from_secs_f64(wrong).expect_err("refused").to_string();
+        let expected =
+            format!("{wrong} is not a time: expected seconds, zero or more, up to 584 years");
+        assert_eq!(error, expected);
+    }
+}
+
+#[test]
+fn times_saturate_instead_of_wrapping() {
+    assert_eq!(Time::MAX + Time::TICK, Time::MAX);
+    assert!(Time::ZERO.since(secs(1.0)).is_zero());
+    assert!((Time::ZERO - secs(1.0)).is_zero());
+}
+
+#[test]
+fn what_is_no_speed_is_refused_with_value_and_range() {
+    for wrong in [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -1.0,
+        0.09,
+        100.1,
+        f64::MAX,
+    ] {
+        let error = Speed::times(wrong).expect_err("refused").to_string();
+        assert_eq!(
+            error,
+            format!("{wrong} is not a speed: expected 0.1 to 100")
+        );
+    }
+    assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
+    assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
+}

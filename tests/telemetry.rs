@@ -1,0 +1,184 @@
+//! Figures are true: counts, means and maxima exactly, quantiles to 0.1 %, and
+//! whoever reads them changes nothing.
+
+mod common;
+
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+    time::Duration,
+};
+
+use common::{hz, secs};
+use proptest::prelude::*;
+use ratelab::{
+    experiment::{Config, Experiment},
+    runtime::{
+        Depth, RealClock, Time, Topic,
+        telemetry::{Distribution, Meter},
+    },
+};
+
+fn recorded(samples: &[u64]) -> Distribution {
+    let (mut recorder, meter) = Meter::new();
+    for nanos in samples {
+        recorder.record(Duration::from_nanos(*nanos));
+    }
+    meter.read()
+}
+
+#[test]
+fn a_meter_without_samples_has_no_figures() {
+    let empty = recorded(&[]);
+    assert_eq!((empty.count(), empty.sum()), (0, Duration::ZERO));
+    assert_eq!(empty.mean_s(), None);
+    assert_eq!((empty.max(), empty.quantile(0.5)), (None, None));
+}
+
+proptest! {
+    #[test]
+    fn count_sum_mean_and_maximum_are_exact(
+        samples in proptest::collection::vec(0..1u64 << 40, 1..200),
+    ) {
+        let distribution = recorded(&samples);
+        let sum: u64 = samples.iter().sum();
+        prop_assert_eq!(distribution.count(), samples.len() as u64);
+        prop_assert_eq!(distribution.sum(), Duration::from_nanos(sum));
+        let mean = sum as f64 / samples.len() as f64 / 1e9;
+        prop_assert_eq!(distribution.mean_s(), Some(mean));
+        let max = samples.iter().max().copied().map(Duration::from_nanos);
+        prop_assert_eq!(distribution.max(), max);
+    }
+
+    #[test]
+    fn quantiles_are_true_to_a_tenth_of_a_percent(
+        mut samples in proptest::collection::vec(1..1u64 << 40, 1..200),
+        quantile in 0.01..=1.0f64,
+    ) {
+        let measured = recorded(&samples).quantile(quantile).expect("samples");
+        samples.sort_unstable();
+        let rank = (quantile * samples.len() as f64).ceil() as usize;
+        let exact = samples[rank - 1] as f64;
+        let error = (measured.as_nanos() as f64 - exact).abs() / exact;
+        prop_assert!(error <= 1e-3, "{measured:?} for {exact} ns");
+    }
+}
+
+#[test]
+fn samples_of_any_length_are_counted() {
+    let longest = u64::MAX;
+    let distribution = recorded(&[0, 1, 1_000_000, longest]);
+    assert_eq!(distribution.count(), 4);
+    assert_eq!(distribution.max(), Some(Duration::from_nanos(longest)));
+}
+
+#[test]
+fn nothing_is_lost_uncounted_while_somebody_reads_all_the_time() {
+    const SAMPLES: u64 = 200_000;
+    let (mut recorder, meter) = Meter::new();
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                let mut seen = 0;
+                while !done.load(Ordering::Relaxed) {
+                    let count = meter.read().count();
+                    assert!(count >= seen, "a count went back");
+                    seen = count;
+                }
+            });
+        }
+        for sample in 0..SAMPLES {
+            recorder.record(Duration::from_nanos(sample));
+        }
+        drop(recorder);
+        done.store(true, Ordering::Relaxed);
+    });
+    assert_eq!(meter.read().count(), SAMPLES);
+}
+
+#[test]
+fn the_snapshot_of_a_finished_run_is_its_summary() {
+    let config = Config {
+        control_hz: hz(15.0),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(&config).expect("experiment");
+    let observer = experiment.observer();
+    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let snapshot = observer.snapshot();
+    assert_eq!(snapshot.now, summary.sim_time);
+    for (topic, summary) in snapshot.topics.iter().zip([&summary.obs, &summary.action]) {
+        assert_eq!(*topic.name, summary.name);
+        assert_eq!(
+            (topic.published, topic.dropped()),
+            (summary.published, summary.dropped)
+        );
+    }
+    for (node, summary) in snapshot.nodes.iter().zip(&summary.nodes) {
+        assert_eq!((&*node.name, node.hz), (summary.name.as_str(), summary.hz));
+        assert_eq!(
+            (node.ticks, node.overruns),
+            (summary.ticks, summary.overruns)
+        );
+    }
+    let latency = &snapshot.nodes[2].meters[0].distribution;
+    assert_eq!(latency.count(), summary.latency.count());
+    assert_eq!(latency.sum(), summary.latency.sum());
+    assert_eq!(observer.events(0), summary.events);
+}
+
+#[test]
+fn looking_at_a_run_does_not_change_it() {
+    let config = Config {
+        control_hz: hz(15.0),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(&config).expect("experiment");
+    let (observer, done) = (experiment.observer(), AtomicBool::new(false));
+    let watched = thread::scope(|scope| {
+        scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                observer.snapshot();
+            }
+        });
+        let watched = common::collect(experiment);
+        done.store(true, Ordering::Relaxed);
+        watched
+    });
+    assert!(watched.bytes() == common::run_bytes(&config).bytes());
+}
+
+/// A topic that carried a message every 20 ms from zero until `end`.
+fn fifty_hertz(end: f64) -> Topic<()> {
+    let topic = Topic::new("/steady", Depth::ONE);
+    let publisher = topic.publisher();
+    for message in 0..(end * 50.0) as u64 {
+        publisher.publish((), Time::from_nanos(message * 20_000_000), None);
+    }
+    topic
+}
+
+#[test]
+fn the_rate_of_a_steady_topic_is_its_rate_at_any_moment() {
+    for end in [1.0, 1.7, 2.0, 3.3, 60.0] {
+        assert_eq!(fifty_hertz(end).rate(secs(end)), 50.0, "at {end} s");
+    }
+}
+
+#[test]
+fn the_rate_is_known_in_the_first_second_as_far_as_it_goes() {
+    assert_eq!(fifty_hertz(0.0).rate(Time::ZERO), 0.0);
+    for end in [0.1, 0.2, 0.5, 0.9] {
+        assert_eq!(fifty_hertz(end).rate(secs(end)), 50.0, "at {end} s");
+    }
+}
+
+#[test]
+fn the_rate_of_a_silent_topic_falls_to_zero() {
+    let topic = fifty_hertz(5.0);
+    assert_eq!(topic.rate(secs(5.5)), 25.0);
+    for silent in [6.0, 6.6, 7.0, 60.0, 1e9] {
+        assert_eq!(topic.rate(secs(silent)), 0.0, "at {silent} s");
+    }
+}
