@@ -93,7 +93,15 @@ impl Lab {
         while let Ok(chunk) = self.output.recv_timeout(PATIENCE) {
             self.parser.process(&chunk);
         }
-        (self.child.wait().expect("ended"), self.parser)
+        let parser = std::mem::replace(&mut self.parser, vt100::Parser::new(1, 1, 0));
+        (self.child.wait().expect("ended"), parser)
+    }
+}
+
+impl Drop for Lab {
+    /// A test that fails leaves no lab behind.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
     }
 }
 
@@ -156,6 +164,23 @@ fn a_termination_signal_gives_the_terminal_back() {
     let (status, parser) = lab.close();
     assert!(status.success());
     assert_given_back(&parser);
+}
+
+#[test]
+fn a_terminal_that_goes_away_takes_the_lab_with_it() {
+    let pair = native_pty_system()
+        .openpty(PtySize::default())
+        .expect("a pty");
+    let command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
+    let mut child = pair.slave.spawn_command(command).expect("ratelab starts");
+    let mut output = pair.master.try_clone_reader().expect("output");
+    assert!(output.read(&mut [0; 4096]).expect("something drawn") > 0);
+    drop((output, pair));
+    let deadline = Instant::now() + PATIENCE;
+    while child.try_wait().expect("a child").is_none() {
+        assert!(Instant::now() < deadline, "it goes on without a terminal");
+        thread::sleep(Duration::from_millis(20));
+    }
 }
 
 #[test]

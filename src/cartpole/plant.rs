@@ -72,6 +72,18 @@ impl Pose {
         }
     }
 
+    /// What a perfect sensor reads here at cart velocity (m/s) and hinge velocity
+    /// (rad/s).
+    fn observed(&self, qvel: [f64; 2]) -> Observation {
+        Observation {
+            cart_position: self.cart_position as f32,
+            cart_velocity: qvel[SLIDER] as f32,
+            cos_theta: self.pole_angle.cos() as f32,
+            sin_theta: self.pole_angle.sin() as f32,
+            pole_velocity: qvel[HINGE] as f32,
+        }
+    }
+
     fn fall(&self) -> Option<Fall> {
         if self.pole_angle.abs() > POLE_LIMIT_RAD {
             Some(Fall::Pole)
@@ -86,6 +98,10 @@ impl Pose {
 /// A cart-pole in MuJoCo.
 pub struct Plant {
     data: MjData<&'static MjModel>,
+    /// Where cart and pole are, and what a sensor reads of it: computed once a
+    /// step, asked for several times.
+    pose: Pose,
+    observation: Observation,
     steps: u64,
     fall: Option<Fall>,
 }
@@ -97,7 +113,10 @@ impl Plant {
     /// [`PlantError`] if MuJoCo refuses the model or has no memory.
     pub fn new(seed: u64) -> Result<Self, PlantError> {
         let data = MjData::try_new(model()?).map_err(|e| PlantError(e.to_string()))?;
+        let pose = Pose::of([0.0, 0.0]);
         let mut plant = Self {
+            observation: pose.observed([0.0, 0.0]),
+            pose,
             data,
             steps: 0,
             fall: None,
@@ -120,19 +139,13 @@ impl Plant {
         self.data.qvel_mut()[SLIDER] = offset();
         self.data.qvel_mut()[HINGE] = offset();
         self.data.forward();
+        self.look();
         (self.steps, self.fall) = (0, None);
     }
 
     /// What a perfect sensor reads.
     pub fn observe(&self) -> Observation {
-        let (qvel, pose) = (self.data.qvel(), self.pose());
-        Observation {
-            cart_position: pose.cart_position as f32,
-            cart_velocity: qvel[SLIDER] as f32,
-            cos_theta: pose.pole_angle.cos() as f32,
-            sin_theta: pose.pole_angle.sin() as f32,
-            pole_velocity: qvel[HINGE] as f32,
-        }
+        self.observation
     }
 
     /// Holds `action` for one control step. Says so if that lost the run.
@@ -141,14 +154,20 @@ impl Plant {
         for _ in 0..SUBSTEPS {
             self.data.step();
         }
+        self.look();
         self.steps += 1;
-        self.fall = self.pose().fall();
+        self.fall = self.pose.fall();
         self.fall
+    }
+
+    fn look(&mut self) {
+        self.pose = Pose::of(self.qpos());
+        self.observation = self.pose.observed(self.qvel());
     }
 
     /// Where cart and pole are.
     pub fn pose(&self) -> Pose {
-        Pose::of(self.qpos())
+        self.pose
     }
 
     /// Cart position (m) and hinge angle (rad, not wrapped).

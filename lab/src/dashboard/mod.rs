@@ -6,6 +6,7 @@
 //! ```
 
 mod app;
+mod figures;
 mod history;
 pub mod keys;
 mod ladder;
@@ -67,12 +68,24 @@ pub fn show(config: Config, options: &Options) -> Result<Option<Summary>, LabErr
     Ok(app.finish()?)
 }
 
-/// SIGTERM and the like end the dashboard as the key does.
+/// How long an end in order may take before a signal ends the program all the
+/// same.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// SIGTERM and the like end the dashboard as the key does. When the terminal
+/// itself is gone, reading keys from it may never return (crossterm 0.29 reads
+/// its end again and again), and a node may be stuck: then the program just
+/// ends.
 fn quit_on_signal() -> Arc<AtomicBool> {
     let quit = Arc::new(AtomicBool::new(false));
     let asked = quit.clone();
     // Without the handler a signal ends the program as it always did.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(move || {
+        asked.store(true, Ordering::Relaxed);
+        std::thread::sleep(GRACE);
+        terminal::restore();
+        std::process::exit(1);
+    });
     quit
 }
 

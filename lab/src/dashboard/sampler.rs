@@ -6,15 +6,16 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::{ACTUATOR, ControlStep, POLICY, Pose, SENSE_TO_ACT},
+    cartpole::{ACTUATOR, ControlStep, POLICY, Pose},
     experiment::{OBS, Verdict},
     runtime::{
         Message, Snapshot, Time,
-        telemetry::{Distribution, NodeView, TopicView},
+        telemetry::{NodeView, TopicView},
     },
 };
 
 use super::{
+    figures::{Figures, NodeFigures},
     picture::{
         LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
         VerdictKind, VerdictPicture,
@@ -28,12 +29,6 @@ const LIT: Duration = Duration::from_millis(100);
 /// Run time over which latencies count as recent.
 const LATELY: Duration = Duration::from_secs(1);
 
-/// Bins of the latency histogram.
-const BINS: usize = 24;
-
-/// Widths of a bin to choose from (ms).
-const BIN_WIDTHS_MS: [u64; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
-
 /// Control steps kept for the angle chart: an hour at 50 Hz.
 const STEPS_KEPT: usize = 180_000;
 
@@ -42,6 +37,7 @@ const STEPS_KEPT: usize = 180_000;
 pub struct Sampler {
     /// Per node, its ticks at the last sample and when they last changed.
     ticks: Vec<(u64, Option<Instant>)>,
+    figures: Figures,
     newest: Option<ControlStep>,
     /// Run times and sense→act latencies of the last second.
     latencies: VecDeque<(Time, Duration)>,
@@ -55,23 +51,30 @@ impl Sampler {
         for message in session.new_steps() {
             self.remember(&message);
         }
-        let snapshot = session.observer().snapshot();
+        let glance = session.observer().glance();
         let running = session.summary().is_none();
-        let lit = self.lit_nodes(&snapshot, running);
-        let latency = self.latency(&snapshot);
-        let nodes = snapshot.nodes.iter().zip(lit);
-        let topics = snapshot.topics.iter();
+        let at_rest = glance.status.paused || !running;
+        self.figures.refresh(session.observer(), &glance, at_rest);
+        let lit = self.lit_nodes(&glance, running);
+        let figures = &self.figures;
+        let nodes = glance.nodes.iter().zip(&figures.nodes).zip(lit);
+        let topics = glance.topics.iter().zip(&figures.ages);
         Picture {
-            now: snapshot.now,
+            now: glance.now,
             wall_s: session.wall_time().as_secs(),
-            status: snapshot.status,
+            status: glance.status,
             seed: session.config().seed,
             policy: session.config().policy.name().to_owned(),
-            verdict: self.verdict(session, &snapshot),
-            latency,
-            nodes: nodes.map(|(node, lit)| node_picture(node, lit)).collect(),
+            verdict: self.verdict(session, &glance),
+            latency: LatencyPicture {
+                newest: self.newest.and_then(|step| step.latency),
+                ..figures.latency.clone()
+            },
+            nodes: nodes
+                .map(|((node, figures), lit)| node_picture(node, *figures, lit))
+                .collect(),
             topics: topics
-                .map(|topic| topic_picture(topic, snapshot.now))
+                .map(|(topic, age)| topic_picture(topic, *age, glance.now))
                 .collect(),
             plant: self.newest.as_ref().map(plant_picture),
             telemetry_lost: session.lost(),
@@ -175,48 +178,6 @@ impl Sampler {
         }
         reasons
     }
-
-    fn latency(&self, snapshot: &Snapshot) -> LatencyPicture {
-        let control_period = snapshot
-            .node(POLICY)
-            .map_or(Duration::ZERO, |n| n.hz.period());
-        let actuator = snapshot.node(ACTUATOR);
-        let mut meters = actuator.into_iter().flat_map(|node| &node.meters);
-        let meter = meters.find(|meter| meter.name == SENSE_TO_ACT);
-        let Some(distribution) = meter.map(|meter| &meter.distribution) else {
-            return LatencyPicture::default();
-        };
-        let figures = Quantiles::of(distribution);
-        let bin = bin_width(figures.max.max(control_period));
-        LatencyPicture {
-            figures,
-            bins: bins(distribution, bin),
-            bin,
-            newest: self.newest.and_then(|step| step.latency),
-            control_period,
-        }
-    }
-}
-
-/// The narrowest bin with which all of them reach `longest`.
-fn bin_width(longest: Duration) -> Duration {
-    let reach = |ms: &u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
-    let ms = BIN_WIDTHS_MS.into_iter().find(reach).unwrap_or(1000);
-    Duration::from_millis(ms)
-}
-
-/// Counts per bin; what is beyond the last counts there.
-fn bins(distribution: &Distribution, bin: Duration) -> Vec<u64> {
-    let width = bin.as_nanos().max(1) as u64;
-    let mut bins = vec![0; BINS];
-    for recorded in distribution.histogram().iter_recorded() {
-        // The upper end of what the histogram cannot tell apart, so that a
-        // latency on the border of two bins belongs to the upper one.
-        let nanos = recorded.value_iterated_to();
-        let index = (nanos / width) as usize;
-        bins[index.min(BINS - 1)] += recorded.count_at_value();
-    }
-    bins
 }
 
 fn angle(step: &ControlStep) -> f64 {
@@ -231,23 +192,20 @@ fn plant_picture(step: &ControlStep) -> PlantPicture {
     }
 }
 
-fn node_picture(node: &NodeView, lit: bool) -> NodePicture {
+fn node_picture(node: &NodeView, figures: NodeFigures, lit: bool) -> NodePicture {
     NodePicture {
         name: node.name.clone(),
         hz: node.hz,
         ticks: node.ticks,
         overruns: node.overruns,
         lit,
-        lateness: Quantiles::of(&node.lateness),
-        tick_time: Quantiles::of(&node.tick_time),
+        lateness: figures.lateness,
+        tick_time: figures.tick_time,
     }
 }
 
-fn topic_picture(topic: &TopicView, now: Time) -> TopicPicture {
+fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
     let seconds = now.as_secs_f64();
-    // What several readers saw of one topic is shown for the one that fares
-    // worst.
-    let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
     TopicPicture {
         name: topic.name.clone(),
         depth: topic.depth,
@@ -262,7 +220,7 @@ fn topic_picture(topic: &TopicView, now: Time) -> TopicPicture {
         dropped_lately: topic.dropped_lately(),
         publishers: topic.publishers.clone(),
         readers: topic.subscriptions.iter().map(|s| s.node).collect(),
-        age: ages.max_by_key(|age| age.p99).unwrap_or_default(),
+        age,
         held: topic.newest.map(|newest| now.since(newest)),
     }
 }

@@ -48,7 +48,7 @@ impl Drop for Screen {
 }
 
 /// Gives the terminal back. There is nobody to tell if that fails.
-fn restore() {
+pub fn restore() {
     let _ = disable_raw_mode();
     let _ = execute!(stdout(), LeaveAlternateScreen, Show);
 }

@@ -180,12 +180,26 @@ impl Observer {
     /// Reads all counters. Those of one topic or node agree among each other
     /// when the graph rests; while it runs each is the newest of its own.
     pub fn snapshot(&self) -> Snapshot {
+        self.view(Meter::read)
+    }
+
+    /// The same without distributions, which stay empty: reading those is most
+    /// of the work, and they change slowly.
+    pub fn glance(&self) -> Snapshot {
+        self.view(|_| Distribution::empty())
+    }
+
+    fn view(&self, read: fn(&Meter) -> Distribution) -> Snapshot {
         let now = self.now();
         Snapshot {
             now,
             status: self.status(),
-            nodes: self.nodes.iter().map(NodeEntry::view).collect(),
-            topics: self.topics.iter().map(|topic| topic.view(now)).collect(),
+            nodes: self.nodes.iter().map(|node| node.view(read)).collect(),
+            topics: self
+                .topics
+                .iter()
+                .map(|topic| topic.view(now, read))
+                .collect(),
         }
     }
 
@@ -206,21 +220,21 @@ impl Observer {
 }
 
 impl NodeEntry {
-    fn view(&self) -> NodeView {
+    fn view(&self, read: fn(&Meter) -> Distribution) -> NodeView {
         NodeView {
             name: self.name.clone(),
             priority: self.priority,
             hz: Hz::from_micro(self.micro_hz.load(Ordering::Relaxed)),
             ticks: self.ticks.load(Ordering::Relaxed),
             overruns: self.overruns.load(Ordering::Relaxed),
-            lateness: self.lateness.read(),
-            tick_time: self.tick_time.read(),
+            lateness: read(&self.lateness),
+            tick_time: read(&self.tick_time),
             meters: self
                 .meters
                 .iter()
                 .map(|(name, meter)| MeterView {
                     name: name.clone(),
-                    distribution: meter.read(),
+                    distribution: read(meter),
                 })
                 .collect(),
         }
@@ -228,7 +242,7 @@ impl NodeEntry {
 }
 
 impl TopicEntry {
-    fn view(&self, now: Time) -> TopicView {
+    fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> TopicView {
         TopicView {
             name: self.name.clone(),
             depth: self.counters.depth.load(Ordering::Relaxed),
@@ -243,7 +257,7 @@ impl TopicEntry {
                     node: subscription.node,
                     dropped: subscription.mark.dropped.load(Ordering::Relaxed),
                     dropped_lately: subscription.mark.drops.lately(now),
-                    ages: subscription.ages.read(),
+                    ages: read(&subscription.ages),
                 })
                 .collect(),
         }

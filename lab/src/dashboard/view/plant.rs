@@ -324,13 +324,13 @@ mod tests {
         ");
         let mut far = sample::balanced();
         far.plant.as_mut().expect("a plant").pose.cart_position = 2.3;
-        insta::assert_snapshot!(text(&pane(&far, 34, 10, &RICH)), @r"
+        insta::assert_snapshot!(text(&pane(&far, 34, 10, &RICH)), @"
         ┌2 plant─────────────────────────┐
         │                          ⢢ ⣀ ⢠⠂│
         │                          ⠸⡀⣿ ⡸ │
         │                           ⡇⣿ ⡇ │
-        │                           ⢸⢻⣼  │
-        │                           ⠈⣾⡏  │
+        │                           ⢸⢹⢸  │
+        │                           ⠈⣾⡎  │
         │                           ⢠⣿⣿⢀⣀│
         │⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠲⠒⠚⠛⠛  │
         │ angle   −0.69°   cart +2.30 m  │

@@ -1,25 +1,22 @@
 //! Line drawings in a part of the screen, in several styles.
 //!
 //! ratatui's canvas knows colours but neither bold nor dim, and one drawing
-//! hides the other where they share a cell. Here each drawing has a style, and
-//! dots of Braille in the same cell add up.
+//! hides the other where they share a cell. Here each drawing has a style, dots
+//! of Braille in the same cell add up, and nothing is drawn but the dots.
 
-use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
-    style::{Color, Style},
-    symbols::Marker,
-    widgets::{
-        Widget,
-        canvas::{Canvas, Line},
-    },
-};
+use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
 use super::theme::Theme;
 
 /// The first of the 256 Braille patterns; the others follow in such an order
 /// that dots add up by "or".
 const BRAILLE: u32 = 0x2800;
+
+/// The bit of each dot of a pattern, by row and column.
+const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
+
+/// How far out of sight a line may end, in widths and heights of the sketch.
+const FAR: f64 = 20.0;
 
 /// A straight line: x and y of one end, x and y of the other.
 pub type Stroke = [f64; 4];
@@ -109,51 +106,79 @@ impl Sketch {
 
     /// Draws `strokes`, over what is there already.
     pub fn draw(&self, ink: Ink, strokes: impl IntoIterator<Item = Stroke>, buf: &mut Buffer) {
-        let strokes: Vec<Stroke> = strokes
-            .into_iter()
-            .filter(|stroke| stroke.iter().all(|figure| figure.is_finite()))
-            .collect();
-        let mut layer = Buffer::empty(self.area);
-        let marker = if self.ascii {
-            Marker::Custom(ink.ascii)
-        } else {
-            Marker::Braille
+        for stroke in strokes {
+            if stroke.iter().all(|figure| figure.is_finite()) {
+                self.stroke(ink, stroke, buf);
+            }
+        }
+    }
+
+    /// Draws a line dot by dot, as many as it is long in the longer direction.
+    fn stroke(&self, ink: Ink, [x1, y1, x2, y2]: Stroke, buf: &mut Buffer) {
+        let (from, to) = (self.dot(x1, y1), self.dot(x2, y2));
+        let (across, down) = (to.0 - from.0, to.1 - from.1);
+        let length = across.abs().max(down.abs()).ceil().max(1.0);
+        for step in 0..=length as u32 {
+            let share = f64::from(step) / length;
+            self.put(ink, from.0 + across * share, from.1 + down * share, buf);
+        }
+    }
+
+    /// The dot at `x`, `y`, counted from the upper left. What is far out of
+    /// sight is brought near, so that no line takes for ever to draw.
+    fn dot(&self, x: f64, y: f64) -> (f64, f64) {
+        let (across, down) = self.dots_each();
+        let place = |share: f64, cells: u16, each: u16| {
+            share.clamp(-FAR, FAR) * (f64::from(cells) * f64::from(each) - 1.0).max(0.0)
         };
-        let canvas = Canvas::default()
-            .x_bounds(self.x)
-            .y_bounds(self.y)
-            .marker(marker)
-            .paint(|context| {
-                for &[x1, y1, x2, y2] in &strokes {
-                    context.draw(&Line::new(x1, y1, x2, y2, Color::Reset));
-                }
-            });
-        canvas.render(self.area, &mut layer);
-        lay_over(&layer, ink.style, buf);
+        let right = (x - self.x[0]) / (self.x[1] - self.x[0]);
+        let below = (self.y[1] - y) / (self.y[1] - self.y[0]);
+        (
+            place(right, self.area.width, across).round(),
+            place(below, self.area.height, down).round(),
+        )
     }
-}
 
-fn lay_over(layer: &Buffer, style: Style, buf: &mut Buffer) {
-    for place in layer.area.positions() {
-        let symbol = layer[place].symbol();
-        if symbol == " " {
-            continue;
-        }
+    /// Dots in a cell, across and down.
+    fn dots_each(&self) -> (u16, u16) {
+        if self.ascii { (1, 1) } else { (2, 4) }
+    }
+
+    /// Sets one dot, if it is in sight.
+    fn put(&self, ink: Ink, right: f64, below: f64, buf: &mut Buffer) {
+        let (across, down) = self.dots_each();
+        let seen = |dot: f64, cells: u16, each: u16| {
+            let dots = f64::from(cells) * f64::from(each);
+            (0.0..dots)
+                .contains(&dot.round())
+                .then_some(dot.round() as u16)
+        };
+        let Some((x, y)) =
+            seen(right, self.area.width, across).zip(seen(below, self.area.height, down))
+        else {
+            return;
+        };
+        let place = (self.area.x + x / across, self.area.y + y / down);
         if let Some(cell) = buf.cell_mut(place) {
-            let symbol = sum_of_dots(symbol, cell.symbol()).unwrap_or_else(|| symbol.to_owned());
+            let there = if self.ascii {
+                ' '
+            } else {
+                pattern(cell.symbol())
+            };
+            let dot = DOTS[usize::from(y % down)][usize::from(x % across)];
+            let sum = char::from_u32(u32::from(there) | dot).filter(|_| !self.ascii);
             cell.reset();
-            cell.set_symbol(&symbol).set_style(style);
+            cell.set_char(sum.unwrap_or(ink.ascii)).set_style(ink.style);
         }
     }
 }
 
-/// Both patterns in one, if both are Braille.
-fn sum_of_dots(one: &str, other: &str) -> Option<String> {
-    let pattern = |symbol: &str| {
-        let code = u32::from(symbol.chars().next()?);
-        (BRAILLE..BRAILLE + 256).contains(&code).then_some(code)
-    };
-    char::from_u32(pattern(one)? | pattern(other)?).map(String::from)
+/// The pattern that is there already, or the one without dots.
+fn pattern(symbol: &str) -> char {
+    let there = symbol.chars().next();
+    there
+        .filter(|there| (BRAILLE..BRAILLE + 256).contains(&u32::from(*there)))
+        .unwrap_or('\u{2800}')
 }
 
 /// `stroke` in `count` dashes, as long as the gaps between them.

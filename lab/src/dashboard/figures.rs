@@ -1,0 +1,125 @@
+//! Quantiles and histograms of a running graph, read now and then.
+//!
+//! Distributions cost more to read than all else that a picture holds, and
+//! figures that change thirty times a second cannot be read by anybody.
+
+use std::time::{Duration, Instant};
+
+use ratelab::{
+    cartpole::{ACTUATOR, POLICY, SENSE_TO_ACT},
+    runtime::{
+        Observer, Snapshot,
+        telemetry::{Distribution, NodeView, TopicView},
+    },
+};
+
+use super::picture::{LatencyPicture, Quantiles};
+
+/// Wall time between two readings while the graph runs.
+const PERIOD: Duration = Duration::from_millis(150);
+
+/// Bins of the latency histogram.
+const BINS: usize = 24;
+
+/// Widths of a bin to choose from (ms).
+const BIN_WIDTHS_MS: [u64; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
+
+/// The figures as they were last read.
+#[derive(Default)]
+pub struct Figures {
+    /// Per node.
+    pub nodes: Vec<NodeFigures>,
+    /// Per topic, how old messages were when they were read.
+    pub ages: Vec<Quantiles>,
+    /// Sense→act latency.
+    pub latency: LatencyPicture,
+    /// Ticks of all nodes when they were read, and whether the graph was at
+    /// rest: while neither changes, nor do they.
+    state: Option<(u64, bool)>,
+    read: Option<Instant>,
+}
+
+/// What was measured of a node.
+#[derive(Clone, Copy, Default)]
+pub struct NodeFigures {
+    /// How late its ticks began.
+    pub lateness: Quantiles,
+    /// How long they took.
+    pub tick_time: Quantiles,
+}
+
+impl Figures {
+    /// Reads them again if it is time to, or if the graph has come to rest.
+    pub fn refresh(&mut self, observer: &Observer, glance: &Snapshot, at_rest: bool) {
+        let ticks = glance.nodes.iter().map(|node| node.ticks).sum();
+        let state = Some((ticks, at_rest));
+        let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
+        if state == self.state || !(waited || at_rest) {
+            return;
+        }
+        let snapshot = observer.snapshot();
+        *self = Self {
+            nodes: snapshot.nodes.iter().map(NodeFigures::of).collect(),
+            ages: snapshot.topics.iter().map(worst_age).collect(),
+            latency: latency(&snapshot),
+            state,
+            read: Some(Instant::now()),
+        };
+    }
+}
+
+impl NodeFigures {
+    fn of(node: &NodeView) -> Self {
+        Self {
+            lateness: Quantiles::of(&node.lateness),
+            tick_time: Quantiles::of(&node.tick_time),
+        }
+    }
+}
+
+/// What several readers saw of one topic is shown for the one that fares worst.
+fn worst_age(topic: &TopicView) -> Quantiles {
+    let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
+    ages.max_by_key(|age| age.p99).unwrap_or_default()
+}
+
+fn latency(snapshot: &Snapshot) -> LatencyPicture {
+    let period = |node: &NodeView| node.hz.period();
+    let control_period = snapshot.node(POLICY).map_or(Duration::ZERO, period);
+    let actuator = snapshot.node(ACTUATOR);
+    let mut meters = actuator.into_iter().flat_map(|node| &node.meters);
+    let meter = meters.find(|meter| meter.name == SENSE_TO_ACT);
+    let Some(distribution) = meter.map(|meter| &meter.distribution) else {
+        return LatencyPicture::default();
+    };
+    let figures = Quantiles::of(distribution);
+    let bin = bin_width(figures.max.max(control_period));
+    LatencyPicture {
+        figures,
+        bins: bins(distribution, bin),
+        bin,
+        newest: None,
+        control_period,
+    }
+}
+
+/// The narrowest bin with which all of them reach `longest`.
+fn bin_width(longest: Duration) -> Duration {
+    let reach = |ms: &u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
+    let ms = BIN_WIDTHS_MS.into_iter().find(reach).unwrap_or(1000);
+    Duration::from_millis(ms)
+}
+
+/// Counts per bin; what is beyond the last counts there.
+fn bins(distribution: &Distribution, bin: Duration) -> Vec<u64> {
+    let width = bin.as_nanos().max(1) as u64;
+    let mut bins = vec![0; BINS];
+    for recorded in distribution.histogram().iter_recorded() {
+        // The upper end of what the histogram cannot tell apart, so that a
+        // latency on the border of two bins belongs to the upper one.
+        let nanos = recorded.value_iterated_to();
+        let index = (nanos / width) as usize;
+        bins[index.min(BINS - 1)] += recorded.count_at_value();
+    }
+    bins
+}
