@@ -102,9 +102,15 @@ impl App {
     /// # Errors
     /// [`SetupError`] if the plant or the graph cannot be made.
     pub fn new(config: Config, realtime: Option<Realtime>) -> Result<Self, SetupError> {
-        Ok(Self {
-            session: Session::start(&config, realtime.clone())?,
-            config: without_knobs(config),
+        let session = Session::start(&config, realtime.clone())?;
+        Ok(Self::watching(session, realtime))
+    }
+
+    /// Watches a session that has started already.
+    pub fn watching(session: Session, realtime: Option<Realtime>) -> Self {
+        Self {
+            config: without_knobs(session.config().clone()),
+            session,
             realtime,
             sampler: Sampler::default(),
             history: History::default(),
@@ -114,7 +120,7 @@ impl App {
             prompt: None,
             notice: None,
             quit: false,
-        })
+        }
     }
 
     /// Looks at the session; says whether there is something new to draw.

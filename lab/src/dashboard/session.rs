@@ -30,13 +30,17 @@ pub struct Session {
 impl Session {
     /// Starts an experiment.
     pub fn start(config: &Config, realtime: Option<Realtime>) -> Result<Self, SetupError> {
-        let experiment = Experiment::new(config)?;
+        Ok(Self::of(Experiment::new(config)?, config, realtime))
+    }
+
+    /// Starts `experiment`, which was made from `config`.
+    pub fn of(experiment: Experiment, config: &Config, realtime: Option<Realtime>) -> Self {
         let observer = experiment.observer();
         let commands = experiment.commands();
         let steps = experiment.tap_steps(BACKLOG);
         let mut real = realtime.map_or_else(RealClock::default, RealClock::with_realtime);
         let thread = std::thread::spawn(move || experiment.run(&mut real));
-        Ok(Self {
+        Self {
             config: config.clone(),
             observer,
             commands,
@@ -44,7 +48,7 @@ impl Session {
             thread: Some(thread),
             summary: None,
             began: Instant::now(),
-        })
+        }
     }
 
     /// What the run was started with.

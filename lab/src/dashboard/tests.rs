@@ -5,7 +5,9 @@ use std::{collections::VecDeque, io, sync::atomic::AtomicBool, time::Duration};
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::{
+    cartpole::{Action, Observation},
     experiment::{Config, Experiment, Summary, Verdict},
+    policy::Policy,
     runtime::{ClockKind, RealClock, Speed, Time},
 };
 
@@ -13,6 +15,7 @@ use super::{
     Options,
     app::{App, Pane},
     run,
+    session::Session,
     terminal::Input,
     view::{self, theme::Theme},
 };
@@ -241,6 +244,51 @@ fn an_exact_value_can_be_typed() {
     let summary = app.finish().expect("no fault").expect("stopped");
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(turned, ["control-hz 7.5"]);
+}
+
+/// A brain that fails as soon as it is asked.
+struct Broken(fn() -> Action);
+
+impl Policy for Broken {
+    fn name(&self) -> &str {
+        "broken"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        (self.0)()
+    }
+}
+
+#[test]
+fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
+    let brains: [(fn() -> Action, &str); 2] = [
+        (|| Action(f32::NAN), "must be finite"),
+        (|| panic!("out of ideas"), "panicked: out of ideas"),
+    ];
+    for (brain, said) in brains {
+        for clock in [ClockKind::Virtual, ClockKind::Real] {
+            let config = Config {
+                clock,
+                end: Time::MAX,
+                ..Config::default()
+            };
+            let brain = Box::new(Broken(brain));
+            let experiment = Experiment::with_policy(&config, brain).expect("experiment");
+            let mut app = App::watching(Session::of(experiment, &config, None), None);
+            let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
+            let mut nobody = Typist {
+                keys: VecDeque::new(),
+            };
+            let quit = AtomicBool::new(false);
+            let end = run(&mut terminal, &mut nobody, &mut app, &options(), &quit);
+            let fault = end.expect_err("a fault").to_string();
+            assert!(
+                fault.contains("\"policy\"") && fault.contains(said),
+                "{fault}"
+            );
+            assert_eq!(fault.lines().count(), 1);
+        }
+    }
 }
 
 #[test]

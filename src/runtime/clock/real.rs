@@ -267,7 +267,8 @@ impl Worker<'_> {
         let ended = wall.now();
         self.slot.record_lateness(began.since(due));
         self.slot.record_tick_time(ended.since(began));
-        self.slot.advance_past(ended);
+        // Periods after the end are nobody's to keep.
+        self.slot.advance_past(ended.min(self.until));
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Report::Ended(Exit::Ended {
