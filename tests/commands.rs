@@ -118,7 +118,7 @@ fn events_tell_what_was_replaced() {
         .iter()
         .map(Event::to_string)
         .collect();
-    assert_eq!(told, ["0.100 s: rate of a 2.5 Hz (was 10 Hz)"]);
+    assert_eq!(told, ["0.100 s: a at 2.5 Hz (was 10 Hz)"]);
 }
 
 #[test]

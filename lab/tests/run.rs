@@ -109,9 +109,9 @@ fn knobs_are_turned_at_their_times_and_told() {
     let output = ratelab(&["run", "--clock", "virtual", "--knobs", &knobs]);
     let said = text(&output.stdout);
     for line in [
-        "2.500 s: rate of policy 10 Hz (was 50 Hz)",
-        "4.000 s: depth of /obs 100 (was 1)",
-        "4.000 s: depth of /action 100 (was 1)",
+        "2.500 s: policy at 10 Hz (was 50 Hz)",
+        "4.000 s: /obs depth 100 (was 1)",
+        "4.000 s: /action depth 100 (was 1)",
     ] {
         assert!(said.contains(line), "{line:?} is missing in\n{said}");
     }

@@ -145,9 +145,9 @@ fn the_graph_goes_on_under_the_other_clock() {
     let mut lab = Lab::open(&["lab", "--ascii"], 40, 120);
     lab.wait_for("virtual");
     lab.type_keys("c");
-    lab.wait_for("hand over to the real clock");
+    lab.wait_for("on to the real clock");
     lab.type_keys("c");
-    lab.wait_for("hand over to the virtual clock");
+    lab.wait_for("on to the virtual clock");
     lab.type_keys("\u{3}"); // Ctrl-C
     let (status, parser) = lab.close();
     assert!(status.success());

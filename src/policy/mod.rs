@@ -53,6 +53,15 @@ impl PolicyKind {
         }
     }
 
+    /// Whether it tries to keep the pole up. One that does not loses it at any
+    /// rate, so nothing is to be learned from that about rates.
+    pub fn balances(self) -> bool {
+        match self {
+            Self::Scripted => true,
+            Self::Zero | Self::Random => false,
+        }
+    }
+
     /// The policy itself; `seed` is that of the run.
     pub fn build(self, seed: u64) -> Box<dyn Policy> {
         match self {

@@ -55,13 +55,13 @@ impl Command {
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::SetRate { node, hz } => write!(f, "rate of {node} {hz}"),
-            Self::SetDepth { topic, depth } => write!(f, "depth of {topic} {depth}"),
+            Self::SetRate { node, hz } => write!(f, "{node} at {hz}"),
+            Self::SetDepth { topic, depth } => write!(f, "{topic} depth {depth}"),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),
             Self::Speed(speed) => write!(f, "speed {speed}"),
-            Self::HandOver(kind) => write!(f, "hand over to the {kind} clock"),
+            Self::HandOver(kind) => write!(f, "on to the {kind} clock"),
             Self::Stop => f.write_str("stop"),
         }
     }

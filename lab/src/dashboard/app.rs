@@ -260,9 +260,7 @@ impl App {
 
     fn at_end(&mut self, what: &str, way: Way, value: impl std::fmt::Display) {
         let end = if way == Way::Up { "highest" } else { "lowest" };
-        self.say(format!(
-            "{what} is at its {end}, {value}; : types any other"
-        ));
+        self.say(format!("{what} is at its {end}, {value}"));
     }
 
     fn turn_to_hz(&mut self, hz: f64, knob: fn(Hz) -> Knob) {
@@ -310,9 +308,7 @@ impl App {
         } else if self.alive() {
             match self.clock() {
                 ClockKind::Virtual => self.session.send(Command::Step),
-                ClockKind::Real => {
-                    self.say("the real clock cannot step: c hands over to the virtual one")
-                }
+                ClockKind::Real => self.say("the real clock cannot step; c changes it"),
             }
         }
     }
@@ -352,7 +348,7 @@ impl App {
     fn has_speed(&mut self) -> bool {
         let real = self.clock() == ClockKind::Real;
         if real {
-            self.say("the real clock has no speed but the wall's: c hands over to the virtual one");
+            self.say("the real clock has no speed to set; c changes it");
         }
         !real
     }

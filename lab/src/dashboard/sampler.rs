@@ -141,7 +141,7 @@ impl Sampler {
         let (kind, why) = match summary.verdict {
             Verdict::Balanced | Verdict::Stopped { .. } => (VerdictKind::Done, Vec::new()),
             Verdict::PoleFell { .. } | Verdict::CartLeftRail { .. } => {
-                (VerdictKind::Lost, self.reasons(snapshot))
+                (VerdictKind::Lost, self.reasons(session, snapshot))
             }
         };
         VerdictPicture {
@@ -153,7 +153,11 @@ impl Sampler {
 
     /// The measured circumstances of a loss: how stale actions were in its last
     /// second, and what the drops have to do with it.
-    fn reasons(&self, snapshot: &Snapshot) -> Vec<String> {
+    fn reasons(&self, session: &Session, snapshot: &Snapshot) -> Vec<String> {
+        let policy = session.config().policy;
+        if !policy.balances() {
+            return vec![format!("the {policy} policy balances at no rate")];
+        }
         let period = |node| {
             snapshot
                 .node(node)

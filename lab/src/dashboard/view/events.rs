@@ -191,13 +191,13 @@ mod tests {
     #[test]
     fn a_fall_is_explained() {
         let buf = pane(&sample::broken(), 62, 11, &RICH);
-        insta::assert_snapshot!(text(&buf), @r"
+        insta::assert_snapshot!(text(&buf), @"
         ┌5 events────────────────────────────────────────────────────┐
         │ ✖ FELL at 0.84 s                                           │
         │   policy decides 5 times a second; the pole needs about 20 │
         │   37 of 43 observations on /obs were never read            │
         │                                                            │
-        │    0.000 s  rate of policy 5 Hz (was 50 Hz)                │
+        │    0.000 s  policy at 5 Hz (was 50 Hz)                     │
         │    0.400 s  ✖ step refused: only the virtual clock steps   │
         │    0.840 s  actuator ended the run                         │
         │                                                            │
@@ -238,11 +238,11 @@ mod tests {
                 buf,
             );
         });
-        insta::assert_snapshot!(text(&buf), @r"
+        insta::assert_snapshot!(text(&buf), @"
         ┌5 events──────────────────────────────┐
         │ ✓ BALANCED so far                    │
         │                                      │
-        │    0.000 s  rate of policy 5 Hz (wa… │
+        │    0.000 s  policy at 5 Hz (was 50 … │
         │                                      │
         └──────────────────────────────────────┘
         ");
