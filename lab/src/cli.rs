@@ -223,9 +223,10 @@ pub fn explain(error: &clap::Error) -> Result<(), Error> {
 
 /// Joins what clap says over several lines, but for its hints at the usage.
 fn one_line(message: &str) -> String {
-    let said = message.lines().map(str::trim).filter(|line| {
-        !line.is_empty() && !line.starts_with("Usage:") && !line.starts_with("For more information")
-    });
+    let lines = message.lines().map(str::trim);
+    let said = lines
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .filter(|line| !line.is_empty());
     let joined = said.collect::<Vec<_>>().join(" ");
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
 }

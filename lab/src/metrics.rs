@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use ratelab::{
     experiment::{NodeSummary, Summary, TimedKnob},
-    runtime::{ClockKind, telemetry::Distribution},
+    runtime::telemetry::Distribution,
 };
 use serde_json::{Map, Value, json};
 
-use crate::run::Notes;
+use crate::{report::saw_the_wall, run::Notes};
 
 /// The metrics as JSON: first the keys of the course's artifact, then ours.
 ///
@@ -17,7 +17,7 @@ use crate::run::Notes;
 pub fn json(summary: &Summary, notes: &Notes) -> String {
     let mut metrics = course_keys(summary, notes);
     metrics.extend(own_keys(summary, notes));
-    if summary.config.clock == ClockKind::Real {
+    if saw_the_wall(summary) {
         metrics.extend(wall_keys(summary, notes));
     }
     format!("{:#}", Value::Object(metrics))
@@ -54,32 +54,36 @@ fn own_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "knobs": config.knobs.iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
         "latency": milliseconds(&summary.latency),
+        "nodes": summary.nodes.iter().map(node).collect::<Map<_, _>>(),
         "policy": config.policy.name(),
+        "turned": summary.knobs().iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
         "version": env!("CARGO_PKG_VERSION"),
     }))
 }
 
 fn wall_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
-    let nodes = summary.nodes.iter();
-    let nodes: Map<String, Value> = nodes.map(|n| (n.name.clone(), node(n))).collect();
+    let lateness = summary.nodes.iter();
+    let lateness = lateness.map(|node| (node.name.clone(), milliseconds(&node.lateness)));
+    let tick_time = summary.nodes.iter();
+    let tick_time = tick_time.map(|node| (node.name.clone(), milliseconds(&node.tick_time)));
     object(json!({
-        "nodes": nodes,
+        "lateness": lateness.collect::<Map<_, _>>(),
         "realtime": notes.realtime.as_ref().map(|asked| match asked {
             Ok(()) => "granted".to_owned(),
             Err(refusal) => refusal.clone(),
         }),
+        "tick_time": tick_time.collect::<Map<_, _>>(),
         "wall_time_s": rounded(summary.wall_time.as_secs_f64()),
     }))
 }
 
-fn node(node: &NodeSummary) -> Value {
-    json!({
+fn node(node: &NodeSummary) -> (String, Value) {
+    let figures = json!({
         "hz": rounded(node.hz.get()),
-        "lateness": milliseconds(&node.lateness),
         "overruns": node.overruns,
-        "tick_time": milliseconds(&node.tick_time),
         "ticks": node.ticks,
-    })
+    });
+    (node.name.clone(), figures)
 }
 
 /// A distribution in milliseconds; quantiles are true to 0.1 %.

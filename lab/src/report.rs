@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use ratelab::{
-    cartpole::ACTUATOR,
-    experiment::{NodeSummary, Summary, TopicSummary},
+    cartpole::{ACTUATOR, POLICY, SENSOR},
+    experiment::{NodeSummary, Summary, TimedKnob, TopicSummary},
     runtime::{
-        ClockKind,
+        ClockKind, Command, Hz,
         telemetry::{Distribution, Happening},
     },
 };
@@ -22,7 +22,7 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
         ("topics", topics(summary)),
         ("latency", latency(summary)),
     ];
-    if summary.config.clock == ClockKind::Real {
+    if saw_the_wall(summary) {
         lines.push(("lateness", each_node(summary, lateness)));
         lines.push(("overruns", each_node(summary, overruns)));
     }
@@ -41,14 +41,30 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
     lines.join("\n")
 }
 
-/// The commands that were given; the verdict tells how it ended.
+/// The commands that were given; the verdict tells how it ended. Knobs are told
+/// as `--knobs` reads them, to the nanosecond.
 fn changes(summary: &Summary) -> impl Iterator<Item = (&'static str, String)> {
     let events = summary.events.iter();
-    events.filter_map(|event| match event.what {
-        Happening::Applied { .. } => Some(("changed", event.to_string())),
-        Happening::Refused { .. } => Some(("refused", event.to_string())),
-        Happening::Ended { .. } | Happening::Faulted { .. } => None,
+    events.filter_map(|event| match (&event.what, TimedKnob::of(event)) {
+        (_, Some(knob)) => Some(("knob", knob.to_string())),
+        // The other half of the knob for queue depth.
+        (
+            Happening::Applied {
+                command: Command::SetDepth { .. },
+                ..
+            },
+            _,
+        ) => None,
+        (Happening::Applied { .. }, _) => Some(("command", event.to_string())),
+        (Happening::Refused { .. }, _) => Some(("refused", event.to_string())),
+        (Happening::Ended { .. } | Happening::Faulted { .. }, _) => None,
     })
+}
+
+/// Whether the run was under the real clock at any time.
+pub fn saw_the_wall(summary: &Summary) -> bool {
+    let late = |node: &NodeSummary| node.lateness.count() > 0;
+    summary.config.clock == ClockKind::Real || summary.nodes.iter().any(late)
 }
 
 fn clock(summary: &Summary, notes: &Notes) -> String {
@@ -64,13 +80,23 @@ fn clock(summary: &Summary, notes: &Notes) -> String {
     )
 }
 
+/// The rates, from the first to the last where a knob was turned.
 fn rates(summary: &Summary) -> String {
     let config = &summary.config;
-    let actuator = summary.nodes.iter().find(|node| node.name == ACTUATOR);
-    let actuator = actuator.map_or("-".to_owned(), |node| node.hz.to_string());
+    let last = |name: &str, first: Hz| {
+        let node = summary.nodes.iter().find(|node| node.name == name);
+        node.map_or(first, |node| node.hz)
+    };
+    let rate = |name: &str, first: Hz| match last(name, first) {
+        last if last == first => first.to_string(),
+        last => format!("{first} → {last}"),
+    };
     format!(
-        "sensor {} | control {} | actuator {actuator} | queue depth {}",
-        config.sensor_hz, config.control_hz, config.queue_depth
+        "sensor {} | control {} | actuator {} | queue depth {}",
+        rate(SENSOR, config.sensor_hz),
+        rate(POLICY, config.control_hz),
+        last(ACTUATOR, config.sensor_hz),
+        config.queue_depth
     )
 }
 
@@ -99,7 +125,10 @@ fn latency(summary: &Summary) -> String {
     let Some(mean) = latency.mean_s() else {
         return "no action was applied".to_owned();
     };
-    let period = summary.config.control_hz.period();
+    let policy = summary.nodes.iter().find(|node| node.name == POLICY);
+    let period = policy
+        .map_or(summary.config.control_hz, |node| node.hz)
+        .period();
     format!(
         "sense→act mean {:.1} ms, p50 {}, p99 {}, max {} (control period {})",
         mean * 1e3,

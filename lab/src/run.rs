@@ -137,7 +137,8 @@ struct Outputs {
 
 impl Outputs {
     fn prepare(args: &RunArgs) -> Result<Self, Error> {
-        let made_folder = args.out.as_deref().filter(|folder| !folder.exists());
+        let folders = args.out.iter().flat_map(|folder| folder.ancestors());
+        let made: Vec<&Path> = folders.take_while(|folder| !folder.exists()).collect();
         let metrics = args.out.as_deref().map(prepare_metrics).transpose()?;
         let csv = match &args.csv {
             None => None,
@@ -145,8 +146,10 @@ impl Outputs {
                 Ok(file) => Some((file, path.clone())),
                 Err(why) => {
                     drop(metrics);
-                    // Bad input leaves nothing behind, not even an empty folder.
-                    let _ = made_folder.map(fs::remove_dir);
+                    // Bad input leaves nothing behind, not even empty folders.
+                    for folder in made {
+                        let _ = fs::remove_dir(folder);
+                    }
                     return Err(Error::file("--csv", path, &why));
                 }
             },

@@ -109,9 +109,10 @@ fn knobs_are_turned_at_their_times_and_told() {
     let output = ratelab(&["run", "--clock", "virtual", "--knobs", &knobs]);
     let said = text(&output.stdout);
     for line in [
-        "2.500 s: policy at 10 Hz (was 50 Hz)",
-        "4.000 s: /obs depth 100 (was 1)",
-        "4.000 s: /action depth 100 (was 1)",
+        "knob      2.5 control-hz 10",
+        "knob      4 queue-depth 100",
+        "control 50 Hz → 10 Hz",
+        "control period 100.0 ms",
     ] {
         assert!(said.contains(line), "{line:?} is missing in\n{said}");
     }
@@ -193,12 +194,21 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
 fn bad_input_writes_nothing() {
     let folder = TempDir::new().expect("folder");
     let (out, csv) = (
-        path(&folder, "out"),
+        path(&folder, "a/b/out"),
         path(&folder, "no/such/folder/run.csv"),
     );
     let output = ratelab(&["run", "--smoke", "--out", &out, "--csv", &csv]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(folder.path().read_dir().expect("folder").count(), 0);
+}
+
+#[test]
+fn an_option_before_the_command_is_one_line_without_usage() {
+    let output = ratelab(&["--seed", "3", "run"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(!said.contains("<COMMAND>"), "{said}");
 }
 
 #[test]

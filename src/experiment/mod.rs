@@ -149,7 +149,7 @@ impl Experiment {
         let began = Instant::now();
         let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall = began.elapsed();
-        // Nodes deliver the last of their measurements as they go.
+        // Taps end with the topics that the nodes hold.
         drop(graph);
         let exit = end?;
         Ok(Summary::new(&config, &exit, &observer, &plant.lock(), wall))
@@ -190,5 +190,6 @@ fn build(
 
 /// The plant's own rate, which is not a choice.
 fn actuator_hz() -> Hz {
+    // A constant within the range of rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
 }

@@ -55,8 +55,9 @@ impl Inbox {
         next.filter(|at| *at <= end).unwrap_or(Time::MAX)
     }
 
-    pub(crate) fn take_timed(&mut self) -> Option<TimedCommand> {
-        self.timed.pop_front()
+    /// The next timed command, if one is before the end.
+    pub(crate) fn take_timed(&mut self, end: Time) -> Option<TimedCommand> {
+        self.timed.pop_front_if(|timed| timed.at <= end)
     }
 }
 

@@ -24,7 +24,9 @@
 //! | twice the same run | no, and it does not pretend | to the bit |
 //!
 //! [`Command`]s are the one way into a running graph, an [`Observer`] is the
-//! one way out. Neither clock lets an observer slow the nodes down.
+//! one way out: it reads counters and is in nobody's way. A [`Tap`] copies every
+//! message; when it is full the real clock loses and counts, and only virtual
+//! time, which costs nothing to wait, waits.
 //!
 //! # A graph in twenty lines
 //!

@@ -61,7 +61,8 @@ impl Rate {
         self.due
     }
 
-    /// When the last tick was due; `None` before the first.
+    /// When the period before the next tick was due, kept or skipped; `None`
+    /// before the first.
     pub fn last_due(&self) -> Option<Time> {
         let last = self.next.checked_sub(1)?;
         Some(self.period.due(self.anchor, last))

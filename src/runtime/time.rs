@@ -147,7 +147,7 @@ impl Hz {
         self.micro as f64 / 1e6
     }
 
-    /// The rate that packs as many ticks into a second as `self` microhertz says.
+    /// Whole microhertz.
     pub(crate) const fn as_micro(self) -> u64 {
         self.micro
     }

@@ -19,7 +19,8 @@
 //! | depth 0 | refused: [`DepthError`] |
 //! | queue made shallower while running | the oldest go; those unread count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
-//! | a tap is full | the publisher goes on; the tap counts what it lost |
+//! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
+//! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
 //! Each row is a test in `tests/topic.rs`.
 
@@ -316,7 +317,8 @@ impl<T: Payload> Publisher<T> {
     /// Publishes `data` at run time `stamp`. `origin` is the stamp of the
     /// sensing that `data` was derived from, if it was derived from one.
     ///
-    /// Never waits for a subscriber: a full buffer evicts its oldest message.
+    /// Never waits for a subscription: a full buffer evicts its oldest message.
+    /// A full [`Tap`] is waited for under the virtual clock only.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
         let bus = &*self.0;
         let mut queue = lock(&bus.queue);

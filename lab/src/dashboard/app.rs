@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crossterm::event::{KeyCode, KeyEvent};
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::{Config, Knob, SetupError, Summary, TimedKnob},
     policy::PolicyKind,
@@ -67,6 +67,9 @@ pub enum LabError {
     /// A run could not be started.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// A clock's own thread panicked.
+    #[error("the clock panicked, which is a defect of ratelab: please report it")]
+    Panicked,
     /// The terminal cannot be read or written.
     #[error("the terminal failed: {0}")]
     Terminal(#[from] std::io::Error),
@@ -78,6 +81,13 @@ pub struct App {
     /// The settings of the next session, which are those of this one with the
     /// knobs as they were turned.
     config: Config,
+    /// Whether the person wants run time to stand still; the clock may not have
+    /// heard of it yet.
+    pause: bool,
+    /// Knobs that were turned by key and have not taken effect yet.
+    turning: usize,
+    /// Events that were looked through for knobs.
+    events_seen: usize,
     realtime: Option<Realtime>,
     session: Session,
     sampler: Sampler,
@@ -110,6 +120,9 @@ impl App {
     pub fn watching(session: Session, realtime: Option<Realtime>) -> Self {
         Self {
             config: without_knobs(session.config().clone()),
+            pause: false,
+            turning: 0,
+            events_seen: 0,
             session,
             realtime,
             sampler: Sampler::default(),
@@ -126,9 +139,10 @@ impl App {
     /// Looks at the session; says whether there is something new to draw.
     ///
     /// # Errors
-    /// [`Fault`] if a node failed.
-    pub fn sample(&mut self) -> Result<bool, Fault> {
+    /// [`LabError`] if a node failed.
+    pub fn sample(&mut self) -> Result<bool, LabError> {
         self.session.poll()?;
+        self.follow_knobs();
         Ok(self.history.add(self.sampler.picture(&self.session)))
     }
 
@@ -172,8 +186,8 @@ impl App {
     /// Ends the session in order; what it came to.
     ///
     /// # Errors
-    /// [`Fault`] if a node failed.
-    pub fn finish(self) -> Result<Option<Summary>, Fault> {
+    /// [`LabError`] if a node failed.
+    pub fn finish(self) -> Result<Option<Summary>, LabError> {
         self.session.finish()
     }
 
@@ -183,11 +197,11 @@ impl App {
     /// [`LabError`] if the session failed or the next one cannot be started.
     pub fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
-        if self.prompt.is_some() {
+        let action = super::keys::action(key);
+        if self.prompt.is_some() && !is_chord(key) {
             self.edit(key);
             return Ok(());
         }
-        let action = super::keys::action(key);
         if self.help && action != Some(Action::Quit) {
             self.help = false; // Any key closes it.
             return Ok(());
@@ -200,7 +214,7 @@ impl App {
             Action::ControlRate(way) => self.turn_control_rate(way),
             Action::SensorRate(way) => self.turn_sensor_rate(way),
             Action::Depth(way) => self.turn_depth(way),
-            Action::Break => self.turn_to_hz(BROKEN_HZ, Knob::ControlHz),
+            Action::Break => self.break_it(),
             Action::Type => self.prompt = Some(String::new()),
             Action::Pause => self.pause(),
             Action::StepForward => self.step(),
@@ -258,6 +272,14 @@ impl App {
         }
     }
 
+    fn break_it(&mut self) {
+        if self.config.control_hz.get() == BROKEN_HZ {
+            self.say("it is broken already: the policy decides 5 times a second");
+        } else {
+            self.turn_to_hz(BROKEN_HZ, Knob::ControlHz);
+        }
+    }
+
     fn at_end(&mut self, what: &str, way: Way, value: impl std::fmt::Display) {
         let end = if way == Way::Up { "highest" } else { "lowest" };
         self.say(format!("{what} is at its {end}, {value}"));
@@ -271,34 +293,49 @@ impl App {
 
     /// Turns a knob of the running graph; the next session starts with it.
     fn turn(&mut self, knob: Knob) {
-        match knob {
-            Knob::ControlHz(hz) => self.config.control_hz = hz,
-            Knob::SensorHz(hz) => self.config.sensor_hz = hz,
-            Knob::QueueDepth(depth) => self.config.queue_depth = depth,
-        }
+        self.set(knob);
         if self.ended() {
             self.say(format!(
                 "the run is over: {knob} counts from the next one, r starts it"
             ));
             return;
         }
+        self.turning += 1;
         for command in knob.commands() {
             self.session.send(command);
         }
     }
 
-    fn paused(&self) -> bool {
-        self.session.observer().status().paused
+    fn set(&mut self, knob: Knob) {
+        match knob {
+            Knob::ControlHz(hz) => self.config.control_hz = hz,
+            Knob::SensorHz(hz) => self.config.sensor_hz = hz,
+            Knob::QueueDepth(depth) => self.config.queue_depth = depth,
+        }
+    }
+
+    /// Keeps up with knobs that were given their times up front: the ladders go
+    /// on from where those lead.
+    fn follow_knobs(&mut self) {
+        for event in self.session.observer().events(self.events_seen) {
+            self.events_seen += 1;
+            match TimedKnob::of(&event) {
+                Some(_) if self.turning > 0 => self.turning -= 1,
+                Some(timed) => self.set(timed.knob),
+                None => {}
+            }
+        }
     }
 
     fn pause(&mut self) {
         if self.alive() {
-            let paused = self.paused();
-            self.session.send(if paused {
-                Command::Resume
-            } else {
+            self.pause = !self.pause;
+            let command = if self.pause {
                 Command::Pause
-            });
+            } else {
+                Command::Resume
+            };
+            self.session.send(command);
         }
     }
 
@@ -307,7 +344,10 @@ impl App {
             self.history.forward();
         } else if self.alive() {
             match self.clock() {
-                ClockKind::Virtual => self.session.send(Command::Step),
+                ClockKind::Virtual => {
+                    self.pause = true;
+                    self.session.send(Command::Step);
+                }
                 ClockKind::Real => self.say("the real clock cannot step; c changes it"),
             }
         }
@@ -319,8 +359,9 @@ impl App {
         }
     }
 
+    /// The clock that the person wants; the graph may be on its way to it.
     fn clock(&self) -> ClockKind {
-        self.session.observer().status().clock
+        self.config.clock
     }
 
     fn change_speed(&mut self, way: Way) {
@@ -340,7 +381,11 @@ impl App {
             && self.has_speed()
         {
             self.config.speed = speed;
-            self.session.send(Command::Speed(speed));
+            if self.ended() {
+                self.say(format!("the run is over; r starts one at {speed}"));
+            } else {
+                self.session.send(Command::Speed(speed));
+            }
         }
     }
 
@@ -397,6 +442,7 @@ impl App {
         std::mem::replace(&mut self.session, next).finish()?;
         self.sampler = Sampler::default();
         self.history = History::default();
+        (self.pause, self.turning, self.events_seen) = (false, 0, 0);
         Ok(())
     }
 
@@ -419,6 +465,11 @@ impl App {
             _ => {}
         }
     }
+}
+
+/// Whether a key is held with Ctrl or Alt: such a key types nothing.
+fn is_chord(key: &KeyEvent) -> bool {
+    !(key.modifiers - KeyModifiers::SHIFT).is_empty()
 }
 
 /// A session's own timed knobs are done once; they do not start again with it.

@@ -18,12 +18,16 @@ pub struct History {
 impl History {
     /// Keeps `picture` if it differs from the newest; says whether it does.
     pub fn add(&mut self, picture: Picture) -> bool {
-        if self
-            .pictures
-            .back()
-            .is_some_and(|newest| **newest == picture)
-        {
-            return false;
+        if let Some(newest) = self.pictures.back_mut() {
+            if **newest == picture {
+                return false;
+            }
+            // Wall time that passes over a graph at rest is nothing to look
+            // back at.
+            if newest.differs_in_wall_time_only(&picture) {
+                *newest = Arc::new(picture);
+                return true;
+            }
         }
         if self.pictures.len() == KEPT {
             self.pictures.pop_front();

@@ -56,16 +56,13 @@ pub enum Action {
     Quit,
 }
 
-/// A row of the table.
+/// A row of the table: keys that belong together.
 pub struct Binding {
-    /// What it does.
-    pub action: Action,
-    /// The keys that do it.
-    pub keys: &'static [Key],
-    /// What it does, in words.
+    /// Each key and what it does.
+    pub keys: &'static [(Key, Action)],
+    /// What they do, in words, in the order of the keys.
     pub help: &'static str,
-    /// What the footer says, for those that it shows; a text that a row above
-    /// has said already is not said twice.
+    /// What the footer says of them; rows without are in the help only.
     pub footer: Option<&'static str>,
 }
 
@@ -86,199 +83,142 @@ const HOME: Key = Key::Named(KeyCode::Home, "Home");
 const END: Key = Key::Named(KeyCode::End, "End");
 const TAB: Key = Key::Named(KeyCode::Tab, "Tab");
 
-/// All keys of the lab.
-pub const BINDINGS: [Binding; 32] = [
+/// All keys of the lab, the way out first.
+pub const BINDINGS: [Binding; 18] = [
     row(
-        Action::ControlRate(Way::Down),
-        &[Key::Char('[')],
-        "control rate down",
-        Some("control rate"),
-    ),
-    row(
-        Action::ControlRate(Way::Up),
-        &[Key::Char(']')],
-        "control rate up",
-        Some("control rate"),
-    ),
-    row(
-        Action::Depth(Way::Down),
-        &[Key::Char('<')],
-        "queue depth down",
-        Some("depth"),
-    ),
-    row(
-        Action::Depth(Way::Up),
-        &[Key::Char('>')],
-        "queue depth up",
-        Some("depth"),
-    ),
-    row(
-        Action::Break,
-        &[Key::Char('b')],
-        "break it: the policy decides 5 times a second",
-        Some("break"),
-    ),
-    row(
-        Action::Pause,
-        &[Key::Char(' ')],
-        "pause, or go on",
-        Some("pause"),
-    ),
-    row(
-        Action::StepForward,
-        &[Key::Char('.'), RIGHT],
-        "one tick of one node; while looking back, one picture forward",
-        Some("step"),
-    ),
-    row(
-        Action::StepBack,
-        &[Key::Char(','), LEFT],
-        "look back one picture",
-        Some("back"),
-    ),
-    row(
-        Action::Oldest,
-        &[HOME],
-        "look at the oldest picture kept",
-        None,
-    ),
-    row(Action::Newest, &[END], "look at the newest picture", None),
-    row(Action::Live, &[Key::Char('f')], "back to live", None),
-    row(
-        Action::Restart,
-        &[Key::Char('r')],
-        "start again: same seed, same knobs",
-        Some("restart"),
-    ),
-    row(
-        Action::OtherClock,
-        &[Key::Char('c')],
-        "hand the running graph to the other clock",
-        Some("clock"),
-    ),
-    row(
-        Action::Speed(Way::Up),
-        &[Key::Char('+')],
-        "virtual time faster",
-        Some("speed"),
-    ),
-    row(
-        Action::Speed(Way::Down),
-        &[Key::Char('-')],
-        "virtual time slower",
-        Some("speed"),
-    ),
-    row(
-        Action::SpeedOne,
-        &[Key::Char('0')],
-        "virtual time as fast as the wall's",
-        None,
-    ),
-    row(
-        Action::SensorRate(Way::Down),
-        &[Key::Char('{')],
-        "sensor rate down",
-        Some("sensor rate"),
-    ),
-    row(
-        Action::SensorRate(Way::Up),
-        &[Key::Char('}')],
-        "sensor rate up",
-        Some("sensor rate"),
-    ),
-    row(
-        Action::Type,
-        &[Key::Char(':')],
-        "type an exact value, such as control-hz 7.5",
-        Some("type a value"),
-    ),
-    row(
-        Action::Seed(Way::Up),
-        &[Key::Char('n')],
-        "start again with the next seed",
-        Some("seed"),
-    ),
-    row(
-        Action::Seed(Way::Down),
-        &[Key::Char('N')],
-        "start again with the previous seed",
-        Some("seed"),
-    ),
-    row(
-        Action::Policy(Way::Up),
-        &[Key::Char('p')],
-        "start again with the next policy",
-        Some("policy"),
-    ),
-    row(
-        Action::Policy(Way::Down),
-        &[Key::Char('P')],
-        "start again with the previous policy",
-        Some("policy"),
-    ),
-    row(Action::NextPane, &[TAB], "focus the next pane", None),
-    row(
-        Action::Focus(Pane::Graph),
-        &[Key::Char('1')],
-        "focus the graph",
-        None,
-    ),
-    row(
-        Action::Focus(Pane::Plant),
-        &[Key::Char('2')],
-        "focus the cart-pole",
-        None,
-    ),
-    row(
-        Action::Focus(Pane::Angle),
-        &[Key::Char('3')],
-        "focus the pole angle",
-        None,
-    ),
-    row(
-        Action::Focus(Pane::Figures),
-        &[Key::Char('4')],
-        "focus topics and latency",
-        None,
-    ),
-    row(
-        Action::Focus(Pane::Events),
-        &[Key::Char('5')],
-        "focus verdict and events",
-        None,
-    ),
-    row(
-        Action::Zoom,
-        &[Key::Char('z')],
-        "give the focused pane the whole screen, or take it back",
-        Some("zoom"),
-    ),
-    row(
-        Action::Help,
-        &[Key::Char('?')],
+        &[(Key::Char('?'), Action::Help)],
         "show or hide this help",
         Some("keys"),
     ),
     row(
-        Action::Quit,
-        &[Key::Char('q'), Key::Ctrl('c')],
+        &[
+            (Key::Char('q'), Action::Quit),
+            (Key::Ctrl('c'), Action::Quit),
+        ],
         "quit",
         Some("quit"),
+    ),
+    row(
+        &[
+            (Key::Char('['), Action::ControlRate(Way::Down)),
+            (Key::Char(']'), Action::ControlRate(Way::Up)),
+        ],
+        "control rate down, up",
+        Some("control rate"),
+    ),
+    row(
+        &[
+            (Key::Char('<'), Action::Depth(Way::Down)),
+            (Key::Char('>'), Action::Depth(Way::Up)),
+        ],
+        "queue depth down, up",
+        Some("depth"),
+    ),
+    row(
+        &[(Key::Char('b'), Action::Break)],
+        "break it: the policy decides 5 times a second",
+        Some("break"),
+    ),
+    row(
+        &[(Key::Char('r'), Action::Restart)],
+        "start again: same seed, knobs as they stand",
+        Some("restart"),
+    ),
+    row(
+        &[(Key::Char(' '), Action::Pause)],
+        "pause, or go on",
+        Some("pause"),
+    ),
+    row(
+        &[
+            (Key::Char('.'), Action::StepForward),
+            (RIGHT, Action::StepForward),
+        ],
+        "one tick of one node; looking back, one picture forward",
+        Some("step"),
+    ),
+    row(
+        &[(Key::Char(','), Action::StepBack), (LEFT, Action::StepBack)],
+        "look back one picture",
+        Some("back"),
+    ),
+    row(
+        &[
+            (HOME, Action::Oldest),
+            (END, Action::Newest),
+            (Key::Char('f'), Action::Live),
+        ],
+        "look at the oldest picture kept, the newest, what is live",
+        None,
+    ),
+    row(
+        &[(Key::Char('c'), Action::OtherClock)],
+        "hand the running graph to the other clock",
+        Some("clock"),
+    ),
+    row(
+        &[
+            (Key::Char('+'), Action::Speed(Way::Up)),
+            (Key::Char('-'), Action::Speed(Way::Down)),
+            (Key::Char('0'), Action::SpeedOne),
+        ],
+        "virtual time faster, slower, as fast as the wall's",
+        Some("speed"),
+    ),
+    row(
+        &[
+            (Key::Char('{'), Action::SensorRate(Way::Down)),
+            (Key::Char('}'), Action::SensorRate(Way::Up)),
+        ],
+        "sensor rate down, up",
+        Some("sensor rate"),
+    ),
+    row(
+        &[(Key::Char(':'), Action::Type)],
+        "type an exact value, such as control-hz 7.5",
+        Some("type a value"),
+    ),
+    row(
+        &[
+            (Key::Char('n'), Action::Seed(Way::Up)),
+            (Key::Char('N'), Action::Seed(Way::Down)),
+        ],
+        "start again with the next seed, the previous one",
+        Some("seed"),
+    ),
+    row(
+        &[
+            (Key::Char('p'), Action::Policy(Way::Up)),
+            (Key::Char('P'), Action::Policy(Way::Down)),
+        ],
+        "start again with the next policy, the previous one",
+        Some("policy"),
+    ),
+    row(
+        &[
+            (TAB, Action::NextPane),
+            (Key::Char('1'), Action::Focus(Pane::Graph)),
+            (Key::Char('2'), Action::Focus(Pane::Plant)),
+            (Key::Char('3'), Action::Focus(Pane::Angle)),
+            (Key::Char('4'), Action::Focus(Pane::Figures)),
+            (Key::Char('5'), Action::Focus(Pane::Events)),
+        ],
+        "focus the next pane; graph, cart-pole, angle, figures, events",
+        None,
+    ),
+    row(
+        &[(Key::Char('z'), Action::Zoom)],
+        "give the focused pane the whole screen, or take it back",
+        Some("zoom"),
     ),
 ];
 
 const fn row(
-    action: Action,
-    keys: &'static [Key],
+    keys: &'static [(Key, Action)],
     help: &'static str,
     footer: Option<&'static str>,
 ) -> Binding {
-    Binding {
-        action,
-        keys,
-        help,
-        footer,
-    }
+    Binding { keys, help, footer }
 }
 
 impl Key {
@@ -309,50 +249,41 @@ impl Key {
 }
 
 impl Binding {
-    /// The keys of this row, as text.
-    pub fn labels(&self) -> String {
-        let labels: Vec<String> = self.keys.iter().map(|key| key.label()).collect();
-        labels.join(" ")
+    fn labels(&self) -> Vec<String> {
+        self.keys.iter().map(|(key, _)| key.label()).collect()
     }
 }
 
 /// What `event` asks for.
 pub fn action(event: &KeyEvent) -> Option<Action> {
-    let pressed = |binding: &&Binding| binding.keys.iter().any(|key| key.is(event));
-    BINDINGS.iter().find(pressed).map(|binding| binding.action)
+    let mut keys = BINDINGS.iter().flat_map(|binding| binding.keys);
+    keys.find(|(key, _)| key.is(event))
+        .map(|(_, action)| *action)
 }
 
 /// Keys and what they do.
 pub fn rows() -> Vec<(String, String)> {
     BINDINGS
         .iter()
-        .map(|binding| (binding.labels(), binding.help.to_owned()))
+        .map(|binding| (binding.labels().join(" "), binding.help.to_owned()))
         .collect()
 }
 
-/// What the footer says: the first key of each row, rows of one text together.
+/// What the footer says: keys that type something, and what for.
 pub fn hints() -> Vec<(String, &'static str)> {
-    let mut hints: Vec<(String, &str)> = Vec::new();
-    for binding in &BINDINGS {
-        let Some(text) = binding.footer else {
-            continue;
-        };
-        let label = binding
-            .keys
-            .first()
-            .map_or(String::new(), |key| key.label());
-        match hints.iter_mut().find(|(_, said)| *said == text) {
-            Some((labels, _)) => labels.push_str(&format!(" {label}")),
-            None => hints.push((label, text)),
-        }
-    }
-    hints
+    let hint = |binding: &Binding| {
+        let typed = binding.keys.iter().map(|(key, _)| key);
+        let typed = typed.filter(|key| matches!(key, Key::Char(_)));
+        let labels: Vec<String> = typed.map(|key| key.label()).collect();
+        binding.footer.map(|text| (labels.join(" "), text))
+    };
+    BINDINGS.iter().filter_map(hint).collect()
 }
 
 /// The table as `ratelab keys` prints it.
 pub fn text() -> String {
     rows().iter().fold(String::new(), |mut text, (keys, help)| {
-        let _ = writeln!(text, "{keys:<10} {help}");
+        let _ = writeln!(text, "{keys:<15} {help}");
         text
     })
 }
@@ -362,8 +293,8 @@ pub fn text() -> String {
 pub fn markdown() -> String {
     let head = "| key | what it does |\n|---|---|\n".to_owned();
     BINDINGS.iter().fold(head, |mut text, binding| {
-        let keys = binding.keys.iter().map(|key| format!("`{}`", key.label()));
-        let keys: Vec<String> = keys.collect();
+        let keys = binding.labels().into_iter();
+        let keys: Vec<String> = keys.map(|label| format!("`{label}`")).collect();
         let _ = writeln!(text, "| {} | {} |", keys.join(" "), binding.help);
         text
     })
@@ -375,7 +306,8 @@ mod tests {
 
     #[test]
     fn no_key_has_two_meanings() {
-        let keys: Vec<Key> = BINDINGS.iter().flat_map(|b| b.keys).copied().collect();
+        let keys = BINDINGS.iter().flat_map(|binding| binding.keys);
+        let keys: Vec<Key> = keys.map(|(key, _)| *key).collect();
         for (index, key) in keys.iter().enumerate() {
             assert!(!keys[..index].contains(key), "{} is taken", key.label());
         }
@@ -385,13 +317,13 @@ mod tests {
     fn every_action_can_be_reached_by_each_of_its_keys() {
         for binding in &BINDINGS {
             assert!(!binding.keys.is_empty(), "{} has no key", binding.help);
-            for key in binding.keys {
+            for (key, done) in binding.keys {
                 let event = match *key {
                     Key::Char(c) => KeyEvent::new(KeyCode::Char(c), KeyModifiers::SHIFT),
                     Key::Ctrl(c) => KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL),
                     Key::Named(code, _) => KeyEvent::new(code, KeyModifiers::NONE),
                 };
-                assert_eq!(action(&event), Some(binding.action), "{}", key.label());
+                assert_eq!(action(&event), Some(*done), "{}", key.label());
             }
         }
     }

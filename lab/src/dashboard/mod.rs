@@ -65,7 +65,7 @@ pub fn show(config: Config, options: &Options) -> Result<Option<Summary>, LabErr
     let end = run(&mut screen.0, &mut Keyboard, &mut app, options, &quit);
     drop(screen);
     end?;
-    Ok(app.finish()?)
+    app.finish()
 }
 
 /// How long an end in order may take before a signal ends the program all the

@@ -41,6 +41,17 @@ pub struct Picture {
     pub telemetry_lost: u64,
 }
 
+impl Picture {
+    /// Whether `other` is this picture, seen a little later.
+    pub fn differs_in_wall_time_only(&self, other: &Self) -> bool {
+        let wall_s = other.wall_s;
+        Self {
+            wall_s,
+            ..self.clone()
+        } == *other
+    }
+}
+
 /// A node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodePicture {

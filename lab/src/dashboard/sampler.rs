@@ -68,6 +68,7 @@ impl Sampler {
             verdict: self.verdict(session, &glance),
             latency: LatencyPicture {
                 newest: self.newest.and_then(|step| step.latency),
+                control_period: period(&glance, POLICY),
                 ..figures.latency.clone()
             },
             nodes: nodes
@@ -151,18 +152,13 @@ impl Sampler {
         }
     }
 
-    /// The measured circumstances of a loss: how stale actions were in its last
-    /// second, and what the drops have to do with it.
+    /// Why it was lost: a policy that does not try, or else how stale actions were
+    /// in the last second, and what the drops have to do with it.
     fn reasons(&self, session: &Session, snapshot: &Snapshot) -> Vec<String> {
         let policy = session.config().policy;
         if !policy.balances() {
             return vec![format!("the {policy} policy balances at no rate")];
         }
-        let period = |node| {
-            snapshot
-                .node(node)
-                .map_or(Duration::ZERO, |n| n.hz.period())
-        };
         let latencies = self.latencies.iter().map(|(_, latency)| *latency);
         let Some(oldest) = latencies.max() else {
             return vec!["no action was ever applied".to_owned()];
@@ -170,11 +166,11 @@ impl Sampler {
         let mut reasons = vec![format!(
             "in its last second actions came from sensing up to {} old; the policy decides every {}",
             ms(oldest),
-            ms(period(POLICY)),
+            ms(period(snapshot, POLICY)),
         )];
         let dropped = snapshot.topic(OBS).map_or(0, TopicView::dropped);
         // Within a control step of the actuator nobody could act on anything newer.
-        if oldest > period(ACTUATOR) {
+        if oldest > period(snapshot, ACTUATOR) {
             reasons.push(match dropped {
                 0 => "no reading was dropped: a deep queue hides the symptom; latency is the disease: raise the control rate".to_owned(),
                 n => format!("{n} readings dropped are the symptom, latency is the disease: raise the control rate, not the depth"),
@@ -227,6 +223,11 @@ fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
         age,
         held: topic.newest.map(|newest| now.since(newest)),
     }
+}
+
+fn period(snapshot: &Snapshot, node: &str) -> Duration {
+    let node = snapshot.node(node);
+    node.map_or(Duration::ZERO, |node| node.hz.period())
 }
 
 fn ms(duration: Duration) -> String {

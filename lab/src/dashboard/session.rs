@@ -12,6 +12,8 @@ use ratelab::{
     runtime::{Command, Fault, Message, Observer, RealClock, Tap, clock::Realtime},
 };
 
+use super::app::LabError;
+
 /// Control steps that may wait for the next frame: at full speed the virtual
 /// clock makes some thousands in the time of one.
 const BACKLOG: usize = 65_536;
@@ -90,31 +92,30 @@ impl Session {
     /// Sees whether the run is over.
     ///
     /// # Errors
-    /// [`Fault`] if a node failed.
-    pub fn poll(&mut self) -> Result<(), Fault> {
-        match self.thread.take_if(|thread| thread.is_finished()) {
-            Some(thread) => self.join(thread),
-            None => Ok(()),
+    /// [`LabError`] if a node failed or the clock panicked.
+    pub fn poll(&mut self) -> Result<(), LabError> {
+        if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
+            self.summary = Some(ended(thread)?);
         }
+        Ok(())
     }
 
     /// Stops the run and waits for its end.
     ///
     /// # Errors
-    /// [`Fault`] if a node failed.
-    pub fn finish(mut self) -> Result<Option<Summary>, Fault> {
+    /// [`LabError`] if a node failed or the clock panicked.
+    pub fn finish(self) -> Result<Option<Summary>, LabError> {
         self.send(Command::Stop);
-        if let Some(thread) = self.thread.take() {
-            self.join(thread)?;
-        }
-        Ok(self.summary)
+        // Virtual time waits for a full tap, and nobody will empty it any more.
+        drop(self.steps);
+        self.thread
+            .map_or(Ok(self.summary), |thread| ended(thread).map(Some))
     }
+}
 
-    fn join(&mut self, thread: JoinHandle<Result<Summary, Fault>>) -> Result<(), Fault> {
-        let ended = thread.join();
-        // Nodes' panics are faults; one in the clock itself is ours to pass on.
-        let summary = ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-        self.summary = Some(summary);
-        Ok(())
-    }
+/// What the run came to.
+fn ended(thread: JoinHandle<Result<Summary, Fault>>) -> Result<Summary, LabError> {
+    // Nodes' panics are faults already; this would be one of the clock.
+    let ended = thread.join().map_err(|_| LabError::Panicked)?;
+    Ok(ended?)
 }

@@ -292,6 +292,97 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
 }
 
 #[test]
+fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
+    // Flat out, the taps are full long before this is over.
+    let config = Config {
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let app = App::new(config, None).expect("session");
+    std::thread::sleep(Duration::from_secs(2));
+    app.finish().expect("no fault").expect("stopped");
+}
+
+#[test]
+fn keys_go_on_from_where_the_timed_knobs_led() {
+    let config = Config {
+        speed: Speed::times(10.0).expect("speed"),
+        end: Time::MAX,
+        knobs: ratelab::experiment::parse_knobs("0 control-hz 20").expect("knobs"),
+        ..Config::default()
+    };
+    let mut app = App::new(config, None).expect("session");
+    while app.events(Time::MAX).is_empty() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    press(&mut app, "[");
+    let summary = app.finish().expect("no fault").expect("stopped");
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(turned, ["control-hz 20", "control-hz 15"]);
+}
+
+#[test]
+fn keys_count_even_before_the_graph_has_heard_of_the_last() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(config, None).expect("session");
+    press(&mut app, "  cccc");
+    let summary = app.finish().expect("no fault").expect("stopped");
+    let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
+    let count = |what: &str| told.iter().filter(|event| event.contains(what)).count();
+    assert_eq!(
+        (count("pause"), count("resume"), count("refused")),
+        (1, 1, 0),
+        "{told:?}"
+    );
+    assert_eq!(
+        (count("real clock"), count("virtual clock")),
+        (2, 2),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn control_c_leaves_while_a_value_is_being_typed() {
+    let mut app = ended(Config::default());
+    press(&mut app, ":con");
+    let key = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    app.key(&key).expect("obeyed");
+    assert!(app.quit);
+}
+
+#[test]
+fn a_pause_is_one_picture_however_long_it_lasts() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(config, None).expect("session");
+    press(&mut app, " ");
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < Duration::from_millis(2500) {
+        app.sample().expect("no fault");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    press(&mut app, ",");
+    let kept = app.looking_back().map_or(1, |(_, kept)| kept);
+    assert!(kept <= 4, "{kept} pictures of a graph that stood still");
+    app.finish().expect("no fault");
+}
+
+fn press(app: &mut App, keys: &str) {
+    for key in chars(keys) {
+        app.key(&KeyEvent::new(key, KeyModifiers::NONE))
+            .expect("obeyed");
+    }
+}
+
+#[test]
 fn the_end_of_a_ladder_says_so() {
     let mut app = ended(Config::default());
     app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))

@@ -17,8 +17,8 @@ pub(crate) enum Mail {
     /// Tick at another rate from now on; the command it came from is to be
     /// logged when it has taken effect.
     SetRate(Hz, Command),
-    /// Come home.
-    Leave,
+    /// Come home: run time has stopped here.
+    Leave(Time),
 }
 
 /// A queue of mail that can be waited on with a deadline: mail ends the wait
@@ -34,6 +34,14 @@ impl Mailbox {
     pub(crate) fn post(&self, mail: Mail) {
         lock(&self.mail).push_back(mail);
         self.bell.notify_one();
+    }
+
+    /// When run time stopped, if the call to come home is among the mail.
+    pub(crate) fn called_home(&self) -> Option<Time> {
+        lock(&self.mail).iter().find_map(|mail| match mail {
+            Mail::Leave(at) => Some(*at),
+            _ => None,
+        })
     }
 
     /// The next mail, however long it takes.

@@ -122,9 +122,10 @@ impl RealClock {
                 }
             }
             let end = supervisor.supervise();
-            mailboxes
-                .iter()
-                .for_each(|mailbox| mailbox.post(Mail::Leave));
+            let stopped = supervisor.plane.now();
+            for mailbox in &mailboxes {
+                mailbox.post(Mail::Leave(stopped));
+            }
             end
         });
         supervisor.settle(end)
@@ -176,7 +177,7 @@ impl Supervisor<'_> {
         let now = wall.now();
         let timed = self.inbox.next_timed(self.until);
         if timed <= now
-            && let Some(timed) = self.inbox.take_timed()
+            && let Some(timed) = self.inbox.take_timed(self.until)
         {
             return Word::Command(timed.command);
         }
@@ -241,7 +242,7 @@ impl Worker<'_> {
         loop {
             let due = self.slot.rate.due();
             match self.mailbox.wait_until(wall, due.min(self.until)) {
-                Some(Mail::Leave) => return None,
+                Some(Mail::Leave(_)) => return None,
                 Some(Mail::Begin(_)) => {}
                 Some(Mail::SetRate(hz, command)) => self.set_rate(hz, &command, wall.now()),
                 None if due > self.until => return Some(Report::Finished),
@@ -267,8 +268,10 @@ impl Worker<'_> {
         let ended = wall.now();
         self.slot.record_lateness(began.since(due));
         self.slot.record_tick_time(ended.since(began));
-        // Periods after the end are nobody's to keep.
-        self.slot.advance_past(ended.min(self.until));
+        // Run time may have stopped while the node was busy, or ended: periods
+        // after that are not missed.
+        let stopped = self.mailbox.called_home().unwrap_or(Time::MAX);
+        self.slot.advance_past(ended.min(self.until).min(stopped));
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Report::Ended(Exit::Ended {

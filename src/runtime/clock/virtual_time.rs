@@ -63,10 +63,11 @@ enum Turn {
 
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
+        let last_due = graph.slots.iter().filter_map(|s| s.rate.last_due()).max();
         Self {
             agenda: Agenda::new(&graph.slots),
             pacer: Pacer::new(graph.plane.status.speed, graph.now()),
-            last_tick: graph.slots.iter().filter_map(|s| s.rate.last_due()).max(),
+            last_tick: last_due.map(|last| last.min(graph.now())),
             graph,
             inbox,
             until,
@@ -180,7 +181,7 @@ impl<'a> Scheduler<'a> {
         let due = self.agenda.next_due();
         if self.inbox.next_timed(self.until) <= due
             && !self.mid_instant()
-            && let Some(timed) = self.inbox.take_timed()
+            && let Some(timed) = self.inbox.take_timed(self.until)
         {
             let at = timed.at.max(self.graph.now());
             return Ok(self.obey(&timed.command, at));

@@ -108,19 +108,22 @@ fn render_pane(
 /// The verdict, or what the dashboard has to say, where no pane shows it.
 fn verdict_line(app: &App, picture: &Picture, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = match &app.notice {
-        Some(notice) => Line::from(notice.as_str()),
+        Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
         None => events::headline(&picture.verdict, theme),
     };
     line.render(area, buf);
 }
 
+/// What is being typed, its end in sight, and what may be typed if there is room.
 fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let cursor = theme.glyph("▏", "_");
+    let room = usize::from(area.width).saturating_sub(3);
+    let hidden = typed.chars().count().saturating_sub(room);
+    let tail: String = typed.chars().skip(hidden).collect();
     let hint = "   Enter turns it, Esc leaves: control-hz, sensor-hz or queue-depth, and a value";
     let spans = [
         Span::styled(": ", theme.strong()),
-        Span::raw(typed),
-        Span::raw(cursor),
+        Span::raw(pane::plain(&tail, theme)),
+        Span::raw(theme.glyph("▏", "_")),
         Span::styled(hint, theme.faint()),
     ];
     Line::from_iter(spans).render(area, buf);
