@@ -320,3 +320,36 @@ fn one_thread_per_node_lets_a_slow_node_hold_up_no_other() {
     assert!(matches!(exit, Exit::Ended { node, .. } if node == "waits"));
     assert_eq!(log.of("waits").len(), 1);
 }
+
+#[test]
+fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
+    let mut graph = Graph::new();
+    graph
+        .node("busy", hz(50.0), 0, |_| {
+            |_| {
+                thread::sleep(Duration::from_millis(500));
+                GO_ON
+            }
+        })
+        .expect("node");
+    // The pause comes while the first tick is at work, and nobody ends it.
+    let pause = ratelab::runtime::TimedCommand {
+        at: secs(0.05),
+        command: Command::Pause,
+    };
+    let exit = run_timed(
+        &mut RealClock::default(),
+        &mut graph,
+        vec![pause],
+        Time::MAX,
+    );
+    assert_eq!(exit, Exit::Stopped);
+    let node = graph.observer().snapshot().nodes.remove(0);
+    let periods = grid(hz(50.0), graph.now()).len() as u64;
+    assert_eq!(node.ticks, 1);
+    assert!(
+        node.ticks + node.overruns <= periods,
+        "{} overruns",
+        node.overruns
+    );
+}
