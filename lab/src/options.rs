@@ -3,15 +3,12 @@
 use std::{fs, path::Path};
 
 use ratelab::{
-    experiment::{Config, TimedKnob, parse_knobs},
+    cartpole::CONTROL_HZ,
+    experiment::{BROKEN_HZ, Config, TimedKnob, parse_knobs},
     runtime::{ClockKind, Hz, Speed, Time, clock::Realtime},
 };
 
 use crate::{cli::GraphArgs, error::Error};
-
-/// Control rate of `--break` and of an ordinary graph (Hz).
-const BROKEN_HZ: f64 = 5.0;
-const CONTROL_HZ: f64 = 50.0;
 
 /// What holds where nothing is said.
 pub struct Usual {

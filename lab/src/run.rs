@@ -72,10 +72,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     stop_on_signal(experiment.commands());
     let outputs = Outputs::prepare(args)?;
     let realtime = options::realtime(&args.graph);
-    let granted = realtime.as_ref().and_then(|asked| asked.as_ref().ok());
-    let mut real = granted.map_or_else(RealClock::default, |granted| {
-        RealClock::with_realtime(granted.clone())
-    });
+    let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv)?;
     let notes = Notes {
         break_bug: args.graph.break_bug,

@@ -34,6 +34,10 @@ use crate::{
     },
 };
 
+/// A control rate at which the scripted policy loses the pole, for every seed
+/// (Hz).
+pub const BROKEN_HZ: f64 = 5.0;
+
 /// Name of the topic from sensor to policy.
 pub const OBS: &str = "/obs";
 

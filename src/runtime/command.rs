@@ -5,8 +5,8 @@ use std::fmt;
 use thiserror::Error;
 
 use super::{
+    depth::Depth,
     time::{Hz, Time},
-    topic::Depth,
 };
 
 /// What a person or a script can ask of a running graph. Takes effect between

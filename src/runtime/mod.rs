@@ -60,23 +60,26 @@
 
 pub mod clock;
 mod command;
+mod depth;
 mod graph;
 mod inbox;
 mod node;
 mod rate;
+mod slot;
 mod sync;
+mod tap;
 pub mod telemetry;
 mod time;
 mod topic;
 
 pub use clock::{Clock, Exit, RealClock, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
+pub use depth::{Depth, DepthError};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;
 pub use node::{Fault, Node, Panicked, Tick};
 pub use rate::Rate;
+pub use tap::{Patience, Tap};
 pub use telemetry::{Observer, Snapshot};
 pub use time::{Hz, HzError, Time, TimeError};
-pub use topic::{
-    Depth, DepthError, Message, Patience, Payload, Publisher, Subscription, Tap, Topic,
-};
+pub use topic::{Message, Payload, Publisher, Subscription, Topic};

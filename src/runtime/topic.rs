@@ -24,17 +24,16 @@
 //!
 //! Each row is a test in `tests/topic.rs`.
 
-use std::{collections::VecDeque, fmt, str::FromStr};
-
-use crossbeam_channel::{Receiver, Sender, TrySendError};
-use thiserror::Error;
+use std::collections::VecDeque;
 
 use super::{
+    depth::Depth,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+        atomic::{AtomicU64, AtomicUsize, Ordering},
         lock,
     },
+    tap::{Patience, Tap, TapEnd, tap},
     telemetry::{Meter, RateWindow, Recorder},
     time::Time,
 };
@@ -57,58 +56,6 @@ pub struct Message<T> {
     /// what lets the last node of a chain measure the delay of the whole.
     pub origin: Option<Time>,
 }
-
-/// How many messages a topic keeps: one or more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Depth(usize);
-
-impl Depth {
-    /// A buffer of one message: only the newest survives.
-    pub const ONE: Self = Self(1);
-
-    /// The deepest queue accepted. Deeper than this is a log, not a queue.
-    pub const MAX: Self = Self(1_000_000);
-
-    /// Validates a queue depth.
-    ///
-    /// # Errors
-    /// [`DepthError`] if `messages` is zero or more than [`Depth::MAX`].
-    pub fn new(messages: usize) -> Result<Self, DepthError> {
-        if (1..=Self::MAX.0).contains(&messages) {
-            Ok(Self(messages))
-        } else {
-            Err(DepthError(messages.to_string()))
-        }
-    }
-
-    /// The number of messages.
-    pub fn get(self) -> usize {
-        self.0
-    }
-}
-
-impl fmt::Display for Depth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl FromStr for Depth {
-    type Err = DepthError;
-
-    fn from_str(text: &str) -> Result<Self, DepthError> {
-        let messages = text
-            .trim()
-            .parse()
-            .map_err(|_| DepthError(text.to_owned()))?;
-        Self::new(messages)
-    }
-}
-
-/// A value that is not a queue depth; carries it as it was given.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0:?} is not a queue depth: expected a whole number from 1 to {max}", max = Depth::MAX)]
-pub struct DepthError(String);
 
 /// A named, bounded, thread-safe, latest-wins bus.
 ///
@@ -143,7 +90,7 @@ struct Bus<T> {
 #[derive(Debug)]
 struct Queue<T> {
     messages: VecDeque<Message<T>>,
-    depth: usize,
+    depth: Depth,
     next_seq: u64,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapEnd<T>>,
@@ -196,7 +143,7 @@ impl<T: Payload> Topic<T> {
             }),
             queue: Mutex::new(Queue {
                 messages: VecDeque::new(),
-                depth: depth.get(),
+                depth,
                 next_seq: 0,
                 marks: Vec::new(),
                 taps: Vec::new(),
@@ -234,14 +181,9 @@ impl<T: Payload> Topic<T> {
     /// from now on, for those who want all of them and not the latest: logs,
     /// recorders, tests.
     pub fn tap(&self, capacity: usize, patience: Patience) -> Tap<T> {
-        let (sender, messages) = crossbeam_channel::bounded(capacity.max(1));
-        let lost = Arc::new(AtomicU64::new(0));
-        lock(&self.0.queue).taps.push(TapEnd {
-            sender,
-            lost: lost.clone(),
-            patience,
-        });
-        Tap { messages, lost }
+        let (end, tap) = tap(capacity, patience);
+        lock(&self.0.queue).taps.push(end);
+        tap
     }
 
     /// Changes how many messages are kept. Those that no longer fit are
@@ -249,9 +191,9 @@ impl<T: Payload> Topic<T> {
     /// that had not seen them. Returns the depth before.
     pub fn set_depth(&self, depth: Depth) -> Depth {
         let mut queue = lock(&self.0.queue);
-        let before = Depth(std::mem::replace(&mut queue.depth, depth.get()));
+        let before = std::mem::replace(&mut queue.depth, depth);
         let newest = queue.messages.back().map_or(Time::ZERO, |m| m.stamp);
-        while queue.messages.len() > queue.depth {
+        while queue.messages.len() > queue.depth.get() {
             queue.evict_oldest(newest);
         }
         self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
@@ -260,7 +202,7 @@ impl<T: Payload> Topic<T> {
 
     /// How many messages are kept at most.
     pub fn depth(&self) -> Depth {
-        Depth(self.0.counters.depth.load(Ordering::Relaxed))
+        Depth::known(self.0.counters.depth.load(Ordering::Relaxed))
     }
 
     /// How many messages were ever published.
@@ -322,7 +264,7 @@ impl<T: Payload> Publisher<T> {
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
         let bus = &*self.0;
         let mut queue = lock(&bus.queue);
-        if queue.messages.len() >= queue.depth {
+        if queue.messages.len() >= queue.depth.get() {
             queue.evict_oldest(stamp);
         }
         let seq = queue.next_seq;
@@ -387,67 +329,5 @@ impl<T> Drop for Subscription<T> {
         lock(&self.bus.queue)
             .marks
             .retain(|mark| !Arc::ptr_eq(mark, &self.mark));
-    }
-}
-
-/// What a full tap does: lose the message and count it, or make the publisher
-/// wait.
-///
-/// Wall time may not wait for an observer, virtual time may: whoever runs the
-/// graph turns patience on and off for all its taps.
-#[derive(Clone, Debug, Default)]
-pub struct Patience(Arc<AtomicBool>);
-
-impl Patience {
-    pub(crate) fn set(&self, patient: bool) {
-        self.0.store(patient, Ordering::Relaxed);
-    }
-
-    fn get(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-#[derive(Debug)]
-struct TapEnd<T> {
-    sender: Sender<Message<T>>,
-    lost: Arc<AtomicU64>,
-    patience: Patience,
-}
-
-impl<T: Payload> TapEnd<T> {
-    /// Hands over a copy; false once nobody listens any more.
-    fn offer(&self, message: &Message<T>) -> bool {
-        if self.patience.get() {
-            return self.sender.send(message.clone()).is_ok();
-        }
-        match self.sender.try_send(message.clone()) {
-            Ok(()) => true,
-            Err(TrySendError::Disconnected(_)) => false,
-            Err(TrySendError::Full(_)) => {
-                bump(&self.lost);
-                true
-            }
-        }
-    }
-}
-
-/// Receives every message of a topic in order; see [`Topic::tap`]. Ends when
-/// the last handle of the topic is gone.
-#[derive(Debug)]
-pub struct Tap<T> {
-    messages: Receiver<Message<T>>,
-    lost: Arc<AtomicU64>,
-}
-
-impl<T> Tap<T> {
-    /// The messages; the receiver is disconnected when the topic is gone.
-    pub fn messages(&self) -> &Receiver<Message<T>> {
-        &self.messages
-    }
-
-    /// Messages that found the tap full.
-    pub fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
     }
 }

@@ -40,7 +40,7 @@ impl Session {
         let observer = experiment.observer();
         let commands = experiment.commands();
         let steps = experiment.tap_steps(BACKLOG);
-        let mut real = realtime.map_or_else(RealClock::default, RealClock::with_realtime);
+        let mut real = RealClock::new(realtime);
         let thread = std::thread::spawn(move || experiment.run(&mut real));
         Self {
             config: config.clone(),

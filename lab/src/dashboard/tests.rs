@@ -247,6 +247,7 @@ fn an_exact_value_can_be_typed() {
 }
 
 /// A brain that fails as soon as it is asked.
+#[derive(Clone)]
 struct Broken(fn() -> Action);
 
 impl Policy for Broken {
@@ -261,9 +262,9 @@ impl Policy for Broken {
 
 #[test]
 fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
-    let brains: [(fn() -> Action, &str); 2] = [
-        (|| Action(f32::NAN), "must be finite"),
-        (|| panic!("out of ideas"), "panicked: out of ideas"),
+    let brains = [
+        (Broken(|| Action(f32::NAN)), "must be finite"),
+        (Broken(|| panic!("out of ideas")), "panicked: out of ideas"),
     ];
     for (brain, said) in brains {
         for clock in [ClockKind::Virtual, ClockKind::Real] {
@@ -272,7 +273,7 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
                 end: Time::MAX,
                 ..Config::default()
             };
-            let brain = Box::new(Broken(brain));
+            let brain = Box::new(brain.clone());
             let experiment = Experiment::with_policy(&config, brain).expect("experiment");
             let mut app = App::watching(Session::of(experiment, &config, None), None);
             let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");

@@ -5,7 +5,7 @@ use std::{
     collections::{BinaryHeap, HashMap, hash_map},
 };
 
-use crate::runtime::{graph::Slot, time::Time};
+use crate::runtime::{slot::Slot, time::Time};
 
 /// The nodes ordered by when they are due; those due together by priority,
 /// then by the order in which they were added.

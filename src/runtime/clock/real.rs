@@ -13,9 +13,10 @@ use super::{
 };
 use crate::runtime::{
     command::{ClockKind, Command},
-    graph::{Graph, Plane, Slot},
+    graph::{Graph, Plane},
     inbox::{Inbox, Wait, Word},
     node::Fault,
+    slot::Slot,
     sync::{Arc, spawn_named, thread},
     telemetry::Shared,
     time::{Hz, Time},
@@ -36,11 +37,9 @@ pub struct RealClock {
 }
 
 impl RealClock {
-    /// A clock whose threads run with the priority that was granted.
-    pub fn with_realtime(realtime: Realtime) -> Self {
-        Self {
-            realtime: Some(realtime),
-        }
+    /// A clock whose threads run with real-time priority, if it was granted.
+    pub fn new(realtime: Option<Realtime>) -> Self {
+        Self { realtime }
     }
 }
 
@@ -268,10 +267,11 @@ impl Worker<'_> {
         let ended = wall.now();
         self.slot.record_lateness(began.since(due));
         self.slot.record_tick_time(ended.since(began));
-        // Run time may have stopped while the node was busy, or ended: periods
-        // after that are not missed.
+        // Run time may have stopped while the node was busy, or ended: what was
+        // due by then is missed, and nothing after it.
         let stopped = self.mailbox.called_home().unwrap_or(Time::MAX);
-        self.slot.advance_past(ended.min(self.until).min(stopped));
+        let last = stopped.max(began).min(self.until);
+        self.slot.advance_past(ended.min(last + Time::TICK));
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Report::Ended(Exit::Ended {

@@ -5,9 +5,10 @@ use std::ops::ControlFlow;
 use super::{Clock, Exit, agenda::Agenda, note_end, obey_at_rest, pacer::Pacer};
 use crate::runtime::{
     command::{ClockKind, Command},
-    graph::{Graph, Slot},
+    graph::Graph,
     inbox::{Inbox, Wait},
     node::{Fault, Tick},
+    slot::Slot,
     sync::Instant,
     time::Time,
 };

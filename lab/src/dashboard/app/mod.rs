@@ -1,28 +1,25 @@
 //! The state of the dashboard, and what the keys do to it.
 
+mod knobs;
+
 use std::sync::Arc;
 
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::{Config, Knob, SetupError, Summary, TimedKnob},
     policy::PolicyKind,
-    runtime::{
-        ClockKind, Command, Depth, Fault, Hz, Speed, Time, clock::Realtime, telemetry::Event,
-    },
+    runtime::{ClockKind, Command, Fault, Time, clock::Realtime, telemetry::Event},
 };
 use thiserror::Error;
 
 use super::{
     history::History,
     keys::Action,
-    ladder::{self, Way},
+    ladder::Way,
     picture::{Picture, Trace},
     sampler::Sampler,
     session::Session,
 };
-
-/// Control rate that is too slow for the pole (Hz).
-const BROKEN_HZ: f64 = 5.0;
 
 /// Run time that the angle chart shows (s).
 pub const TRACE_S: f64 = 10.0;
@@ -248,85 +245,6 @@ impl App {
         !self.ended()
     }
 
-    fn turn_control_rate(&mut self, way: Way) {
-        let current = self.config.control_hz.get();
-        match ladder::next(&ladder::RATES, current, way) {
-            Some(hz) => self.turn_to_hz(hz, Knob::ControlHz),
-            None => self.at_end("control rate", way, self.config.control_hz),
-        }
-    }
-
-    fn turn_sensor_rate(&mut self, way: Way) {
-        let current = self.config.sensor_hz.get();
-        match ladder::next(&ladder::RATES, current, way) {
-            Some(hz) => self.turn_to_hz(hz, Knob::SensorHz),
-            None => self.at_end("sensor rate", way, self.config.sensor_hz),
-        }
-    }
-
-    fn turn_depth(&mut self, way: Way) {
-        let current = self.config.queue_depth.get() as f64;
-        match ladder::next(&ladder::DEPTHS, current, way).map(|depth| Depth::new(depth as usize)) {
-            Some(Ok(depth)) => self.turn(Knob::QueueDepth(depth)),
-            _ => self.at_end("queue depth", way, self.config.queue_depth),
-        }
-    }
-
-    fn break_it(&mut self) {
-        if self.config.control_hz.get() == BROKEN_HZ {
-            self.say("it is broken already: the policy decides 5 times a second");
-        } else {
-            self.turn_to_hz(BROKEN_HZ, Knob::ControlHz);
-        }
-    }
-
-    fn at_end(&mut self, what: &str, way: Way, value: impl std::fmt::Display) {
-        let end = if way == Way::Up { "highest" } else { "lowest" };
-        self.say(format!("{what} is at its {end}, {value}"));
-    }
-
-    fn turn_to_hz(&mut self, hz: f64, knob: fn(Hz) -> Knob) {
-        if let Ok(hz) = Hz::new(hz) {
-            self.turn(knob(hz));
-        }
-    }
-
-    /// Turns a knob of the running graph; the next session starts with it.
-    fn turn(&mut self, knob: Knob) {
-        self.set(knob);
-        if self.ended() {
-            self.say(format!(
-                "the run is over: {knob} counts from the next one, r starts it"
-            ));
-            return;
-        }
-        self.turning += 1;
-        for command in knob.commands() {
-            self.session.send(command);
-        }
-    }
-
-    fn set(&mut self, knob: Knob) {
-        match knob {
-            Knob::ControlHz(hz) => self.config.control_hz = hz,
-            Knob::SensorHz(hz) => self.config.sensor_hz = hz,
-            Knob::QueueDepth(depth) => self.config.queue_depth = depth,
-        }
-    }
-
-    /// Keeps up with knobs that were given their times up front: the ladders go
-    /// on from where those lead.
-    fn follow_knobs(&mut self) {
-        for event in self.session.observer().events(self.events_seen) {
-            self.events_seen += 1;
-            match TimedKnob::of(&event) {
-                Some(_) if self.turning > 0 => self.turning -= 1,
-                Some(timed) => self.set(timed.knob),
-                None => {}
-            }
-        }
-    }
-
     fn pause(&mut self) {
         if self.alive() {
             self.pause = !self.pause;
@@ -362,40 +280,6 @@ impl App {
     /// The clock that the person wants; the graph may be on its way to it.
     fn clock(&self) -> ClockKind {
         self.config.clock
-    }
-
-    fn change_speed(&mut self, way: Way) {
-        let current = match self.config.speed {
-            Speed::Times(pace) => pace.get(),
-            Speed::FlatOut => f64::INFINITY,
-        };
-        match ladder::next(&ladder::SPEEDS, current, way) {
-            Some(factor) => self.set_speed(factor),
-            None if self.has_speed() => self.at_end("speed", way, self.config.speed),
-            None => {}
-        }
-    }
-
-    fn set_speed(&mut self, factor: f64) {
-        if let Ok(speed) = Speed::times(factor)
-            && self.has_speed()
-        {
-            self.config.speed = speed;
-            if self.ended() {
-                self.say(format!("the run is over; r starts one at {speed}"));
-            } else {
-                self.session.send(Command::Speed(speed));
-            }
-        }
-    }
-
-    /// Whether the clock has a speed to choose; says so if not.
-    fn has_speed(&mut self) -> bool {
-        let real = self.clock() == ClockKind::Real;
-        if real {
-            self.say("the real clock has no speed to set; c changes it");
-        }
-        !real
     }
 
     fn other_clock(&mut self) {
@@ -445,26 +329,6 @@ impl App {
         (self.pause, self.turning, self.events_seen) = (false, 0, 0);
         Ok(())
     }
-
-    /// Types into the prompt; Enter turns the knob that was typed.
-    fn edit(&mut self, key: &KeyEvent) {
-        let Some(prompt) = &mut self.prompt else {
-            return;
-        };
-        match key.code {
-            KeyCode::Esc => self.prompt = None,
-            KeyCode::Backspace => drop(prompt.pop()),
-            KeyCode::Char(character) => prompt.push(character),
-            KeyCode::Enter => {
-                let typed = self.prompt.take().unwrap_or_default();
-                match parse_knob(&typed) {
-                    Ok(knob) => self.turn(knob),
-                    Err(reason) => self.say(reason),
-                }
-            }
-            _ => {}
-        }
-    }
 }
 
 /// Whether a key is held with Ctrl or Alt: such a key types nothing.
@@ -477,17 +341,6 @@ fn without_knobs(config: Config) -> Config {
     Config {
         knobs: Vec::new(),
         ..config
-    }
-}
-
-/// A knob as it is typed: a name and a value.
-fn parse_knob(typed: &str) -> Result<Knob, String> {
-    let timed: Result<TimedKnob, _> = format!("0 {typed}").parse();
-    match typed.split_whitespace().count() {
-        2 => timed
-            .map(|timed| timed.knob)
-            .map_err(|error| error.to_string()),
-        _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
     }
 }
 

@@ -1,0 +1,62 @@
+//! How many messages a topic keeps.
+
+use std::{fmt, str::FromStr};
+
+use thiserror::Error;
+
+/// How many messages a topic keeps: one or more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Depth(usize);
+
+impl Depth {
+    /// A buffer of one message: only the newest survives.
+    pub const ONE: Self = Self(1);
+
+    /// The deepest queue accepted. Deeper than this is a log, not a queue.
+    pub const MAX: Self = Self(1_000_000);
+
+    /// Validates a queue depth.
+    ///
+    /// # Errors
+    /// [`DepthError`] if `messages` is zero or more than [`Depth::MAX`].
+    pub fn new(messages: usize) -> Result<Self, DepthError> {
+        if (1..=Self::MAX.0).contains(&messages) {
+            Ok(Self(messages))
+        } else {
+            Err(DepthError(messages.to_string()))
+        }
+    }
+
+    /// The inverse of [`Depth::get`], for values that came from it.
+    pub(crate) const fn known(messages: usize) -> Self {
+        Self(messages)
+    }
+
+    /// The number of messages.
+    pub fn get(self) -> usize {
+        self.0
+    }
+}
+
+impl fmt::Display for Depth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for Depth {
+    type Err = DepthError;
+
+    fn from_str(text: &str) -> Result<Self, DepthError> {
+        let messages = text
+            .trim()
+            .parse()
+            .map_err(|_| DepthError(text.to_owned()))?;
+        Self::new(messages)
+    }
+}
+
+/// A value that is not a queue depth; carries it as it was given.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0:?} is not a queue depth: expected a whole number from 1 to {max}", max = Depth::MAX)]
+pub struct DepthError(String);

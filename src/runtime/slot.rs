@@ -1,0 +1,103 @@
+//! A node in its place in a graph.
+
+use std::{
+    error::Error,
+    panic::{AssertUnwindSafe, catch_unwind},
+    time::Duration,
+};
+
+use super::{
+    node::{Fault, Node, Panicked, Tick},
+    rate::Rate,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    telemetry::{Meter, NodeEntry, Recorder},
+    time::{Hz, Time},
+    topic::bump,
+};
+
+/// A node in its place: when it ticks and what is known of it.
+pub(crate) struct Slot {
+    pub(crate) entry: NodeEntry,
+    pub(crate) rate: Rate,
+    node: Box<dyn Node>,
+    lateness: Recorder,
+    tick_time: Recorder,
+}
+
+impl Slot {
+    pub(crate) fn new(
+        name: &str,
+        priority: u32,
+        rate: Rate,
+        node: Box<dyn Node>,
+        meters: Vec<(String, Meter)>,
+    ) -> Self {
+        let (lateness, lateness_meter) = Meter::new();
+        let (tick_time, tick_time_meter) = Meter::new();
+        Self {
+            entry: NodeEntry {
+                name: name.into(),
+                priority,
+                ticks: Arc::new(AtomicU64::new(0)),
+                overruns: Arc::new(AtomicU64::new(0)),
+                micro_hz: Arc::new(AtomicU64::new(rate.hz().as_micro())),
+                lateness: lateness_meter,
+                tick_time: tick_time_meter,
+                meters,
+            },
+            rate,
+            node,
+            lateness,
+            tick_time,
+        }
+    }
+
+    /// Changes the node's rate at run time `at`; returns the one before.
+    pub(crate) fn set_hz(&mut self, hz: Hz, at: Time) -> Hz {
+        let before = self.rate.hz();
+        self.rate.set_hz(hz, at);
+        self.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+        before
+    }
+
+    /// Lets the node work. A panic in it is an error like any other.
+    pub(crate) fn tick(&mut self, now: Time) -> Tick {
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
+        bump(&self.entry.ticks);
+        outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
+    }
+
+    /// What a tick at `at` that returned an error is to the run.
+    pub(crate) fn fault(&self, at: Time, cause: Box<dyn Error + Send + Sync>) -> Fault {
+        Fault {
+            node: self.entry.name.to_string(),
+            at,
+            cause,
+        }
+    }
+
+    /// Moves on past the periods that went by until `now`, and counts them.
+    pub(crate) fn advance_past(&mut self, now: Time) {
+        let missed = self.rate.advance_past(now);
+        if missed > 0 {
+            self.entry.overruns.fetch_add(missed, Ordering::Relaxed);
+        }
+    }
+
+    pub(crate) fn record_lateness(&mut self, lateness: Duration) {
+        self.lateness.record(lateness);
+    }
+
+    pub(crate) fn record_tick_time(&mut self, tick_time: Duration) {
+        self.tick_time.record(tick_time);
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "without a message".to_owned())
+}
