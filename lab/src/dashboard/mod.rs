@@ -21,7 +21,7 @@ mod tests;
 pub mod view;
 
 use std::{
-    io,
+    io::{self, Write},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -84,6 +84,11 @@ fn quit_on_signal() -> Arc<AtomicBool> {
         asked.store(true, Ordering::Relaxed);
         std::thread::sleep(GRACE);
         terminal::restore();
+        // The terminal may be gone, and then there is nobody to tell.
+        let _ = writeln!(
+            io::stderr(),
+            "error: the run did not end in order: a node is still busy"
+        );
         std::process::exit(1);
     });
     quit
