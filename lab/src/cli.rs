@@ -40,12 +40,12 @@ pub enum Command {
     Keys,
 }
 
-/// What the lab can be asked for.
+/// What the lab can be asked for: all that a run can, and how it is shown.
 #[derive(Debug, Args)]
 pub struct LabArgs {
-    /// The graph.
+    /// The runs.
     #[command(flatten)]
-    pub graph: GraphArgs,
+    pub run: RunArgs,
 
     /// Frames per second at the most (1 to 120).
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=120), allow_hyphen_values = true)]
@@ -56,7 +56,7 @@ pub struct LabArgs {
     pub ascii: bool,
 }
 
-/// What a run without a dashboard can be asked for.
+/// What a run can be asked for. In the lab, what is written is of the last run.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// The graph.

@@ -4,11 +4,10 @@ use ratelab::runtime::{ClockKind, Speed, Time};
 
 use crate::{
     cli::LabArgs,
-    dashboard::{self, Options, keys, view::theme::Theme},
+    dashboard::{self, Options, Setup, keys, view::theme::Theme},
     error::Error,
     options::{self, Usual},
-    report,
-    run::{Notes, say},
+    run::{Outputs, say},
 };
 
 /// What is done here can be done again, so virtual time is what it starts with.
@@ -18,29 +17,26 @@ const USUAL: Usual = Usual {
     speed: Speed::REAL_TIME,
 };
 
-/// Opens the dashboard; prints what the last run came to when it is left.
+/// Opens the dashboard; writes and prints what the last run came to when it is
+/// left.
 pub fn lab(args: &LabArgs) -> Result<(), Error> {
-    let config = options::config(&args.graph, &USUAL)?;
+    let config = options::config(&args.run, &USUAL)?;
     if !dashboard::terminal_is_there() {
         let why = "the lab needs a terminal to draw on: try ratelab run";
         return Err(Error::BadInput(why.to_owned()));
     }
-    let realtime = options::realtime(&args.graph);
+    let outputs = Outputs::prepare(&args.run)?;
+    let realtime = options::realtime(&args.run.graph);
     let options = Options {
         fps: args.fps,
         theme: theme(args.ascii),
-        realtime: realtime.clone().and_then(Result::ok),
+        setup: Setup {
+            realtime: realtime.clone().and_then(Result::ok),
+            csv: args.run.csv.clone(),
+        },
     };
-    let Some(summary) = dashboard::show(config, &options)? else {
-        return Ok(());
-    };
-    let notes = Notes {
-        break_bug: args.graph.break_bug,
-        smoke: false,
-        realtime: realtime.map(|asked| asked.map(drop)),
-        csv_lost: 0,
-    };
-    say(&report::text(&summary, &notes))
+    let ended = dashboard::show(&config, &options)?;
+    outputs.tell(&args.run, &ended.summary, realtime, ended.csv_lost)
 }
 
 /// Colours unless the person wants none (<https://no-color.org>).

@@ -8,9 +8,13 @@ use ratelab::{
     runtime::{ClockKind, Hz, Speed, Time, clock::Realtime},
 };
 
-use crate::{cli::GraphArgs, error::Error};
+use crate::{
+    cli::{ClockArg, GraphArgs, RunArgs},
+    error::Error,
+};
 
 /// What holds where nothing is said.
+#[derive(Clone, Copy)]
 pub struct Usual {
     /// The clock to begin with.
     pub clock: ClockKind,
@@ -20,8 +24,27 @@ pub struct Usual {
     pub speed: Speed,
 }
 
+/// Run time of `--smoke`.
+const SMOKE: Time = Time::from_nanos(2_000_000_000);
+
 /// The configuration that the options describe.
-pub fn config(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
+pub fn config(args: &RunArgs, usual: &Usual) -> Result<Config, Error> {
+    if !args.smoke {
+        return graph(&args.graph, usual);
+    }
+    if args.graph.clock == Some(ClockArg::Real) {
+        let why = "--smoke runs on the virtual clock: leave --clock real out";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let smoke = Usual {
+        clock: ClockKind::Virtual,
+        end: SMOKE,
+        ..*usual
+    };
+    graph(&args.graph, &smoke)
+}
+
+fn graph(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
     let clock = args.clock.map_or(usual.clock, ClockKind::from);
     check_clock(args, clock)?;
     let usual_hz = if args.break_bug {

@@ -11,12 +11,12 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     experiment::{Experiment, Summary},
-    runtime::{ClockKind, Command, RealClock, Speed, Time},
+    runtime::{ClockKind, Command, RealClock, Speed, Time, clock::Realtime},
 };
 use tempfile::NamedTempFile;
 
 use crate::{
-    cli::{ClockArg, RunArgs},
+    cli::RunArgs,
     csv,
     error::Error,
     metrics,
@@ -31,16 +31,9 @@ const USUAL: Usual = Usual {
     speed: Speed::FlatOut,
 };
 
-/// What `--smoke` is.
-const SMOKE: Usual = Usual {
-    clock: ClockKind::Virtual,
-    end: Time::from_nanos(2_000_000_000),
-    ..USUAL
-};
-
 /// Control steps that the CSV writer may lag behind before rows are lost to a
 /// real clock, which does not wait: minutes at 50 Hz.
-const CSV_BACKLOG: usize = 16_384;
+pub const CSV_BACKLOG: usize = 16_384;
 
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";
@@ -59,36 +52,14 @@ pub struct Notes {
 
 /// Runs the graph as asked, prints and writes what it came to.
 pub fn run(args: &RunArgs) -> Result<(), Error> {
-    let config = if args.smoke {
-        if args.graph.clock == Some(ClockArg::Real) {
-            let why = "--smoke runs on the virtual clock: leave --clock real out";
-            return Err(Error::BadInput(why.to_owned()));
-        }
-        options::config(&args.graph, &SMOKE)?
-    } else {
-        options::config(&args.graph, &USUAL)?
-    };
+    let config = options::config(args, &USUAL)?;
     let experiment = Experiment::new(&config)?;
     stop_on_signal(experiment.commands());
-    let outputs = Outputs::prepare(args)?;
+    let mut outputs = Outputs::prepare(args)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
-    let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv)?;
-    let notes = Notes {
-        break_bug: args.graph.break_bug,
-        smoke: args.smoke,
-        realtime: realtime.map(|asked| asked.map(drop)),
-        csv_lost,
-    };
-    let metrics = metrics::json(&summary, &notes);
-    if let Some((file, path)) = outputs.metrics {
-        write_metrics(file, &path, &metrics)?;
-    }
-    if args.json {
-        say(&metrics)
-    } else {
-        say(&report::text(&summary, &notes))
-    }
+    let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv.take())?;
+    outputs.tell(args, &summary, realtime, csv_lost)
 }
 
 /// The first Ctrl-C (or SIGTERM) ends the run in order, the second at once: a
@@ -127,13 +98,14 @@ fn execute(
 }
 
 /// Files that are opened before the run, so that a run is never made in vain.
-struct Outputs {
+pub struct Outputs {
     metrics: Option<(NamedTempFile, PathBuf)>,
     csv: Option<(File, PathBuf)>,
 }
 
 impl Outputs {
-    fn prepare(args: &RunArgs) -> Result<Self, Error> {
+    /// Opens what is asked for; refuses, and leaves nothing behind, if it cannot.
+    pub fn prepare(args: &RunArgs) -> Result<Self, Error> {
         let folders = args.out.iter().flat_map(|folder| folder.ancestors());
         let made: Vec<&Path> = folders.take_while(|folder| !folder.exists()).collect();
         let metrics = args.out.as_deref().map(prepare_metrics).transpose()?;
@@ -152,6 +124,31 @@ impl Outputs {
             },
         };
         Ok(Self { metrics, csv })
+    }
+
+    /// Writes and prints what a run came to.
+    pub fn tell(
+        self,
+        args: &RunArgs,
+        summary: &Summary,
+        realtime: Option<Result<Realtime, String>>,
+        csv_lost: u64,
+    ) -> Result<(), Error> {
+        let notes = Notes {
+            break_bug: args.graph.break_bug,
+            smoke: args.smoke,
+            realtime: realtime.map(|asked| asked.map(drop)),
+            csv_lost,
+        };
+        let metrics = metrics::json(summary, &notes);
+        if let Some((file, path)) = self.metrics {
+            write_metrics(file, &path, &metrics)?;
+        }
+        if args.json {
+            say(&metrics)
+        } else {
+            say(&report::text(summary, &notes))
+        }
     }
 }
 

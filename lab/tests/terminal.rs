@@ -155,6 +155,31 @@ fn the_graph_goes_on_under_the_other_clock() {
 }
 
 #[test]
+fn what_is_written_is_of_the_last_run() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let (out, csv) = (folder.path().join("out"), folder.path().join("run.csv"));
+    let (out, csv) = (out.display().to_string(), csv.display().to_string());
+    let args = ["--break", "--speed", "10", "--out", &out, "--csv", &csv];
+    let mut lab = Lab::open(&args, 40, 120);
+    lab.wait_for("FELL at 0.840 s");
+    lab.type_keys("nr");
+    lab.wait_for("seed 1");
+    lab.wait_for("FELL at 1.180 s");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+    let rows = std::fs::read_to_string(csv).expect("rows");
+    assert_eq!(
+        rows.lines().count(),
+        61,
+        "a header and the 60 steps of seed 1"
+    );
+    let metrics = std::fs::read_to_string(format!("{out}/metrics.json")).expect("metrics");
+    assert!(metrics.contains("\"seed\": 1"), "{metrics}");
+}
+
+#[test]
 fn a_termination_signal_gives_the_terminal_back() {
     let mut lab = Lab::open(&["--clock", "real"], 24, 80);
     lab.wait_for("BALANCED so far");

@@ -31,13 +31,11 @@ use std::{
 
 use crossterm::event::{Event, KeyEventKind};
 use ratatui::{Terminal, backend::Backend};
-use ratelab::{
-    experiment::{Config, Summary},
-    runtime::clock::Realtime,
-};
+use ratelab::experiment::Config;
 
 use app::App;
 pub use app::LabError;
+pub use session::{Ended, Setup};
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
 use view::theme::Theme;
@@ -49,8 +47,8 @@ pub struct Options {
     pub fps: u32,
     /// Colours and glyphs.
     pub theme: Theme,
-    /// Priority of the node threads, if it was granted.
-    pub realtime: Option<Realtime>,
+    /// What every run is started with.
+    pub setup: Setup,
 }
 
 /// Shows a session of `config` until the person leaves; what it came to.
@@ -58,9 +56,9 @@ pub struct Options {
 /// # Errors
 /// [`LabError`] if a node, the set-up or the terminal failed; the terminal is
 /// back in order by then.
-pub fn show(config: Config, options: &Options) -> Result<Option<Summary>, LabError> {
+pub fn show(config: &Config, options: &Options) -> Result<Ended, LabError> {
     let quit = quit_on_signal();
-    let mut app = App::new(config, options.realtime.clone())?;
+    let mut app = App::new(config, options.setup.clone())?;
     let mut screen = Screen::open()?;
     let end = run(&mut screen.0, &mut Keyboard, &mut app, options, &quit);
     drop(screen);

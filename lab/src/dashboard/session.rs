@@ -1,6 +1,9 @@
 //! One experiment running on a thread of its own, as the dashboard holds it.
 
 use std::{
+    fs::File,
+    io,
+    path::PathBuf,
     thread::JoinHandle,
     time::{Duration, Instant},
 };
@@ -8,38 +11,70 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::ControlStep,
-    experiment::{Config, Experiment, SetupError, Summary},
+    experiment::{Config, Experiment, Summary},
     runtime::{Command, Fault, Message, Observer, RealClock, Tap, clock::Realtime},
 };
 
 use super::app::LabError;
+use crate::{csv, run::CSV_BACKLOG};
 
 /// Control steps that may wait for the next frame: at full speed the virtual
 /// clock makes some thousands in the time of one.
 const BACKLOG: usize = 65_536;
+
+/// What every session is started with.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// Priority of the node threads, if it was granted.
+    pub realtime: Option<Realtime>,
+    /// Where control steps are written, those of the last session.
+    pub csv: Option<PathBuf>,
+}
+
+/// What a session came to.
+#[derive(Debug)]
+pub struct Ended {
+    /// Its summary.
+    pub summary: Summary,
+    /// Rows that the CSV writer lost.
+    pub csv_lost: u64,
+}
 
 /// A running experiment: commands go in, counters and control steps come out.
 pub struct Session {
     config: Config,
     observer: Observer,
     commands: Sender<Command>,
-    steps: Tap<ControlStep>,
+    /// Gone when the session is to end.
+    steps: Option<Tap<ControlStep>>,
     thread: Option<JoinHandle<Result<Summary, Fault>>>,
     summary: Option<Summary>,
+    csv: Option<JoinHandle<io::Result<u64>>>,
     began: Instant,
 }
 
 impl Session {
     /// Starts an experiment.
-    pub fn start(config: &Config, realtime: Option<Realtime>) -> Result<Self, SetupError> {
-        Ok(Self::of(Experiment::new(config)?, config, realtime))
+    ///
+    /// # Errors
+    /// [`LabError`] if it cannot be set up, or the file for its control steps
+    /// cannot be opened.
+    pub fn start(config: &Config, setup: &Setup) -> Result<Self, LabError> {
+        let experiment = Experiment::new(config)?;
+        let csv = setup.csv.as_ref().map(File::create).transpose();
+        let csv = csv.map_err(LabError::Csv)?.map(|file| {
+            let tap = experiment.tap_steps(CSV_BACKLOG);
+            std::thread::spawn(move || csv::write(file, &tap))
+        });
+        let session = Self::of(experiment, config, setup.realtime.clone());
+        Ok(Self { csv, ..session })
     }
 
     /// Starts `experiment`, which was made from `config`.
     pub fn of(experiment: Experiment, config: &Config, realtime: Option<Realtime>) -> Self {
         let observer = experiment.observer();
         let commands = experiment.commands();
-        let steps = experiment.tap_steps(BACKLOG);
+        let steps = Some(experiment.tap_steps(BACKLOG));
         let mut real = RealClock::new(realtime);
         let thread = std::thread::spawn(move || experiment.run(&mut real));
         Self {
@@ -49,6 +84,7 @@ impl Session {
             steps,
             thread: Some(thread),
             summary: None,
+            csv: None,
             began: Instant::now(),
         }
     }
@@ -76,12 +112,13 @@ impl Session {
 
     /// The control steps since the last call.
     pub fn new_steps(&self) -> impl Iterator<Item = Message<ControlStep>> {
-        self.steps.messages().try_iter()
+        let taps = self.steps.iter();
+        taps.flat_map(|tap| tap.messages().try_iter())
     }
 
     /// Control steps that found the backlog full.
     pub fn lost(&self) -> u64 {
-        self.steps.lost()
+        self.steps.as_ref().map_or(0, Tap::lost)
     }
 
     /// What the run came to, if it is over.
@@ -103,13 +140,21 @@ impl Session {
     /// Stops the run and waits for its end.
     ///
     /// # Errors
-    /// [`LabError`] if a node failed or the clock panicked.
-    pub fn finish(self) -> Result<Option<Summary>, LabError> {
+    /// [`LabError`] if a node failed, the clock panicked, or control steps could
+    /// not be written.
+    pub fn finish(&mut self) -> Result<Ended, LabError> {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nobody will empty it any more.
-        drop(self.steps);
-        self.thread
-            .map_or(Ok(self.summary), |thread| ended(thread).map(Some))
+        self.steps = None;
+        let summary = match self.thread.take() {
+            Some(thread) => ended(thread)?,
+            None => self.summary.take().ok_or(LabError::Panicked)?,
+        };
+        let csv = self.csv.take().map_or(Ok(Ok(0)), JoinHandle::join);
+        let csv_lost = csv
+            .map_err(|_| LabError::Panicked)?
+            .map_err(LabError::Csv)?;
+        Ok(Ended { summary, csv_lost })
     }
 }
 

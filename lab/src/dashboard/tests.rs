@@ -15,7 +15,7 @@ use super::{
     Options,
     app::{App, Pane},
     run,
-    session::Session,
+    session::{Session, Setup},
     terminal::Input,
     view::{self, theme::Theme},
 };
@@ -29,7 +29,7 @@ fn options() -> Options {
     Options {
         fps: 30,
         theme: PLAIN,
-        realtime: None,
+        setup: Setup::default(),
     }
 }
 
@@ -44,7 +44,7 @@ fn fallen() -> App {
 }
 
 fn ended(config: Config) -> App {
-    let mut app = App::new(config, None).expect("session");
+    let mut app = App::new(&config, Setup::default()).expect("session");
     while !app.ended() {
         app.sample().expect("no fault");
     }
@@ -75,7 +75,7 @@ impl Input for Typist {
 
 /// Runs the real loop over `config` with one key per frame, then to the end.
 fn typed(config: Config, keys: &[KeyCode]) -> (App, Terminal<TestBackend>) {
-    let mut app = App::new(config, None).expect("session");
+    let mut app = App::new(&config, Setup::default()).expect("session");
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
     let waits = std::iter::repeat_n(KeyCode::Null, 2);
     let mut keys: VecDeque<KeyCode> = keys.iter().copied().chain(waits).collect();
@@ -188,7 +188,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
 fn the_numbers_drawn_are_those_of_the_summary() {
     let app = fallen();
     let drawn = screen(&app, &PLAIN, 160, 50);
-    let summary = app.finish().expect("no fault").expect("ended");
+    let summary = app.finish().expect("no fault").summary;
     assert!(drawn.contains(&summary.verdict.to_string()));
     let row = |topic: &str| {
         let mut lines = drawn.lines();
@@ -218,7 +218,7 @@ fn keys_turn_the_knobs_of_the_running_graph() {
         ..Config::default()
     };
     let (app, _) = typed(config, &chars("[[}>"));
-    let summary = app.finish().expect("no fault").expect("stopped");
+    let summary = app.finish().expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(
         turned,
@@ -241,7 +241,7 @@ fn an_exact_value_can_be_typed() {
     let mut keys = chars(":control-hz 7.5");
     keys.push(KeyCode::Enter);
     let (app, _) = typed(config, &keys);
-    let summary = app.finish().expect("no fault").expect("stopped");
+    let summary = app.finish().expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(turned, ["control-hz 7.5"]);
 }
@@ -275,7 +275,7 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
             };
             let brain = Box::new(brain.clone());
             let experiment = Experiment::with_policy(&config, brain).expect("experiment");
-            let mut app = App::watching(Session::of(experiment, &config, None), None);
+            let mut app = App::watching(Session::of(experiment, &config, None), Setup::default());
             let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
             let mut nobody = Typist {
                 keys: VecDeque::new(),
@@ -299,9 +299,9 @@ fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
         end: Time::MAX,
         ..Config::default()
     };
-    let app = App::new(config, None).expect("session");
+    let app = App::new(&config, Setup::default()).expect("session");
     std::thread::sleep(Duration::from_secs(2));
-    app.finish().expect("no fault").expect("stopped");
+    app.finish().expect("no fault");
 }
 
 #[test]
@@ -312,13 +312,13 @@ fn keys_go_on_from_where_the_timed_knobs_led() {
         knobs: ratelab::experiment::parse_knobs("0 control-hz 20").expect("knobs"),
         ..Config::default()
     };
-    let mut app = App::new(config, None).expect("session");
+    let mut app = App::new(&config, Setup::default()).expect("session");
     while app.events(Time::MAX).is_empty() {
         app.sample().expect("no fault");
     }
     app.sample().expect("no fault");
     press(&mut app, "[");
-    let summary = app.finish().expect("no fault").expect("stopped");
+    let summary = app.finish().expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(turned, ["control-hz 20", "control-hz 15"]);
 }
@@ -330,9 +330,9 @@ fn keys_count_even_before_the_graph_has_heard_of_the_last() {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = App::new(config, None).expect("session");
+    let mut app = App::new(&config, Setup::default()).expect("session");
     press(&mut app, "  cccc");
-    let summary = app.finish().expect("no fault").expect("stopped");
+    let summary = app.finish().expect("no fault").summary;
     let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
     let count = |what: &str| told.iter().filter(|event| event.contains(what)).count();
     assert_eq!(
@@ -363,7 +363,7 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = App::new(config, None).expect("session");
+    let mut app = App::new(&config, Setup::default()).expect("session");
     press(&mut app, " ");
     let begun = std::time::Instant::now();
     while begun.elapsed() < Duration::from_millis(2500) {
@@ -428,7 +428,7 @@ fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
         app.sample().expect("no fault");
     }
     app.sample().expect("no fault");
-    let summary = app.finish().expect("no fault").expect("ended");
+    let summary = app.finish().expect("no fault").summary;
     assert!(
         summary.knobs().len() >= 8,
         "the keys came too late to count"

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::{Config, Knob, SetupError, Summary, TimedKnob},
+    experiment::{Config, Knob, SetupError, TimedKnob},
     policy::PolicyKind,
-    runtime::{ClockKind, Command, Fault, Time, clock::Realtime, telemetry::Event},
+    runtime::{ClockKind, Command, Fault, Time, telemetry::Event},
 };
 use thiserror::Error;
 
@@ -18,7 +18,7 @@ use super::{
     ladder::Way,
     picture::{Picture, Trace},
     sampler::Sampler,
-    session::Session,
+    session::{Ended, Session, Setup},
 };
 
 /// Run time that the angle chart shows (s).
@@ -67,6 +67,9 @@ pub enum LabError {
     /// A clock's own thread panicked.
     #[error("the clock panicked, which is a defect of ratelab: please report it")]
     Panicked,
+    /// Control steps cannot be written.
+    #[error("--csv: {0}")]
+    Csv(std::io::Error),
     /// The terminal cannot be read or written.
     #[error("the terminal failed: {0}")]
     Terminal(#[from] std::io::Error),
@@ -85,7 +88,7 @@ pub struct App {
     turning: usize,
     /// Events that were looked through for knobs.
     events_seen: usize,
-    realtime: Option<Realtime>,
+    setup: Setup,
     session: Session,
     sampler: Sampler,
     history: History,
@@ -107,21 +110,21 @@ impl App {
     /// Starts the first session.
     ///
     /// # Errors
-    /// [`SetupError`] if the plant or the graph cannot be made.
-    pub fn new(config: Config, realtime: Option<Realtime>) -> Result<Self, SetupError> {
-        let session = Session::start(&config, realtime.clone())?;
-        Ok(Self::watching(session, realtime))
+    /// [`LabError`] if it cannot be started.
+    pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
+        let session = Session::start(config, &setup)?;
+        Ok(Self::watching(session, setup))
     }
 
     /// Watches a session that has started already.
-    pub fn watching(session: Session, realtime: Option<Realtime>) -> Self {
+    pub fn watching(session: Session, setup: Setup) -> Self {
         Self {
             config: without_knobs(session.config().clone()),
             pause: false,
             turning: 0,
             events_seen: 0,
             session,
-            realtime,
+            setup,
             sampler: Sampler::default(),
             history: History::default(),
             focus: Pane::Graph,
@@ -184,7 +187,7 @@ impl App {
     ///
     /// # Errors
     /// [`LabError`] if a node failed.
-    pub fn finish(self) -> Result<Option<Summary>, LabError> {
+    pub fn finish(mut self) -> Result<Ended, LabError> {
         self.session.finish()
     }
 
@@ -322,8 +325,8 @@ impl App {
 
     /// Ends this session and starts one with the knobs as they stand.
     fn restart(&mut self) -> Result<(), LabError> {
-        let next = Session::start(&self.config, self.realtime.clone())?;
-        std::mem::replace(&mut self.session, next).finish()?;
+        self.session.finish()?;
+        self.session = Session::start(&self.config, &self.setup)?;
         self.sampler = Sampler::default();
         self.history = History::default();
         (self.pause, self.turning, self.events_seen) = (false, 0, 0);
