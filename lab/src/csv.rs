@@ -3,10 +3,12 @@
 use std::{
     fs::File,
     io::{self, BufWriter, Write},
+    thread::{self, JoinHandle},
 };
 
 use ratelab::{
     cartpole::ControlStep,
+    experiment::Experiment,
     runtime::{Message, Tap},
 };
 
@@ -15,8 +17,30 @@ use ratelab::{
 const HEADER: &str = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
                       pole_angular_velocity_rad_s,action,latency_s";
 
+/// Control steps that may wait to be written before rows are lost to a real
+/// clock, which does not wait: minutes at 50 Hz.
+const BACKLOG: usize = 16_384;
+
+/// Writes the control steps of an experiment on a thread of its own.
+pub struct Writer(JoinHandle<io::Result<u64>>);
+
+impl Writer {
+    /// Writes to `file` from the first step of `experiment` to its last.
+    pub fn start(file: File, experiment: &Experiment) -> Self {
+        let tap = experiment.tap_steps(BACKLOG);
+        Self(thread::spawn(move || write(file, &tap)))
+    }
+
+    /// Waits until all is written, which takes the end of the experiment; says
+    /// how many rows were lost.
+    pub fn finish(self) -> io::Result<u64> {
+        let written = self.0.join();
+        written.unwrap_or_else(|_| Err(io::Error::other("the writer panicked")))
+    }
+}
+
 /// Writes rows as long as the tap gives any; returns how many it lost.
-pub fn write(file: File, tap: &Tap<ControlStep>) -> io::Result<u64> {
+fn write(file: File, tap: &Tap<ControlStep>) -> io::Result<u64> {
     let mut out = BufWriter::new(file);
     writeln!(out, "{HEADER}")?;
     for message in tap.messages() {

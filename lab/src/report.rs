@@ -83,10 +83,7 @@ fn clock(summary: &Summary, notes: &Notes) -> String {
 /// The rates, from the first to the last where a knob was turned.
 fn rates(summary: &Summary) -> String {
     let config = &summary.config;
-    let last = |name: &str, first: Hz| {
-        let node = summary.nodes.iter().find(|node| node.name == name);
-        node.map_or(first, |node| node.hz)
-    };
+    let last = |name: &str, first: Hz| summary.node(name).map_or(first, |node| node.hz);
     let rate = |name: &str, first: Hz| match last(name, first) {
         last if last == first => first.to_string(),
         last => format!("{first} → {last}"),
@@ -125,8 +122,8 @@ fn latency(summary: &Summary) -> String {
     let Some(mean) = latency.mean_s() else {
         return "no action was applied".to_owned();
     };
-    let policy = summary.nodes.iter().find(|node| node.name == POLICY);
-    let period = policy
+    let period = summary
+        .node(POLICY)
         .map_or(summary.config.control_hz, |node| node.hz)
         .period();
     format!(

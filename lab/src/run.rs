@@ -5,7 +5,6 @@ use std::{
     io::{self, Write},
     path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering},
-    thread,
 };
 
 use crossbeam_channel::Sender;
@@ -30,10 +29,6 @@ const USUAL: Usual = Usual {
     end: Time::from_nanos(10_000_000_000),
     speed: Speed::FlatOut,
 };
-
-/// Control steps that the CSV writer may lag behind before rows are lost to a
-/// real clock, which does not wait: minutes at 50 Hz.
-pub const CSV_BACKLOG: usize = 16_384;
 
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";
@@ -85,16 +80,10 @@ fn execute(
     let Some((file, path)) = csv else {
         return Ok((experiment.run(real)?, 0));
     };
-    let tap = experiment.tap_steps(CSV_BACKLOG);
-    thread::scope(|scope| {
-        let writer = scope.spawn(move || csv::write(file, &tap));
-        let summary = experiment.run(real);
-        let written = writer
-            .join()
-            .unwrap_or_else(|_| Err(io::Error::other("the writer panicked")));
-        let lost = written.map_err(|why| write_error(&path, why))?;
-        Ok((summary?, lost))
-    })
+    let writer = csv::Writer::start(file, &experiment);
+    let summary = experiment.run(real);
+    let lost = writer.finish().map_err(|why| write_error(&path, why))?;
+    Ok((summary?, lost))
 }
 
 /// Files that are opened before the run, so that a run is never made in vain.

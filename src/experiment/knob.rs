@@ -23,6 +23,19 @@ pub enum Knob {
 }
 
 impl Knob {
+    /// The knob called `name`, with hyphens or underscores, set to `value`.
+    ///
+    /// # Errors
+    /// [`KnobError`] if there is no such knob or it does not take the value.
+    pub fn parse(name: &str, value: &str) -> Result<Self, KnobError> {
+        match name.replace('_', "-").as_str() {
+            "control-hz" => Ok(Self::ControlHz(value.parse()?)),
+            "sensor-hz" => Ok(Self::SensorHz(value.parse()?)),
+            "queue-depth" => Ok(Self::QueueDepth(value.parse()?)),
+            _ => Err(KnobError::Name(name.to_owned())),
+        }
+    }
+
     /// The commands that turn it.
     pub fn commands(self) -> Vec<Command> {
         let rate = |node: &str, hz| {
@@ -118,12 +131,7 @@ impl FromStr for TimedKnob {
         };
         let seconds: f64 = at.parse().map_err(|_| KnobError::Time(at.to_owned()))?;
         let at = Time::from_secs_f64(seconds).map_err(|_| KnobError::Time(at.to_owned()))?;
-        let knob = match name.replace('_', "-").as_str() {
-            "control-hz" => Knob::ControlHz(value.parse()?),
-            "sensor-hz" => Knob::SensorHz(value.parse()?),
-            "queue-depth" => Knob::QueueDepth(value.parse()?),
-            _ => return Err(KnobError::Name(name.to_owned())),
-        };
+        let knob = Knob::parse(name, value)?;
         Ok(Self { at, knob })
     }
 }

@@ -7,7 +7,7 @@ use crate::{
     cartpole::{ACTUATOR, Fall, Plant, SENSE_TO_ACT},
     runtime::{
         Exit, Hz, Observer, Snapshot, Time,
-        telemetry::{Distribution, Event, NodeView},
+        telemetry::{Distribution, Event, NodeView, TopicView},
     },
 };
 
@@ -143,6 +143,11 @@ impl Summary {
         self.events.iter().filter_map(TimedKnob::of).collect()
     }
 
+    /// The node called `name`.
+    pub fn node(&self, name: &str) -> Option<&NodeSummary> {
+        self.nodes.iter().find(|node| node.name == name)
+    }
+
     pub(super) fn new(
         config: &Config,
         exit: &Exit,
@@ -163,7 +168,10 @@ impl Summary {
             sim_time,
             wall_time,
             final_pole_angle: plant.pose().pole_angle,
-            latency: latency(&snapshot),
+            latency: snapshot
+                .meter(ACTUATOR, SENSE_TO_ACT)
+                .cloned()
+                .unwrap_or_else(Distribution::empty),
             obs: TopicSummary::of(OBS, &snapshot, sim_time),
             action: TopicSummary::of(ACTION, &snapshot, sim_time),
             nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
@@ -172,29 +180,14 @@ impl Summary {
     }
 }
 
-/// The actuator's own measurement.
-fn latency(snapshot: &Snapshot) -> Distribution {
-    let actuator = snapshot.node(ACTUATOR);
-    let mut meters = actuator.into_iter().flat_map(|node| &node.meters);
-    meters
-        .find(|meter| meter.name == SENSE_TO_ACT)
-        .map_or_else(Distribution::empty, |meter| meter.distribution.clone())
-}
-
 impl TopicSummary {
     fn of(name: &str, snapshot: &Snapshot, sim_time: Time) -> Self {
         let topic = snapshot.topic(name);
-        let published = topic.map_or(0, |topic| topic.published);
-        let seconds = sim_time.as_secs_f64();
         Self {
             name: name.to_owned(),
-            published,
-            dropped: topic.map_or(0, |topic| topic.dropped()),
-            per_second: if seconds > 0.0 {
-                published as f64 / seconds
-            } else {
-                0.0
-            },
+            published: topic.map_or(0, |topic| topic.published),
+            dropped: topic.map_or(0, TopicView::dropped),
+            per_second: topic.map_or(0.0, |topic| topic.average(sim_time)),
         }
     }
 }

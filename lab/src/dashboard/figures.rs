@@ -84,15 +84,11 @@ fn worst_age(topic: &TopicView) -> Quantiles {
 }
 
 fn latency(snapshot: &Snapshot) -> LatencyPicture {
-    let period = |node: &NodeView| node.hz.period();
-    let control_period = snapshot.node(POLICY).map_or(Duration::ZERO, period);
-    let actuator = snapshot.node(ACTUATOR);
-    let mut meters = actuator.into_iter().flat_map(|node| &node.meters);
-    let meter = meters.find(|meter| meter.name == SENSE_TO_ACT);
-    let Some(distribution) = meter.map(|meter| &meter.distribution) else {
+    let Some(distribution) = snapshot.meter(ACTUATOR, SENSE_TO_ACT) else {
         return LatencyPicture::default();
     };
     let figures = Quantiles::of(distribution);
+    let control_period = snapshot.period(POLICY);
     let bin = bin_width(figures.max.max(control_period));
     LatencyPicture {
         figures,

@@ -68,7 +68,7 @@ impl Sampler {
             verdict: self.verdict(session, &glance),
             latency: LatencyPicture {
                 newest: self.newest.and_then(|step| step.latency),
-                control_period: period(&glance, POLICY),
+                control_period: glance.period(POLICY),
                 ..figures.latency.clone()
             },
             nodes: nodes
@@ -166,11 +166,11 @@ impl Sampler {
         let mut reasons = vec![format!(
             "in its last second actions came from sensing up to {} old; the policy decides every {}",
             ms(oldest),
-            ms(period(snapshot, POLICY)),
+            ms(snapshot.period(POLICY)),
         )];
         let dropped = snapshot.topic(OBS).map_or(0, TopicView::dropped);
         // Within a control step of the actuator nobody could act on anything newer.
-        if oldest > period(snapshot, ACTUATOR) {
+        if oldest > snapshot.period(ACTUATOR) {
             reasons.push(match dropped {
                 0 => "no reading was dropped: a deep queue hides the symptom; latency is the disease: raise the control rate".to_owned(),
                 n => format!("{n} readings dropped are the symptom, latency is the disease: raise the control rate, not the depth"),
@@ -205,17 +205,12 @@ fn node_picture(node: &NodeView, figures: NodeFigures, lit: bool) -> NodePicture
 }
 
 fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
-    let seconds = now.as_secs_f64();
     TopicPicture {
         name: topic.name.clone(),
         depth: topic.depth,
         published: topic.published,
         per_second: topic.per_second,
-        average: if seconds > 0.0 {
-            topic.published as f64 / seconds
-        } else {
-            0.0
-        },
+        average: topic.average(now),
         dropped: topic.dropped(),
         dropped_lately: topic.dropped_lately(),
         publishers: topic.publishers.clone(),
@@ -223,11 +218,6 @@ fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
         age,
         held: topic.newest.map(|newest| now.since(newest)),
     }
-}
-
-fn period(snapshot: &Snapshot, node: &str) -> Duration {
-    let node = snapshot.node(node);
-    node.map_or(Duration::ZERO, |node| node.hz.period())
 }
 
 fn ms(duration: Duration) -> String {

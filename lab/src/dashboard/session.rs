@@ -2,7 +2,6 @@
 
 use std::{
     fs::File,
-    io,
     path::PathBuf,
     thread::JoinHandle,
     time::{Duration, Instant},
@@ -16,7 +15,7 @@ use ratelab::{
 };
 
 use super::app::LabError;
-use crate::{csv, run::CSV_BACKLOG};
+use crate::csv;
 
 /// Control steps that may wait for the next frame: at full speed the virtual
 /// clock makes some thousands in the time of one.
@@ -49,7 +48,7 @@ pub struct Session {
     steps: Option<Tap<ControlStep>>,
     thread: Option<JoinHandle<Result<Summary, Fault>>>,
     summary: Option<Summary>,
-    csv: Option<JoinHandle<io::Result<u64>>>,
+    csv: Option<csv::Writer>,
     began: Instant,
 }
 
@@ -62,10 +61,8 @@ impl Session {
     pub fn start(config: &Config, setup: &Setup) -> Result<Self, LabError> {
         let experiment = Experiment::new(config)?;
         let csv = setup.csv.as_ref().map(File::create).transpose();
-        let csv = csv.map_err(LabError::Csv)?.map(|file| {
-            let tap = experiment.tap_steps(CSV_BACKLOG);
-            std::thread::spawn(move || csv::write(file, &tap))
-        });
+        let csv = csv.map_err(LabError::Csv)?;
+        let csv = csv.map(|file| csv::Writer::start(file, &experiment));
         let session = Self::of(experiment, config, setup.realtime.clone());
         Ok(Self { csv, ..session })
     }
@@ -150,10 +147,8 @@ impl Session {
             Some(thread) => ended(thread)?,
             None => self.summary.take().ok_or(LabError::Panicked)?,
         };
-        let csv = self.csv.take().map_or(Ok(Ok(0)), JoinHandle::join);
-        let csv_lost = csv
-            .map_err(|_| LabError::Panicked)?
-            .map_err(LabError::Csv)?;
+        let csv_lost = self.csv.take().map_or(Ok(0), csv::Writer::finish);
+        let csv_lost = csv_lost.map_err(LabError::Csv)?;
         Ok(Ended { summary, csv_lost })
     }
 }

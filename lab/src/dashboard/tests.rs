@@ -313,7 +313,7 @@ fn keys_go_on_from_where_the_timed_knobs_led() {
         ..Config::default()
     };
     let mut app = App::new(&config, Setup::default()).expect("session");
-    while app.events(Time::MAX).is_empty() {
+    while app.events(Time::MAX).next().is_none() {
         app.sample().expect("no fault");
     }
     app.sample().expect("no fault");

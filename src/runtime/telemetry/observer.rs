@@ -1,5 +1,7 @@
 //! Snapshots of a running graph.
 
+use std::time::Duration;
+
 use super::{Distribution, Event, Journal, Meter};
 use crate::runtime::{
     command::{ClockKind, Speed},
@@ -140,6 +142,16 @@ pub struct TopicView {
 }
 
 impl TopicView {
+    /// Messages per second of a run that has come to `now`.
+    pub fn average(&self, now: Time) -> f64 {
+        let seconds = now.as_secs_f64();
+        if seconds > 0.0 {
+            self.published as f64 / seconds
+        } else {
+            0.0
+        }
+    }
+
     /// Messages lost unread, over all subscriptions.
     pub fn dropped(&self) -> u64 {
         self.subscriptions.iter().map(|s| s.dropped).sum()
@@ -168,6 +180,19 @@ impl Snapshot {
     /// The node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeView> {
         self.nodes.iter().find(|node| &*node.name == name)
+    }
+
+    /// What the node called `node` measures of its own under `name`.
+    pub fn meter(&self, node: &str, name: &str) -> Option<&Distribution> {
+        let meters = &self.node(node)?.meters;
+        let meter = meters.iter().find(|meter| meter.name == name)?;
+        Some(&meter.distribution)
+    }
+
+    /// One period of the node called `name`; zero if there is none.
+    pub fn period(&self, name: &str) -> Duration {
+        self.node(name)
+            .map_or(Duration::ZERO, |node| node.hz.period())
     }
 
     /// The topic called `name`.

@@ -76,16 +76,16 @@ impl App {
         }
     }
 
-    /// Keeps up with knobs that were given their times up front: the ladders go
-    /// on from where those lead.
-    pub(super) fn follow_knobs(&mut self) {
-        for event in self.session.observer().events(self.events_seen) {
-            self.events_seen += 1;
+    /// Keeps up with what happened. Knobs may have been given their times up
+    /// front: the ladders go on from where those lead.
+    pub(super) fn follow_events(&mut self) {
+        for event in self.session.observer().events(self.events.len()) {
             match TimedKnob::of(&event) {
                 Some(_) if self.turning > 0 => self.turning -= 1,
                 Some(timed) => self.set(timed.knob),
                 None => {}
             }
+            self.events.push(event);
         }
     }
 
@@ -146,11 +146,9 @@ impl App {
 
 /// A knob as it is typed: a name and a value.
 fn parse_knob(typed: &str) -> Result<Knob, String> {
-    let timed: Result<TimedKnob, _> = format!("0 {typed}").parse();
-    match typed.split_whitespace().count() {
-        2 => timed
-            .map(|timed| timed.knob)
-            .map_err(|error| error.to_string()),
+    let words: Vec<&str> = typed.split_whitespace().collect();
+    match words[..] {
+        [name, value] => Knob::parse(name, value).map_err(|error| error.to_string()),
         _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
     }
 }

@@ -86,8 +86,8 @@ pub struct App {
     pause: bool,
     /// Knobs that were turned by key and have not taken effect yet.
     turning: usize,
-    /// Events that were looked through for knobs.
-    events_seen: usize,
+    /// What happened to the session so far.
+    events: Vec<Event>,
     setup: Setup,
     session: Session,
     sampler: Sampler,
@@ -122,7 +122,7 @@ impl App {
             config: without_knobs(session.config().clone()),
             pause: false,
             turning: 0,
-            events_seen: 0,
+            events: Vec::new(),
             session,
             setup,
             sampler: Sampler::default(),
@@ -142,7 +142,7 @@ impl App {
     /// [`LabError`] if a node failed.
     pub fn sample(&mut self) -> Result<bool, LabError> {
         self.session.poll()?;
-        self.follow_knobs();
+        self.follow_events();
         Ok(self.history.add(self.sampler.picture(&self.session)))
     }
 
@@ -162,22 +162,17 @@ impl App {
     }
 
     /// Events until `now`.
-    pub fn events(&self, now: Time) -> Vec<Event> {
-        let mut events = self.session.observer().events(0);
-        events.retain(|event| event.at <= now);
-        events
+    pub fn events(&self, now: Time) -> impl Iterator<Item = &Event> {
+        self.events.iter().filter(move |event| event.at <= now)
     }
 
     /// The pole's angle until `now`, with marks where knobs were turned.
     pub fn trace(&self, now: Time) -> Trace {
         let mut trace = self.sampler.trace(now, TRACE_S);
         let since = now.as_secs_f64() - TRACE_S;
-        let marks = self.events(now).into_iter().filter_map(|event| {
+        let marks = self.events(now).filter_map(|event| {
             let at = event.at.as_secs_f64();
-            (at >= since)
-                .then(|| mark(&event))
-                .flatten()
-                .map(|text| (at, text))
+            mark(event).filter(|_| at >= since).map(|text| (at, text))
         });
         trace.marks = marks.collect();
         trace
@@ -329,7 +324,8 @@ impl App {
         self.session = Session::start(&self.config, &self.setup)?;
         self.sampler = Sampler::default();
         self.history = History::default();
-        (self.pause, self.turning, self.events_seen) = (false, 0, 0);
+        self.events.clear();
+        (self.pause, self.turning) = (false, 0);
         Ok(())
     }
 }

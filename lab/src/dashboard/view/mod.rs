@@ -98,7 +98,7 @@ fn render_pane(
         }
         Pane::Figures => figures::render(picture, theme, focused, area, buf),
         Pane::Events => {
-            let events = app.events(picture.now);
+            let events: Vec<_> = app.events(picture.now).cloned().collect();
             let notice = app.notice.as_deref();
             events::render(verdict, &events, notice, theme, focused, area, buf);
         }
