@@ -104,9 +104,9 @@ fn two_publishers_share_one_history_without_gaps() {
             publisher.join().expect("publisher");
         }
         let seqs: Vec<u64> = tap
-            .messages()
+            .items()
             .try_iter()
-            .map(|message| message.seq)
+            .map(|tapped| tapped.message.seq)
             .collect();
         assert_eq!(seqs, Vec::from_iter(0..6));
         assert_eq!((topic.published(), idle.dropped()), (6, 5));
@@ -253,9 +253,9 @@ impl Trio {
         person.join().expect("person");
         for (index, tap) in taps.iter().enumerate() {
             let seqs: Vec<u64> = tap
-                .messages()
+                .items()
                 .try_iter()
-                .map(|message| message.seq)
+                .map(|tapped| tapped.message.seq)
                 .collect();
             assert_eq!(
                 seqs,

@@ -292,9 +292,9 @@ fn a_full_tap_loses_and_counts_and_holds_nobody_up() {
     assert!(matches!(exit, Exit::Ended { .. }));
     assert_eq!((topic.published(), tap.lost()), (MESSAGES, MESSAGES - 4));
     let kept: Vec<u64> = tap
-        .messages()
+        .items()
         .try_iter()
-        .map(|message| message.seq)
+        .map(|tapped| tapped.message.seq)
         .collect();
     assert_eq!(kept, [0, 1, 2, 3]);
 }

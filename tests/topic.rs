@@ -178,9 +178,9 @@ fn a_full_tap_loses_and_counts_while_the_publisher_goes_on() {
     assert_eq!(bench.topic.published(), 10);
     assert_eq!(tap.lost(), 7);
     let kept: Vec<u64> = tap
-        .messages()
+        .items()
         .try_iter()
-        .map(|message| message.seq)
+        .map(|tapped| tapped.message.seq)
         .collect();
     assert_eq!(kept, [0, 1, 2]);
 }

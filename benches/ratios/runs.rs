@@ -92,12 +92,12 @@ fn time_run(experiment: Experiment) -> Nanos {
 fn time_tapped_run() -> Nanos {
     let experiment = experiment();
     let taps = (
-        experiment.tap_observations(TAP),
-        experiment.tap_actions(TAP),
-        experiment.tap_steps(TAP),
+        experiment.taps().observations(TAP),
+        experiment.taps().actions(TAP),
+        experiment.taps().steps(TAP),
     );
     let time = time_run(experiment);
-    assert_eq!(taps.0.messages().len(), 501, "the tap missed messages");
+    assert_eq!(taps.0.items().len(), 501, "the tap missed messages");
     time
 }
 
@@ -149,9 +149,9 @@ impl Floor {
         let model = include_str!("../../src/cartpole/cartpole.xml");
         let plant = Plant::new(Config::default().seed).expect("plant");
         let experiment = experiment();
-        let tap = experiment.tap_steps(TAP);
+        let tap = experiment.taps().steps(TAP);
         execute(experiment);
-        let steps: Vec<_> = tap.messages().iter().map(|step| step.data).collect();
+        let steps: Vec<_> = tap.items().iter().map(|step| step.message.data).collect();
         Self {
             model: MjModel::from_xml_string(model).expect("model"),
             qpos: plant.qpos(),

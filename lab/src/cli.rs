@@ -36,6 +36,20 @@ pub enum Command {
     Lab(LabArgs),
     /// Run the graph without a dashboard and print what it came to.
     Run(RunArgs),
+    /// Open a recording in the rerun viewer, or play it in the terminal.
+    Replay(ReplayArgs),
+    /// Print what is in a recording.
+    Info {
+        /// The recording.
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+    },
+    /// Run recordings of the virtual clock again and compare every bit.
+    Verify {
+        /// The recordings.
+        #[arg(value_name = "FILE", required = true)]
+        files: Vec<PathBuf>,
+    },
     /// Print the keys of the lab.
     Keys,
 }
@@ -47,6 +61,14 @@ pub struct LabArgs {
     #[command(flatten)]
     pub run: RunArgs,
 
+    /// How it is drawn.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+}
+
+/// How a dashboard is drawn.
+#[derive(Debug, Args)]
+pub struct ScreenArgs {
     /// Frames per second at the most (1 to 120).
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=120), allow_hyphen_values = true)]
     pub fps: u32,
@@ -54,6 +76,22 @@ pub struct LabArgs {
     /// Draw with ASCII characters only.
     #[arg(long)]
     pub ascii: bool,
+}
+
+/// How a recording is shown.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// Play it in the terminal, in the panes of the lab.
+    #[arg(long)]
+    pub terminal: bool,
+
+    /// How it is drawn in the terminal.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
 }
 
 /// What a run can be asked for. In the lab, what is written is of the last run.
@@ -74,6 +112,11 @@ pub struct RunArgs {
     /// Write one row per control step to this file.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+
+    /// Record the run to this file, or to one named after the run in the folder
+    /// recordings.
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    pub record: Option<Option<PathBuf>>,
 
     /// Print the metrics as JSON and nothing else.
     #[arg(long)]

@@ -9,7 +9,7 @@ use std::{
 use ratelab::{
     cartpole::ControlStep,
     experiment::Experiment,
-    runtime::{Message, Tap},
+    runtime::{Message, Tap, Tapped},
 };
 
 /// Names and units of the columns. Observation and action are f32, written with
@@ -27,7 +27,7 @@ pub struct Writer(JoinHandle<io::Result<u64>>);
 impl Writer {
     /// Writes to `file` from the first step of `experiment` to its last.
     pub fn start(file: File, experiment: &Experiment) -> Self {
-        let tap = experiment.tap_steps(BACKLOG);
+        let tap = experiment.taps().steps(BACKLOG);
         Self(thread::spawn(move || write(file, &tap)))
     }
 
@@ -40,12 +40,12 @@ impl Writer {
 }
 
 /// Writes rows as long as the tap gives any; returns how many it lost.
-fn write(file: File, tap: &Tap<ControlStep>) -> io::Result<u64> {
+fn write(file: File, tap: &Tap<Tapped<ControlStep>>) -> io::Result<u64> {
     let mut out = BufWriter::new(file);
     writeln!(out, "{HEADER}")?;
-    for message in tap.messages() {
-        write_row(&mut out, &message)?;
-        if tap.messages().is_empty() {
+    for tapped in tap.items() {
+        write_row(&mut out, &tapped.message)?;
+        if tap.items().is_empty() {
             out.flush()?; // Whoever follows the file sees the run as it is.
         }
     }

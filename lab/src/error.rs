@@ -5,7 +5,10 @@ use std::{path::Path, process::ExitCode};
 use ratelab::{experiment::SetupError, runtime::Fault};
 use thiserror::Error;
 
-use crate::dashboard::LabError;
+use crate::{
+    dashboard::LabError,
+    recording::{ReadError, RecordError, VerifyError},
+};
 
 /// Why the command ends without having done what it was asked.
 #[derive(Debug, Error)]
@@ -19,6 +22,23 @@ pub enum Error {
     /// MuJoCo or the graph could not be set up.
     #[error("{0}")]
     Setup(#[from] SetupError),
+    /// A recording ended early; the run did not.
+    #[error("{0}")]
+    Record(#[from] RecordError),
+    /// A recording that cannot be read.
+    #[error("{0}")]
+    Read(#[from] ReadError),
+    /// A recording that is not what comes of running it again.
+    #[error("{file}: {why}")]
+    Unverified {
+        /// The file.
+        file: String,
+        /// What was found.
+        why: VerifyError,
+    },
+    /// The rerun viewer cannot be opened.
+    #[error("{0}")]
+    Viewer(String),
     /// The dashboard ended other than by a key.
     #[error("{0}")]
     Lab(#[from] LabError),
@@ -41,7 +61,7 @@ impl Error {
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::BadInput(_) => ExitCode::from(2),
+            Self::BadInput(_) | Self::Read(_) => ExitCode::from(2),
             _ => ExitCode::FAILURE,
         }
     }

@@ -7,7 +7,10 @@ mod error;
 mod lab;
 mod metrics;
 mod options;
+mod recording;
+mod replay;
 mod report;
+mod review;
 mod run;
 
 use std::process::ExitCode;
@@ -22,6 +25,9 @@ fn main() -> ExitCode {
             None => lab::lab(&cli.lab),
             Some(Command::Lab(args)) => lab::lab(args),
             Some(Command::Run(args)) => run::run(args),
+            Some(Command::Replay(args)) => replay::replay(args),
+            Some(Command::Info { file }) => review::info(file),
+            Some(Command::Verify { files }) => review::verify_all(files),
             Some(Command::Keys) => lab::keys(),
         },
         Err(error) => cli::explain(&error),

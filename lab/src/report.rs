@@ -11,7 +11,7 @@ use ratelab::{
     },
 };
 
-use crate::run::Notes;
+use crate::{recording::Recorded, run::Notes};
 
 /// The summary in a few lines.
 pub fn text(summary: &Summary, notes: &Notes) -> String {
@@ -34,11 +34,13 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
         let lost = format!("{} CSV rows: the disk was too slow", notes.csv_lost);
         lines.push(("lost", lost));
     }
-    let lines: Vec<String> = lines
-        .iter()
-        .map(|(name, text)| format!("{name:<9} {text}"))
-        .collect();
+    let lines: Vec<String> = lines.iter().map(|(name, text)| line(name, text)).collect();
     lines.join("\n")
+}
+
+/// A line that says `text` of `name`.
+pub fn line(name: &str, text: &str) -> String {
+    format!("{name:<9} {text}")
 }
 
 /// The commands that were given; the verdict tells how it ended. Knobs are told
@@ -164,4 +166,28 @@ fn ms(duration: Option<Duration>) -> String {
 fn us(distribution: &Distribution, quantile: f64) -> String {
     let duration = distribution.quantile(quantile);
     duration.map_or("-".to_owned(), |d| format!("{:.0}", d.as_secs_f64() * 1e6))
+}
+
+/// Where a recording went.
+pub fn recorded(recorded: &Recorded) -> String {
+    let lost = match recorded.lost {
+        0 => String::new(),
+        lost => format!(", {lost} more came too fast to be recorded"),
+    };
+    let text = format!(
+        "{} ({}, {} messages{lost})",
+        recorded.path.display(),
+        size(recorded.bytes),
+        recorded.messages
+    );
+    line("recorded", &text)
+}
+
+/// A number of bytes in words.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
 }

@@ -9,7 +9,7 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    experiment::{Experiment, Summary},
+    experiment::{Config, Experiment, Summary},
     runtime::{ClockKind, Command, RealClock, Speed, Time, clock::Realtime},
 };
 use tempfile::NamedTempFile;
@@ -20,6 +20,7 @@ use crate::{
     error::Error,
     metrics,
     options::{self, Usual},
+    recording::{Destination, Ending, Recorded, Recorder, Source},
     report,
 };
 
@@ -34,6 +35,7 @@ const USUAL: Usual = Usual {
 const METRICS: &str = "metrics.json";
 
 /// What is to be said of a run beside its summary.
+#[derive(Default)]
 pub struct Notes {
     /// `--break` was given.
     pub break_bug: bool,
@@ -51,10 +53,59 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let experiment = Experiment::new(&config)?;
     stop_on_signal(experiment.commands());
     let mut outputs = Outputs::prepare(args)?;
+    let recorder = record(args, &experiment, &config)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
-    let (summary, csv_lost) = execute(experiment, &mut real, outputs.csv.take())?;
-    outputs.tell(args, &summary, realtime, csv_lost)
+    let csv = outputs.csv.take();
+    let csv = csv.map(|(file, path)| (csv::Writer::start(file, &experiment), path));
+    let outcome = experiment.run(&mut real);
+    let recorded = recorder.map(|recorder| {
+        recorder.end(Ending::of(&outcome));
+        recorder.finish()
+    });
+    let csv_lost = csv.map_or(Ok(0), |(writer, path)| {
+        writer.finish().map_err(|why| write_error(&path, why))
+    })?;
+    outputs.tell(args, &outcome?, realtime, csv_lost)?;
+    recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?))
+}
+
+/// Begins to record, if that was asked for.
+fn record(
+    args: &RunArgs,
+    experiment: &Experiment,
+    config: &Config,
+) -> Result<Option<Recorder>, Error> {
+    let Some(file) = &args.record else {
+        return Ok(None);
+    };
+    let path = Destination::new(file.clone()).next(config);
+    let recorder = Recorder::from_the_start(&path, &Source::of(experiment, config));
+    recorder.map(Some).map_err(|why| record_error(&path, &why))
+}
+
+/// A recording that cannot begin.
+pub fn record_error(path: &Path, why: &io::Error) -> Error {
+    match why.kind() {
+        io::ErrorKind::AlreadyExists => Error::BadInput(format!(
+            "--record {}: there is such a file, and recordings overwrite none: \
+             choose another name",
+            path.display()
+        )),
+        _ => Error::file("--record", path, why),
+    }
+}
+
+/// Says where a recording went: beside metrics that are to be all there is, on
+/// standard error.
+pub fn tell_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
+    let line = report::recorded(recorded);
+    if json {
+        eprintln!("{line}");
+        Ok(())
+    } else {
+        say(&line)
+    }
 }
 
 /// The first Ctrl-C (or SIGTERM) ends the run in order, the second at once: a
@@ -69,21 +120,6 @@ fn stop_on_signal(commands: Sender<Command>) {
     if let Err(error) = installed {
         eprintln!("note: Ctrl-C will end the run without a summary: {error}");
     }
-}
-
-/// Runs the experiment; returns what it came to and the CSV rows lost.
-fn execute(
-    experiment: Experiment,
-    real: &mut RealClock,
-    csv: Option<(File, PathBuf)>,
-) -> Result<(Summary, u64), Error> {
-    let Some((file, path)) = csv else {
-        return Ok((experiment.run(real)?, 0));
-    };
-    let writer = csv::Writer::start(file, &experiment);
-    let summary = experiment.run(real);
-    let lost = writer.finish().map_err(|why| write_error(&path, why))?;
-    Ok((summary?, lost))
 }
 
 /// Files that are opened before the run, so that a run is never made in vain.

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use super::plant::Pose;
+use crate::runtime::Fields;
+
 /// What the sensor measures, in single precision as a policy network reads it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
@@ -62,4 +65,86 @@ pub struct ControlStep {
     pub qpos: [f64; 2],
     /// Cart velocity (m/s) and hinge velocity (rad/s) after the step.
     pub qvel: [f64; 2],
+}
+
+impl Fields for Observation {
+    const FIELDS: &'static [&'static str] = &[
+        "cart position (m)",
+        "cart velocity (m/s)",
+        "cos θ",
+        "sin θ",
+        "pole velocity (rad/s)",
+    ];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend(self.to_array().map(f64::from));
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        let &[x, v, cos, sin, omega] = row else {
+            return None;
+        };
+        Some(Self {
+            cart_position: x as f32,
+            cart_velocity: v as f32,
+            cos_theta: cos as f32,
+            sin_theta: sin as f32,
+            pole_velocity: omega as f32,
+        })
+    }
+}
+
+impl Fields for Action {
+    const FIELDS: &'static [&'static str] = &["action (share of 10 N)"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.push(f64::from(self.0));
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        match *row {
+            [action] => Some(Self(action as f32)),
+            _ => None,
+        }
+    }
+}
+
+impl Fields for ControlStep {
+    const FIELDS: &'static [&'static str] = &[
+        "step",
+        "action (share of 10 N)",
+        "latency (ns)",
+        "slider position (m)",
+        "hinge angle (rad)",
+        "slider velocity (m/s)",
+        "hinge velocity (rad/s)",
+    ];
+
+    /// Whole numbers are exact up to 2⁵³: steps for ever, latencies up to 104
+    /// days. No latency is not a number. The observation follows from the rest.
+    fn append_to(&self, row: &mut Vec<f64>) {
+        let latency = self.latency.map(|latency| latency.as_nanos() as f64);
+        row.extend([
+            self.step as f64,
+            f64::from(self.action.0),
+            latency.unwrap_or(f64::NAN),
+        ]);
+        row.extend(self.qpos);
+        row.extend(self.qvel);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        let &[step, action, latency, x, theta, v, omega] = row else {
+            return None;
+        };
+        let (qpos, qvel) = ([x, theta], [v, omega]);
+        Some(Self {
+            step: step as u64,
+            action: Action(action as f32),
+            latency: (!latency.is_nan()).then(|| Duration::from_nanos(latency as u64)),
+            observation: Pose::of(qpos).observed(qvel),
+            qpos,
+            qvel,
+        })
+    }
 }

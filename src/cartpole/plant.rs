@@ -74,7 +74,7 @@ impl Pose {
 
     /// What a perfect sensor reads here at cart velocity (m/s) and hinge velocity
     /// (rad/s).
-    fn observed(&self, qvel: [f64; 2]) -> Observation {
+    pub(super) fn observed(&self, qvel: [f64; 2]) -> Observation {
         Observation {
             cart_position: self.cart_position as f32,
             cart_velocity: qvel[SLIDER] as f32,
@@ -201,6 +201,11 @@ fn model() -> Result<&'static MjModel, PlantError> {
         .get_or_init(|| MjModel::from_xml_string(MODEL).map_err(|e| PlantError(e.to_string())))
         .as_ref()
         .map_err(Clone::clone)
+}
+
+/// The version of MuJoCo that is at work, such as `3.17.0`.
+pub fn mujoco_version() -> &'static str {
+    mujoco_rs::mujoco_version()
 }
 
 /// The plant as sensor and actuator share it.

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use super::knob::TimedKnob;
 use crate::{
     policy::PolicyKind,
@@ -10,7 +12,7 @@ use crate::{
 
 /// Everything that a run depends on. Under the virtual clock the same
 /// configuration is the same run, bit for bit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Config {
     /// Chooses the start, and the numbers of a random policy.
     pub seed: u64,

@@ -2,6 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{ACTION, OBS};
@@ -12,7 +13,7 @@ use crate::{
 
 /// One setting of one knob. As text: the knob's name and the value, such as
 /// `control-hz 10`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Knob {
     /// How often the policy decides.
     ControlHz(Hz),
@@ -80,7 +81,7 @@ impl Knob {
 
 /// A knob to be turned at a run time. As text: the seconds, then the knob,
 /// such as `2.5 control-hz 10`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedKnob {
     /// Run time at which it is turned, before any tick due then.
     pub at: Time,

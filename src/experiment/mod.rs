@@ -14,6 +14,7 @@
 mod config;
 mod knob;
 mod summary;
+mod taps;
 
 use std::time::Instant;
 
@@ -21,7 +22,8 @@ use crossbeam_channel::Sender;
 
 pub use config::Config;
 pub use knob::{Knob, KnobError, TimedKnob, parse_knobs};
-pub use summary::{NodeSummary, Summary, TopicSummary, Verdict};
+pub use summary::{NodeSummary, RunEnd, Summary, TopicSummary, Verdict};
+pub use taps::Taps;
 
 use crate::{
     cartpole::{
@@ -30,7 +32,8 @@ use crate::{
     },
     policy::{Policy, Thinking},
     runtime::{
-        Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, Tap, Topic, clock,
+        Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, TimedCommand,
+        Topic, clock,
     },
 };
 
@@ -68,6 +71,7 @@ pub struct Experiment {
     inbox: Inbox,
 }
 
+#[derive(Clone)]
 struct Topics {
     observations: Topic<Observation>,
     actions: Topic<Action>,
@@ -118,19 +122,15 @@ impl Experiment {
         self.graph.observer()
     }
 
-    /// Copies every observation from the start, in a queue of `capacity`.
-    pub fn tap_observations(&self, capacity: usize) -> Tap<Observation> {
-        self.graph.tap(&self.topics.observations, capacity)
+    /// Taps the graph, now and while it runs.
+    pub fn taps(&self) -> Taps {
+        Taps::new(self.graph.tapper(), self.topics.clone())
     }
 
-    /// Copies every action from the start, in a queue of `capacity`.
-    pub fn tap_actions(&self, capacity: usize) -> Tap<Action> {
-        self.graph.tap(&self.topics.actions, capacity)
-    }
-
-    /// Copies every control step from the start, in a queue of `capacity`.
-    pub fn tap_steps(&self, capacity: usize) -> Tap<ControlStep> {
-        self.graph.tap(&self.topics.steps, capacity)
+    /// Gives `commands` when the run comes to their times, beside the knobs of
+    /// its configuration.
+    pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
+        self.inbox.schedule(commands);
     }
 
     /// Runs to the end: of the time, of the pole's luck, or by command. All

@@ -2,6 +2,8 @@
 
 use std::{fmt, time::Duration};
 
+use serde::{Deserialize, Serialize};
+
 use super::{ACTION, Config, OBS, TimedKnob};
 use crate::{
     cartpole::{ACTUATOR, Fall, Plant, SENSE_TO_ACT},
@@ -12,7 +14,7 @@ use crate::{
 };
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// The pole was up for the whole run.
     Balanced,
@@ -106,8 +108,23 @@ pub struct Summary {
     pub events: Vec<Event>,
 }
 
+/// What a run came to, but for what its topics and nodes tell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunEnd {
+    /// How it ended.
+    pub verdict: Verdict,
+    /// Control steps that the plant made.
+    pub steps: u64,
+    /// Run time at the end.
+    pub sim_time: Time,
+    /// Wall time that it took.
+    pub wall_time: Duration,
+    /// The pole's angle at the end (rad).
+    pub final_pole_angle: f64,
+}
+
 /// What a topic carried in a run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopicSummary {
     /// Its name.
     pub name: String,
@@ -143,6 +160,17 @@ impl Summary {
         self.events.iter().filter_map(TimedKnob::of).collect()
     }
 
+    /// How it ended, without what topics and nodes tell.
+    pub fn end(&self) -> RunEnd {
+        RunEnd {
+            verdict: self.verdict,
+            steps: self.steps,
+            sim_time: self.sim_time,
+            wall_time: self.wall_time,
+            final_pole_angle: self.final_pole_angle,
+        }
+    }
+
     /// The node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeSummary> {
         self.nodes.iter().find(|node| node.name == name)
@@ -155,19 +183,32 @@ impl Summary {
         plant: &Plant,
         wall_time: Duration,
     ) -> Self {
-        let snapshot = observer.snapshot();
-        let verdict = Verdict::new(exit, plant.fall(), snapshot.now);
-        let sim_time = match exit {
-            Exit::Ended { at, .. } => *at,
-            _ => snapshot.now,
-        };
-        Self {
-            config: config.clone(),
-            verdict,
+        let now = observer.now();
+        let end = RunEnd {
+            verdict: Verdict::new(exit, plant.fall(), now),
             steps: plant.steps(),
-            sim_time,
+            sim_time: match exit {
+                Exit::Ended { at, .. } => *at,
+                _ => now,
+            },
             wall_time,
             final_pole_angle: plant.pose().pole_angle,
+        };
+        Self::observed(config, &end, observer)
+    }
+
+    /// The summary of a run of `config` that came to `end`, with what `observer`
+    /// reads of it.
+    pub fn observed(config: &Config, end: &RunEnd, observer: &Observer) -> Self {
+        let snapshot = observer.snapshot();
+        let sim_time = end.sim_time;
+        Self {
+            config: config.clone(),
+            verdict: end.verdict,
+            steps: end.steps,
+            sim_time,
+            wall_time: end.wall_time,
+            final_pole_angle: end.final_pole_angle,
             latency: snapshot
                 .meter(ACTUATOR, SENSE_TO_ACT)
                 .cloned()

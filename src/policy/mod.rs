@@ -10,6 +10,7 @@ mod thinking;
 
 use std::{fmt, str::FromStr};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::cartpole::{Action, Observation};
@@ -30,7 +31,7 @@ pub trait Policy: Send {
 }
 
 /// The policies that need no file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PolicyKind {
     /// Linear feedback: [`Scripted`].
     Scripted,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
@@ -11,7 +12,7 @@ use super::{
 
 /// What a person or a script can ask of a running graph. Takes effect between
 /// ticks, under either clock, and is logged with the run time at which it did.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
     /// Change how often a node ticks.
     SetRate {
@@ -68,7 +69,7 @@ impl fmt::Display for Command {
 }
 
 /// Which of the two clocks runs a graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockKind {
     /// One thread per node against the wall clock.
     Real,
@@ -86,7 +87,7 @@ impl fmt::Display for ClockKind {
 }
 
 /// How fast virtual time passes against wall time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
     /// As fast as the machine goes.
     FlatOut,
@@ -103,11 +104,7 @@ impl Speed {
     /// # Errors
     /// [`SpeedError`] outside 0.1 to 100.
     pub fn times(factor: f64) -> Result<Self, SpeedError> {
-        if (Pace::MIN..=Pace::MAX).contains(&factor) {
-            Ok(Self::Times(Pace(factor)))
-        } else {
-            Err(SpeedError(factor))
-        }
+        Pace::try_from(factor).map(Self::Times)
     }
 }
 
@@ -121,7 +118,8 @@ impl fmt::Display for Speed {
 }
 
 /// A factor between run time and wall time, validated by [`Speed::times`].
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
 pub struct Pace(f64);
 
 impl Pace {
@@ -137,6 +135,24 @@ impl Pace {
     }
 }
 
+impl TryFrom<f64> for Pace {
+    type Error = SpeedError;
+
+    fn try_from(factor: f64) -> Result<Self, SpeedError> {
+        if (Self::MIN..=Self::MAX).contains(&factor) {
+            Ok(Self(factor))
+        } else {
+            Err(SpeedError(factor))
+        }
+    }
+}
+
+impl From<Pace> for f64 {
+    fn from(pace: Pace) -> Self {
+        pace.0
+    }
+}
+
 /// A factor that is not a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("{0} is not a speed: expected {min} to {max}", min = Pace::MIN, max = Pace::MAX)]
@@ -146,7 +162,7 @@ pub struct SpeedError(f64);
 ///
 /// It takes effect before any tick that is due at `at` or later, which is what
 /// makes a list of them replay exactly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedCommand {
     /// Run time at which it takes effect.
     pub at: Time,

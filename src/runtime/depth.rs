@@ -2,10 +2,12 @@
 
 use std::{fmt, str::FromStr};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// How many messages a topic keeps: one or more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "usize", into = "usize")]
 pub struct Depth(usize);
 
 impl Depth {
@@ -33,8 +35,22 @@ impl Depth {
     }
 
     /// The number of messages.
-    pub fn get(self) -> usize {
+    pub const fn get(self) -> usize {
         self.0
+    }
+}
+
+impl TryFrom<usize> for Depth {
+    type Error = DepthError;
+
+    fn try_from(messages: usize) -> Result<Self, DepthError> {
+        Self::new(messages)
+    }
+}
+
+impl From<Depth> for usize {
+    fn from(depth: Depth) -> Self {
+        depth.get()
     }
 }
 

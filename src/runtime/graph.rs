@@ -16,7 +16,7 @@ use super::{
         atomic::{AtomicU64, Ordering},
         lock,
     },
-    tap::{Patience, Tap},
+    tap::{Patience, Tap, Tapped, Tapper},
     telemetry::{
         Journal, Meter, NodeEntry, Observer, Recorder, Shared, Status, SubscriptionEntry,
         TopicEntry,
@@ -148,11 +148,18 @@ impl Graph {
         Ok(())
     }
 
-    /// Copies every message of `topic` from now on; see [`Topic::tap`]. The
-    /// clock decides whether a full tap waits: in virtual time it does, because
-    /// waiting costs none; in real time it loses and counts.
-    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<T> {
-        topic.tap(capacity, self.plane.patience.clone())
+    /// Copies every message of `topic` from now on; see [`Tapper::topic`].
+    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<Tapped<T>> {
+        self.tapper().topic(topic, capacity)
+    }
+
+    /// Taps topics and nodes, also when the graph is running already. Knows the
+    /// nodes that the graph has at this moment.
+    pub fn tapper(&self) -> Tapper {
+        Tapper {
+            patience: self.plane.patience.clone(),
+            nodes: self.slots.iter().map(|slot| slot.taps.clone()).collect(),
+        }
     }
 
     /// Reads the graph from any thread while it runs. Knows the nodes and

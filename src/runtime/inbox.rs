@@ -38,14 +38,20 @@ pub(crate) enum Word<T> {
 impl Inbox {
     /// An inbox with a list of timed commands, and the sender for live ones.
     /// Commands of the same time keep their order.
-    pub fn new(mut timed: Vec<TimedCommand>) -> (Sender<Command>, Self) {
-        timed.sort_by_key(|command| command.at);
+    pub fn new(timed: Vec<TimedCommand>) -> (Sender<Command>, Self) {
         let (sender, live) = crossbeam_channel::unbounded();
-        let inbox = Self {
-            timed: timed.into(),
+        let mut inbox = Self {
+            timed: VecDeque::new(),
             live,
         };
+        inbox.schedule(timed);
         (sender, inbox)
+    }
+
+    /// Adds timed commands; among those of the same time they come last.
+    pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
+        self.timed.extend(commands);
+        self.timed.make_contiguous().sort_by_key(|timed| timed.at);
     }
 
     /// When the next timed command is to be given; [`Time::MAX`] if none is

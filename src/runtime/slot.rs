@@ -13,6 +13,7 @@ use super::{
         Arc,
         atomic::{AtomicU64, Ordering},
     },
+    tap::{TickTaps, Ticked},
     telemetry::{Meter, NodeEntry, Recorder},
     time::{Hz, Time},
     topic::bump,
@@ -25,6 +26,7 @@ pub(crate) struct Slot {
     node: Box<dyn Node>,
     lateness: Recorder,
     tick_time: Recorder,
+    pub(crate) taps: Arc<TickTaps>,
 }
 
 impl Slot {
@@ -52,6 +54,7 @@ impl Slot {
             node,
             lateness,
             tick_time,
+            taps: Arc::default(),
         }
     }
 
@@ -87,12 +90,28 @@ impl Slot {
         }
     }
 
-    pub(crate) fn record_lateness(&mut self, lateness: Duration) {
-        self.lateness.record(lateness);
-    }
-
-    pub(crate) fn record_tick_time(&mut self, tick_time: Duration) {
-        self.tick_time.record(tick_time);
+    /// Notes what was measured of the tick that began at `at`, when the node has
+    /// moved on past it.
+    pub(crate) fn note_tick(
+        &mut self,
+        at: Time,
+        lateness: Option<Duration>,
+        took: Option<Duration>,
+    ) {
+        if let Some(lateness) = lateness {
+            self.lateness.record(lateness);
+        }
+        if let Some(took) = took {
+            self.tick_time.record(took);
+        }
+        let entry = &self.entry;
+        self.taps.offer(|| Ticked {
+            number: entry.ticks.load(Ordering::Relaxed).saturating_sub(1),
+            at,
+            lateness,
+            took,
+            overruns: entry.overruns.load(Ordering::Relaxed),
+        });
     }
 }
 

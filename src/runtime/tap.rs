@@ -1,17 +1,20 @@
-//! A copy of every message of a topic, for those who want all and not the latest.
+//! Copies of all that passes, for those who want everything and not the latest.
+
+use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 
 use super::{
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
+        lock,
     },
-    topic::{Message, Payload, bump},
+    time::Time,
+    topic::{Message, Payload, Topic, bump},
 };
 
-/// What a full tap does: lose the message and count it, or make the publisher
-/// wait.
+/// What a full tap does: lose what passes and count it, or make it wait.
 ///
 /// Wall time may not wait for an observer, virtual time may: whoever runs the
 /// graph turns patience on and off for all its taps.
@@ -28,32 +31,58 @@ impl Patience {
     }
 }
 
+/// A message as a tap sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tapped<T> {
+    /// The message.
+    pub message: Message<T>,
+    /// Messages of its topic that were lost unread so far, over all
+    /// subscriptions; the one that this message pushed out included.
+    pub dropped: u64,
+}
+
+/// A tick of a node as a tap sees it, when it is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticked {
+    /// Number of the tick, counted from zero.
+    pub number: u64,
+    /// Run time at which it began.
+    pub at: Time,
+    /// How late it began; `None` under the virtual clock, which never is.
+    pub lateness: Option<Duration>,
+    /// How long it took in wall time; `None` where that was not measured.
+    pub took: Option<Duration>,
+    /// Periods that the node skipped so far because it was busy.
+    pub overruns: u64,
+}
+
+/// The end of a tap that is filled.
 #[derive(Debug)]
 pub(crate) struct TapEnd<T> {
-    sender: Sender<Message<T>>,
+    sender: Sender<T>,
     lost: Arc<AtomicU64>,
     patience: Patience,
 }
 
-/// A tap for `capacity` messages, and the end that a topic fills.
+/// A tap for `capacity` items, and the end that is filled.
 pub(crate) fn tap<T>(capacity: usize, patience: Patience) -> (TapEnd<T>, Tap<T>) {
-    let (sender, messages) = crossbeam_channel::bounded(capacity.max(1));
+    let (sender, items) = crossbeam_channel::bounded(capacity.max(1));
     let lost = Arc::new(AtomicU64::new(0));
     let end = TapEnd {
         sender,
         lost: lost.clone(),
         patience,
     };
-    (end, Tap { messages, lost })
+    (end, Tap { items, lost })
 }
 
-impl<T: Payload> TapEnd<T> {
-    /// Hands over a copy; false once nobody listens any more.
-    pub(crate) fn offer(&self, message: &Message<T>) -> bool {
+impl<T> TapEnd<T> {
+    /// Hands `item` over; false once nobody listens any more.
+    pub(crate) fn offer(&self, item: T) -> bool {
         if self.patience.get() {
-            return self.sender.send(message.clone()).is_ok();
+            return self.sender.send(item).is_ok();
         }
-        match self.sender.try_send(message.clone()) {
+        match self.sender.try_send(item) {
             Ok(()) => true,
             Err(TrySendError::Disconnected(_)) => false,
             Err(TrySendError::Full(_)) => {
@@ -64,23 +93,79 @@ impl<T: Payload> TapEnd<T> {
     }
 }
 
-/// Receives every message of a topic in order; see
-/// [`Topic::tap`](super::Topic::tap). Ends when
-/// the last handle of the topic is gone.
+/// Receives all that passes, in order; see [`Topic::tap`](super::Topic::tap).
+/// Ends when what is tapped is gone.
 #[derive(Debug)]
 pub struct Tap<T> {
-    messages: Receiver<Message<T>>,
+    items: Receiver<T>,
     lost: Arc<AtomicU64>,
 }
 
 impl<T> Tap<T> {
-    /// The messages; the receiver is disconnected when the topic is gone.
-    pub fn messages(&self) -> &Receiver<Message<T>> {
-        &self.messages
+    /// What passed; the receiver is disconnected when no more can.
+    pub fn items(&self) -> &Receiver<T> {
+        &self.items
     }
 
-    /// Messages that found the tap full.
+    /// How much passed while the tap was full.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
+    }
+}
+
+/// The taps on the ticks of one node.
+#[derive(Debug, Default)]
+pub(crate) struct TickTaps {
+    /// Whether there are any, so that a node that nobody taps pays one look.
+    tapped: AtomicBool,
+    ends: Mutex<Vec<TapEnd<Ticked>>>,
+}
+
+impl TickTaps {
+    fn add(&self, end: TapEnd<Ticked>) {
+        lock(&self.ends).push(end);
+        self.tapped.store(true, Ordering::Release);
+    }
+
+    /// Hands every tap a copy, and forgets those that nobody listens to.
+    pub(crate) fn offer(&self, ticked: impl FnOnce() -> Ticked) {
+        if !self.tapped.load(Ordering::Acquire) {
+            return;
+        }
+        let ticked = ticked();
+        let mut ends = lock(&self.ends);
+        ends.retain(|end| end.offer(ticked));
+        self.tapped.store(!ends.is_empty(), Ordering::Release);
+    }
+}
+
+/// Taps a graph, before it runs and while it does, from any thread. Knows the
+/// nodes that the graph had when it was asked for.
+///
+/// The clock decides whether a full tap waits: in virtual time it does, because
+/// waiting costs none; in real time it loses and counts.
+#[derive(Clone, Debug)]
+pub struct Tapper {
+    pub(crate) patience: Patience,
+    pub(crate) nodes: Vec<Arc<TickTaps>>,
+}
+
+impl Tapper {
+    /// Copies every message of `topic` from now on, in a queue of `capacity`.
+    pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<Tapped<T>> {
+        topic.tap(capacity, self.patience.clone())
+    }
+
+    /// Copies every tick from now on, for each node in the order in which they
+    /// were added, in queues of `capacity`. They end with the graph.
+    pub fn ticks(&self, capacity: usize) -> Vec<Tap<Ticked>> {
+        let nodes = self.nodes.iter();
+        nodes
+            .map(|node| {
+                let (end, tap) = tap(capacity, self.patience.clone());
+                node.add(end);
+                tap
+            })
+            .collect()
     }
 }

@@ -11,6 +11,7 @@ use std::{
     time::Duration,
 };
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Nanoseconds in a second.
@@ -26,7 +27,9 @@ const NANOS: u64 = 1_000_000_000;
 /// assert_eq!(t + Duration::from_millis(5) - t, Duration::from_millis(5));
 /// assert_eq!(t.to_string(), "0.020 s");
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct Time(u64);
 
 impl Time {
@@ -110,7 +113,8 @@ pub struct TimeError(f64);
 /// Accepted are [`Hz::MIN`] to [`Hz::MAX`]; decimals beyond the sixth are
 /// rounded away, so 33.3 Hz means 333 ticks in ten seconds and not the nearest
 /// binary fraction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
 pub struct Hz {
     micro: u64,
 }
@@ -162,6 +166,20 @@ impl Hz {
     /// twice.
     pub const fn period(self) -> Duration {
         Duration::from_nanos(NANOS * 1_000_000 / self.micro)
+    }
+}
+
+impl TryFrom<f64> for Hz {
+    type Error = HzError;
+
+    fn try_from(hz: f64) -> Result<Self, HzError> {
+        Self::new(hz)
+    }
+}
+
+impl From<Hz> for f64 {
+    fn from(hz: Hz) -> Self {
+        hz.get()
     }
 }
 

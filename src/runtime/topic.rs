@@ -33,7 +33,7 @@ use super::{
         atomic::{AtomicU64, AtomicUsize, Ordering},
         lock,
     },
-    tap::{Patience, Tap, TapEnd, tap},
+    tap::{Patience, Tap, TapEnd, Tapped, tap},
     telemetry::{Meter, RateWindow, Recorder},
     time::Time,
 };
@@ -93,7 +93,7 @@ struct Queue<T> {
     depth: Depth,
     next_seq: u64,
     marks: Vec<Arc<ReadMark>>,
-    taps: Vec<TapEnd<T>>,
+    taps: Vec<TapEnd<Tapped<T>>>,
 }
 
 /// What a topic tells about itself without being locked.
@@ -107,6 +107,22 @@ pub(crate) struct TopicCounters {
 }
 
 impl TopicCounters {
+    pub(crate) fn new(depth: Depth) -> Self {
+        Self {
+            published: AtomicU64::new(0),
+            depth: AtomicUsize::new(depth.get()),
+            window: RateWindow::default(),
+            newest: AtomicU64::new(0),
+        }
+    }
+
+    /// A message was published at `stamp`.
+    pub(crate) fn note(&self, stamp: Time) {
+        self.window.count(stamp);
+        let newest = stamp.as_nanos().saturating_add(1);
+        self.newest.store(newest, Ordering::Relaxed);
+    }
+
     pub(crate) fn newest(&self) -> Option<Time> {
         let newest = self.newest.load(Ordering::Relaxed).checked_sub(1)?;
         Some(Time::from_nanos(newest))
@@ -135,12 +151,7 @@ impl<T: Payload> Topic<T> {
     pub fn new(name: impl Into<String>, depth: Depth) -> Self {
         Self(Arc::new(Bus {
             name: name.into(),
-            counters: Arc::new(TopicCounters {
-                published: AtomicU64::new(0),
-                depth: AtomicUsize::new(depth.get()),
-                window: RateWindow::default(),
-                newest: AtomicU64::new(0),
-            }),
+            counters: Arc::new(TopicCounters::new(depth)),
             queue: Mutex::new(Queue {
                 messages: VecDeque::new(),
                 depth,
@@ -180,7 +191,7 @@ impl<T: Payload> Topic<T> {
     /// A queue of `capacity` messages that receives a copy of every message
     /// from now on, for those who want all of them and not the latest: logs,
     /// recorders, tests.
-    pub fn tap(&self, capacity: usize, patience: Patience) -> Tap<T> {
+    pub fn tap(&self, capacity: usize, patience: Patience) -> Tap<Tapped<T>> {
         let (end, tap) = tap(capacity, patience);
         lock(&self.0.queue).taps.push(end);
         tap
@@ -226,7 +237,12 @@ impl<T: Payload> Queue<T> {
         if !self.taps.is_empty()
             && let Some(newest) = self.messages.back()
         {
-            self.taps.retain(|tap| tap.offer(newest));
+            let marks = self.marks.iter();
+            let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
+            self.taps.retain(|tap| {
+                let message = newest.clone();
+                tap.offer(Tapped { message, dropped })
+            });
         }
     }
 }
@@ -277,9 +293,7 @@ impl<T: Payload> Publisher<T> {
         });
         queue.offer_newest();
         bump(&bus.counters.published);
-        bus.counters.window.count(stamp);
-        let newest = stamp.as_nanos().saturating_add(1);
-        bus.counters.newest.store(newest, Ordering::Relaxed);
+        bus.counters.note(stamp);
     }
 }
 

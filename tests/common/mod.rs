@@ -11,8 +11,8 @@ use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{Config, Experiment, Summary},
     runtime::{
-        Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tick,
-        Time, TimedCommand,
+        Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tapped,
+        Tick, Time, TimedCommand,
         telemetry::{Event, Happening},
     },
 };
@@ -180,9 +180,9 @@ pub fn run_bytes(config: &Config) -> RunBytes {
 /// Runs `experiment` with a tap on every topic.
 pub fn collect(experiment: Experiment) -> RunBytes {
     let capacity = 16;
-    let observations = experiment.tap_observations(capacity);
-    let actions = experiment.tap_actions(capacity);
-    let steps = experiment.tap_steps(capacity);
+    let observations = experiment.taps().observations(capacity);
+    let actions = experiment.taps().actions(capacity);
+    let steps = experiment.taps().steps(capacity);
     std::thread::scope(|scope| {
         let observations = scope.spawn(|| messages_of(&observations));
         let actions = scope.spawn(|| messages_of(&actions));
@@ -197,8 +197,8 @@ pub fn collect(experiment: Experiment) -> RunBytes {
 }
 
 /// Every message that a tap gets until its topic is gone.
-pub fn messages_of<T>(tap: &Tap<T>) -> Vec<Message<T>> {
-    tap.messages().iter().collect()
+pub fn messages_of<T>(tap: &Tap<Tapped<T>>) -> Vec<Message<T>> {
+    tap.items().iter().map(|tapped| tapped.message).collect()
 }
 
 /// A control step in the layout of the reference hashes; see

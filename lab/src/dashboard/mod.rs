@@ -11,6 +11,7 @@ mod history;
 pub mod keys;
 mod ladder;
 pub mod picture;
+mod player;
 mod sampler;
 mod session;
 #[cfg(test)]
@@ -29,16 +30,40 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crossterm::event::{Event, KeyEventKind};
+use crossterm::event::{Event, KeyEvent, KeyEventKind};
 use ratatui::{Terminal, backend::Backend};
 use ratelab::experiment::Config;
 
 use app::App;
-pub use app::LabError;
-pub use session::{Ended, Setup};
+pub use app::{LabError, Left};
+use player::Player;
+pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
-use view::theme::Theme;
+use view::{Shown, theme::Theme};
+
+use crate::recording::Recording;
+
+/// What a dashboard is of, and how keys change it.
+trait Model {
+    /// Looks at it; says whether there is something new to draw.
+    ///
+    /// # Errors
+    /// [`LabError`] if what is looked at failed.
+    fn sample(&mut self) -> Result<bool, LabError>;
+
+    /// What is on the screen; `None` before the first sample.
+    fn shown(&self) -> Option<Shown<'_>>;
+
+    /// Does what a key asks for.
+    ///
+    /// # Errors
+    /// [`LabError`] if it cannot be done and nothing else can.
+    fn key(&mut self, key: &KeyEvent) -> Result<(), LabError>;
+
+    /// Whether the person has left.
+    fn left(&self) -> bool;
+}
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]
@@ -47,23 +72,36 @@ pub struct Options {
     pub fps: u32,
     /// Colours and glyphs.
     pub theme: Theme,
-    /// What every run is started with.
-    pub setup: Setup,
 }
 
-/// Shows a session of `config` until the person leaves; what it came to.
+/// Shows sessions, beginning with one of `config`, until the person leaves; what
+/// is left of them. The terminal is back in order by then.
 ///
 /// # Errors
-/// [`LabError`] if a node, the set-up or the terminal failed; the terminal is
-/// back in order by then.
-pub fn show(config: &Config, options: &Options) -> Result<Ended, LabError> {
+/// [`LabError`] if the first session cannot be started.
+pub fn show(config: &Config, setup: Setup, options: &Options) -> Result<Left, LabError> {
+    let mut app = App::new(config, setup)?;
+    let end = on_screen(&mut app, options);
+    let left = app.finish();
+    Ok(Left {
+        ended: end.and(left.ended),
+        ..left
+    })
+}
+
+/// Plays a recording until the person leaves.
+///
+/// # Errors
+/// [`LabError`] if the terminal failed.
+pub fn play(recording: Arc<Recording>, options: &Options) -> Result<(), LabError> {
+    on_screen(&mut Player::new(recording), options)
+}
+
+/// Shows `model` on the terminal, which is back in order in any case.
+fn on_screen(model: &mut impl Model, options: &Options) -> Result<(), LabError> {
     let quit = quit_on_signal();
-    let mut app = App::new(config, options.setup.clone())?;
     let mut screen = Screen::open()?;
-    let end = run(&mut screen.0, &mut Keyboard, &mut app, options, &quit);
-    drop(screen);
-    end?;
-    app.finish()
+    run(&mut screen.0, &mut Keyboard, model, options, &quit)
 }
 
 /// How long an end in order may take before a signal ends the program all the
@@ -96,7 +134,7 @@ fn quit_on_signal() -> Arc<AtomicBool> {
 fn run<B>(
     terminal: &mut Terminal<B>,
     input: &mut impl Input,
-    app: &mut App,
+    model: &mut impl Model,
     options: &Options,
     quit: &AtomicBool,
 ) -> Result<(), LabError>
@@ -105,14 +143,14 @@ where
 {
     let frame_time = Duration::from_secs(1) / options.fps.max(1);
     let mut touched = true;
-    while !app.quit && !quit.load(Ordering::Relaxed) {
+    while !model.left() && !quit.load(Ordering::Relaxed) {
         let frame_ends = Instant::now() + frame_time;
-        if app.sample()? || touched {
+        if model.sample()? || touched {
             terminal
-                .draw(|frame| view::render(app, &options.theme, frame))
+                .draw(|frame| view::render(model.shown().as_ref(), &options.theme, frame))
                 .map_err(io::Error::other)?;
         }
-        touched = obey_until(frame_ends, input, app)?;
+        touched = obey_until(frame_ends, input, model)?;
     }
     Ok(())
 }
@@ -121,18 +159,18 @@ where
 fn obey_until(
     frame_ends: Instant,
     input: &mut impl Input,
-    app: &mut App,
+    model: &mut impl Model,
 ) -> Result<bool, LabError> {
     let mut touched = false;
     loop {
         let left = frame_ends.saturating_duration_since(Instant::now());
         match input.next(left)? {
-            Some(Event::Key(key)) if key.kind != KeyEventKind::Release => app.key(&key)?,
+            Some(Event::Key(key)) if key.kind != KeyEventKind::Release => model.key(&key)?,
             Some(_) => {}
             None => return Ok(touched),
         }
         touched = true;
-        if app.quit || left.is_zero() {
+        if model.left() || left.is_zero() {
             return Ok(touched);
         }
     }

@@ -7,9 +7,9 @@ use std::{
 
 use ratelab::{
     cartpole::{ACTUATOR, ControlStep, POLICY, Pose},
-    experiment::{OBS, Verdict},
+    experiment::{Config, OBS, Summary, Verdict},
     runtime::{
-        Message, Snapshot, Time,
+        Message, Observer, Snapshot, Time,
         telemetry::{NodeView, TopicView},
     },
 };
@@ -20,7 +20,6 @@ use super::{
         LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
         VerdictKind, VerdictPicture,
     },
-    session::Session,
 };
 
 /// How long a node stays lit after a tick (wall time).
@@ -31,6 +30,32 @@ const LATELY: Duration = Duration::from_secs(1);
 
 /// Control steps kept for the angle chart: an hour at 50 Hz.
 const STEPS_KEPT: usize = 180_000;
+
+/// A run that can be watched: one that is under way, or one told again.
+pub trait Watched {
+    /// What it was started with.
+    fn config(&self) -> &Config;
+
+    /// Reads the graph.
+    fn observer(&self) -> &Observer;
+
+    /// Wall time since it began, or that it took.
+    fn wall_time(&self) -> Duration;
+
+    /// The control steps since the last call.
+    fn new_steps(&mut self) -> Vec<Message<ControlStep>>;
+
+    /// Control steps that came too fast to be watched.
+    fn lost(&self) -> u64;
+
+    /// What it came to, if it is over.
+    fn summary(&self) -> Option<&Summary>;
+
+    /// Whether nothing moves.
+    fn at_rest(&self) -> bool {
+        self.observer().status().paused || self.summary().is_some()
+    }
+}
 
 /// Remembers between frames what a picture needs of the past.
 #[derive(Default)]
@@ -47,15 +72,15 @@ pub struct Sampler {
 
 impl Sampler {
     /// A picture of `session` as it is now.
-    pub fn picture(&mut self, session: &Session) -> Picture {
+    pub fn picture(&mut self, session: &mut impl Watched) -> Picture {
         for message in session.new_steps() {
             self.remember(&message);
         }
         let glance = session.observer().glance();
         let running = session.summary().is_none();
-        let at_rest = glance.status.paused || !running;
+        let at_rest = session.at_rest();
         self.figures.refresh(session.observer(), &glance, at_rest);
-        let lit = self.lit_nodes(&glance, running);
+        let lit = self.lit_nodes(&glance, running, at_rest);
         let figures = &self.figures;
         let nodes = glance.nodes.iter().zip(&figures.nodes).zip(lit);
         let topics = glance.topics.iter().zip(&figures.ages);
@@ -109,7 +134,7 @@ impl Sampler {
 
     /// Which nodes ticked a moment ago; while run time stands still, which ones
     /// ticked last.
-    fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool) -> Vec<bool> {
+    fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool, at_rest: bool) -> Vec<bool> {
         self.ticks.resize(snapshot.nodes.len(), (0, None));
         let now = Instant::now();
         for (node, (ticks, changed)) in snapshot.nodes.iter().zip(&mut self.ticks) {
@@ -118,7 +143,7 @@ impl Sampler {
             }
         }
         let last_change = self.ticks.iter().filter_map(|(_, changed)| *changed).max();
-        let lit = |changed: Option<Instant>| match (changed, snapshot.status.paused) {
+        let lit = |changed: Option<Instant>| match (changed, at_rest) {
             (None, _) => false,
             _ if !running => false,
             (changed, true) => changed == last_change,
@@ -131,7 +156,7 @@ impl Sampler {
     }
 
     /// How it stands, and why it ended if it did, in figures that were measured.
-    fn verdict(&self, session: &Session, snapshot: &Snapshot) -> VerdictPicture {
+    fn verdict(&self, session: &impl Watched, snapshot: &Snapshot) -> VerdictPicture {
         let Some(summary) = session.summary() else {
             return VerdictPicture {
                 kind: VerdictKind::Good,
@@ -154,7 +179,7 @@ impl Sampler {
 
     /// Why it was lost: a policy that does not try, or else how stale actions were
     /// in the last second, and what the drops have to do with it.
-    fn reasons(&self, session: &Session, snapshot: &Snapshot) -> Vec<String> {
+    fn reasons(&self, session: &impl Watched, snapshot: &Snapshot) -> Vec<String> {
         let policy = session.config().policy;
         if !policy.balances() {
             return vec![format!("the {policy} policy balances at no rate")];

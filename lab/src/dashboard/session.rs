@@ -2,7 +2,8 @@
 
 use std::{
     fs::File,
-    path::PathBuf,
+    io,
+    path::{Path, PathBuf},
     thread::JoinHandle,
     time::{Duration, Instant},
 };
@@ -11,11 +12,14 @@ use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::ControlStep,
     experiment::{Config, Experiment, Summary},
-    runtime::{Command, Fault, Message, Observer, RealClock, Tap, clock::Realtime},
+    runtime::{Command, Fault, Message, Observer, RealClock, Tap, Tapped, clock::Realtime},
 };
 
-use super::app::LabError;
-use crate::csv;
+use super::{app::LabError, sampler::Watched};
+use crate::{
+    csv,
+    recording::{Destination, Ending, RecordError, Recorded, Recorder, Source},
+};
 
 /// Control steps that may wait for the next frame: at full speed the virtual
 /// clock makes some thousands in the time of one.
@@ -28,6 +32,8 @@ pub struct Setup {
     pub realtime: Option<Realtime>,
     /// Where control steps are written, those of the last session.
     pub csv: Option<PathBuf>,
+    /// Where sessions are recorded to, from the first one on.
+    pub record: Option<Destination>,
 }
 
 /// What a session came to.
@@ -45,33 +51,54 @@ pub struct Session {
     observer: Observer,
     commands: Sender<Command>,
     /// Gone when the session is to end.
-    steps: Option<Tap<ControlStep>>,
+    steps: Option<Tap<Tapped<ControlStep>>>,
     thread: Option<JoinHandle<Result<Summary, Fault>>>,
     summary: Option<Summary>,
     csv: Option<csv::Writer>,
+    /// Gone when the session is to end.
+    source: Option<Source>,
+    recorder: Option<Recorder>,
     began: Instant,
 }
 
+/// What became of a recording.
+pub type RecordingEnd = Result<Recorded, RecordError>;
+
 impl Session {
-    /// Starts an experiment.
+    /// Starts an experiment; records it to the new file `record`, if there is to
+    /// be one.
     ///
     /// # Errors
-    /// [`LabError`] if it cannot be set up, or the file for its control steps
+    /// [`LabError`] if it cannot be set up, or a file that it is to be written to
     /// cannot be opened.
-    pub fn start(config: &Config, setup: &Setup) -> Result<Self, LabError> {
+    pub fn start(
+        config: &Config,
+        setup: &Setup,
+        record: Option<PathBuf>,
+    ) -> Result<Self, LabError> {
         let experiment = Experiment::new(config)?;
         let csv = setup.csv.as_ref().map(File::create).transpose();
         let csv = csv.map_err(LabError::Csv)?;
+        let recorder = record.map(|path| {
+            let source = Source::of(&experiment, config);
+            Recorder::from_the_start(&path, &source).map_err(|why| LabError::Record { path, why })
+        });
+        let recorder = recorder.transpose()?;
         let csv = csv.map(|file| csv::Writer::start(file, &experiment));
         let session = Self::of(experiment, config, setup.realtime.clone());
-        Ok(Self { csv, ..session })
+        Ok(Self {
+            csv,
+            recorder,
+            ..session
+        })
     }
 
     /// Starts `experiment`, which was made from `config`.
     pub fn of(experiment: Experiment, config: &Config, realtime: Option<Realtime>) -> Self {
+        let source = Source::of(&experiment, config);
         let observer = experiment.observer();
         let commands = experiment.commands();
-        let steps = Some(experiment.tap_steps(BACKLOG));
+        let steps = Some(experiment.taps().steps(BACKLOG));
         let mut real = RealClock::new(realtime);
         let thread = std::thread::spawn(move || experiment.run(&mut real));
         Self {
@@ -82,24 +109,10 @@ impl Session {
             thread: Some(thread),
             summary: None,
             csv: None,
+            source: Some(source),
+            recorder: None,
             began: Instant::now(),
         }
-    }
-
-    /// What the run was started with.
-    pub fn config(&self) -> &Config {
-        &self.config
-    }
-
-    /// Reads the graph.
-    pub fn observer(&self) -> &Observer {
-        &self.observer
-    }
-
-    /// Wall time since it was started, or that it took.
-    pub fn wall_time(&self) -> Duration {
-        let taken = self.summary.as_ref().map(|summary| summary.wall_time);
-        taken.unwrap_or_else(|| self.began.elapsed())
     }
 
     /// Gives a command; a run that is over ignores it.
@@ -107,31 +120,15 @@ impl Session {
         let _ = self.commands.send(command);
     }
 
-    /// The control steps since the last call.
-    pub fn new_steps(&self) -> impl Iterator<Item = Message<ControlStep>> {
-        let taps = self.steps.iter();
-        taps.flat_map(|tap| tap.messages().try_iter())
-    }
-
-    /// Control steps that found the backlog full.
-    pub fn lost(&self) -> u64 {
-        self.steps.as_ref().map_or(0, Tap::lost)
-    }
-
-    /// What the run came to, if it is over.
-    pub fn summary(&self) -> Option<&Summary> {
-        self.summary.as_ref()
-    }
-
     /// Sees whether the run is over.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
     pub fn poll(&mut self) -> Result<(), LabError> {
-        if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
-            self.summary = Some(ended(thread)?);
+        match self.thread.take_if(|thread| thread.is_finished()) {
+            Some(thread) => self.end(thread),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Stops the run and waits for its end.
@@ -143,19 +140,92 @@ impl Session {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nobody will empty it any more.
         self.steps = None;
-        let summary = match self.thread.take() {
-            Some(thread) => ended(thread)?,
-            None => self.summary.take().ok_or(LabError::Panicked)?,
-        };
-        let csv_lost = self.csv.take().map_or(Ok(0), csv::Writer::finish);
-        let csv_lost = csv_lost.map_err(LabError::Csv)?;
+        if let Some(thread) = self.thread.take() {
+            self.end(thread)?;
+        }
+        let csv_lost = self.finish_csv()?;
+        let summary = self.summary.take().ok_or(LabError::Panicked)?;
         Ok(Ended { summary, csv_lost })
+    }
+
+    /// Notes what the run came to, and tells the recorder.
+    fn end(&mut self, thread: JoinHandle<Result<Summary, Fault>>) -> Result<(), LabError> {
+        // Nodes' panics are faults already; this would be one of the clock.
+        let outcome = thread.join().map_err(|_| LabError::Panicked)?;
+        if let Some(recorder) = &self.recorder {
+            recorder.end(Ending::of(&outcome));
+        }
+        match outcome {
+            Ok(summary) => self.summary = Some(summary),
+            Err(fault) => {
+                self.finish_csv()?;
+                return Err(fault.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until all rows are written; says how many were lost.
+    fn finish_csv(&mut self) -> Result<u64, LabError> {
+        // Its tap ends with the topic, which these hold.
+        (self.source, self.steps) = (None, None);
+        let lost = self.csv.take().map_or(Ok(0), csv::Writer::finish);
+        lost.map_err(LabError::Csv)
+    }
+
+    /// Records from now on to the new file `path`.
+    ///
+    /// # Errors
+    /// What the system says of the file.
+    pub fn record(&mut self, path: &Path) -> io::Result<()> {
+        if let Some(source) = &self.source {
+            self.recorder = Some(Recorder::midway(path, source)?);
+        }
+        Ok(())
+    }
+
+    /// The recording that is being made.
+    pub fn recorder(&self) -> Option<&Recorder> {
+        self.recorder.as_ref()
+    }
+
+    /// What became of the recording, if that has ended since the last call.
+    pub fn recorded(&mut self) -> Option<RecordingEnd> {
+        let recorder = self.recorder.take_if(|recorder| recorder.has_ended())?;
+        Some(recorder.finish())
+    }
+
+    /// Waits for what becomes of the recording of a run that is over.
+    pub fn finish_recording(&mut self) -> Option<RecordingEnd> {
+        self.recorder.take().map(Recorder::finish)
     }
 }
 
-/// What the run came to.
-fn ended(thread: JoinHandle<Result<Summary, Fault>>) -> Result<Summary, LabError> {
-    // Nodes' panics are faults already; this would be one of the clock.
-    let ended = thread.join().map_err(|_| LabError::Panicked)?;
-    Ok(ended?)
+impl Watched for Session {
+    fn config(&self) -> &Config {
+        &self.config
+    }
+
+    fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    fn wall_time(&self) -> Duration {
+        let taken = self.summary.as_ref().map(|summary| summary.wall_time);
+        taken.unwrap_or_else(|| self.began.elapsed())
+    }
+
+    fn new_steps(&mut self) -> Vec<Message<ControlStep>> {
+        let taps = self.steps.iter();
+        let tapped = taps.flat_map(|tap| tap.items().try_iter());
+        tapped.map(|tapped| tapped.message).collect()
+    }
+
+    fn lost(&self) -> u64 {
+        self.steps.as_ref().map_or(0, Tap::lost)
+    }
+
+    fn summary(&self) -> Option<&Summary> {
+        self.summary.as_ref()
+    }
 }

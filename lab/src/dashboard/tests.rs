@@ -12,7 +12,7 @@ use ratelab::{
 };
 
 use super::{
-    Options,
+    Model, Options,
     app::{App, Pane},
     run,
     session::{Session, Setup},
@@ -29,7 +29,6 @@ fn options() -> Options {
     Options {
         fps: 30,
         theme: PLAIN,
-        setup: Setup::default(),
     }
 }
 
@@ -55,7 +54,7 @@ fn ended(config: Config) -> App {
 fn screen(app: &App, theme: &Theme, width: u16, height: u16) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
     terminal
-        .draw(|frame| view::render(app, theme, frame))
+        .draw(|frame| view::render(app.shown().as_ref(), theme, frame))
         .expect("drawn");
     terminal.backend().to_string()
 }
@@ -112,7 +111,7 @@ fn the_picture_in_the_readme_is_the_screen_as_it_is_drawn() {
     });
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
     let drawn = terminal
-        .draw(|frame| view::render(&app, &PLAIN, frame))
+        .draw(|frame| view::render(app.shown().as_ref(), &PLAIN, frame))
         .expect("drawn");
     let drawn = super::svg::svg(drawn.buffer);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
@@ -155,7 +154,7 @@ fn no_size_and_no_theme_panics() {
         for (colour, ascii) in [(true, false), (false, true)] {
             let theme = Theme { colour, ascii };
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
-            let drawn = terminal.draw(|frame| view::render(&app, &theme, frame));
+            let drawn = terminal.draw(|frame| view::render(app.shown().as_ref(), &theme, frame));
             assert!(drawn.is_ok(), "{width}x{height}");
         }
     }
@@ -173,7 +172,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
         for (width, height) in [(160, 50), (80, 24), (40, 12)] {
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
             terminal
-                .draw(|frame| view::render(&app, &theme, frame))
+                .draw(|frame| view::render(app.shown().as_ref(), &theme, frame))
                 .expect("drawn");
             for cell in terminal.backend().buffer().content() {
                 assert!(cell.symbol().is_ascii(), "{:?} in {pane:?}", cell.symbol());
@@ -188,7 +187,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
 fn the_numbers_drawn_are_those_of_the_summary() {
     let app = fallen();
     let drawn = screen(&app, &PLAIN, 160, 50);
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     assert!(drawn.contains(&summary.verdict.to_string()));
     let row = |topic: &str| {
         let mut lines = drawn.lines();
@@ -218,7 +217,7 @@ fn keys_turn_the_knobs_of_the_running_graph() {
         ..Config::default()
     };
     let (app, _) = typed(config, &chars("[[}>"));
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(
         turned,
@@ -241,7 +240,7 @@ fn an_exact_value_can_be_typed() {
     let mut keys = chars(":control-hz 7.5");
     keys.push(KeyCode::Enter);
     let (app, _) = typed(config, &keys);
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(turned, ["control-hz 7.5"]);
 }
@@ -301,7 +300,7 @@ fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
     };
     let app = App::new(&config, Setup::default()).expect("session");
     std::thread::sleep(Duration::from_secs(2));
-    app.finish().expect("no fault");
+    app.finish().ended.expect("no fault");
 }
 
 #[test]
@@ -318,7 +317,7 @@ fn keys_go_on_from_where_the_timed_knobs_led() {
     }
     app.sample().expect("no fault");
     press(&mut app, "[");
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(turned, ["control-hz 20", "control-hz 15"]);
 }
@@ -332,7 +331,7 @@ fn keys_count_even_before_the_graph_has_heard_of_the_last() {
     };
     let mut app = App::new(&config, Setup::default()).expect("session");
     press(&mut app, "  cccc");
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
     let count = |what: &str| told.iter().filter(|event| event.contains(what)).count();
     assert_eq!(
@@ -373,7 +372,7 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
     press(&mut app, ",");
     let kept = app.looking_back().map_or(1, |(_, kept)| kept);
     assert!(kept <= 4, "{kept} pictures of a graph that stood still");
-    app.finish().expect("no fault");
+    app.finish().ended.expect("no fault");
 }
 
 fn press(app: &mut App, keys: &str) {
@@ -413,7 +412,7 @@ fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
             "{key}"
         );
     }
-    app.finish().expect("no fault");
+    app.finish().ended.expect("no fault");
 }
 
 #[test]
@@ -428,7 +427,7 @@ fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
         app.sample().expect("no fault");
     }
     app.sample().expect("no fault");
-    let summary = app.finish().expect("no fault").summary;
+    let summary = app.finish().ended.expect("no fault").summary;
     assert!(
         summary.knobs().len() >= 8,
         "the keys came too late to count"

@@ -265,13 +265,13 @@ impl Worker<'_> {
         self.shared.come_to(began);
         let outcome = self.slot.tick(began);
         let ended = wall.now();
-        self.slot.record_lateness(began.since(due));
-        self.slot.record_tick_time(ended.since(began));
         // Run time may have stopped while the node was busy, or ended: what was
         // due by then is missed, and nothing after it.
         let stopped = self.mailbox.called_home().unwrap_or(Time::MAX);
         let last = stopped.max(began).min(self.until);
         self.slot.advance_past(ended.min(last + Time::TICK));
+        let (lateness, took) = (began.since(due), ended.since(began));
+        self.slot.note_tick(began, Some(lateness), Some(took));
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Report::Ended(Exit::Ended {

@@ -222,14 +222,13 @@ impl<'a> Scheduler<'a> {
 fn tick(slot: &mut Slot, now: Time, measured: bool) -> Tick {
     let began = measured.then(Instant::now);
     let outcome = slot.tick(now);
-    if let Some(began) = began {
-        slot.record_tick_time(began.elapsed());
-    }
+    let took = began.map(|began| began.elapsed());
     if slot.rate.due() < now {
         // It comes late from the real clock: once, not in a burst.
         slot.advance_past(now);
     } else {
         slot.rate.advance();
     }
+    slot.note_tick(now, None, took);
     outcome
 }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::runtime::{
     command::{Command, TimedCommand},
     sync::{Mutex, lock},
@@ -9,7 +11,7 @@ use crate::runtime::{
 };
 
 /// Something worth telling that happened to a run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// Run time at which it took effect.
     pub at: Time,
@@ -18,7 +20,7 @@ pub struct Event {
 }
 
 /// The kinds of [`Event`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Happening {
     /// A command took effect.
     Applied {

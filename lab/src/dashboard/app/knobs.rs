@@ -7,7 +7,10 @@ use ratelab::{
 };
 
 use super::App;
-use crate::dashboard::ladder::{self, Way};
+use crate::dashboard::{
+    ladder::{self, Way},
+    sampler::Watched,
+};
 
 impl App {
     pub(super) fn turn_control_rate(&mut self, way: Way) {

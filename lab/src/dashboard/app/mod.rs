@@ -1,8 +1,9 @@
 //! The state of the dashboard, and what the keys do to it.
 
 mod knobs;
+mod recording;
 
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
@@ -13,13 +14,16 @@ use ratelab::{
 use thiserror::Error;
 
 use super::{
+    Model,
     history::History,
-    keys::Action,
+    keys::{Action, LAB},
     ladder::Way,
     picture::{Picture, Trace},
-    sampler::Sampler,
+    sampler::{Sampler, Watched},
     session::{Ended, Session, Setup},
+    view::{Footer, Shown, StatusExtra},
 };
+use crate::recording::{Destination, RecordError, Recorded};
 
 /// Run time that the angle chart shows (s).
 pub const TRACE_S: f64 = 10.0;
@@ -49,7 +53,8 @@ impl Pane {
         Self::Events,
     ];
 
-    fn next(self) -> Self {
+    /// The one after it.
+    pub fn next(self) -> Self {
         let index = Self::ALL.iter().position(|pane| *pane == self);
         Self::ALL[(index.unwrap_or(0) + 1) % Self::ALL.len()]
     }
@@ -67,6 +72,14 @@ pub enum LabError {
     /// A clock's own thread panicked.
     #[error("the clock panicked, which is a defect of ratelab: please report it")]
     Panicked,
+    /// A recording cannot begin.
+    #[error("--record {}: {why}", path.display())]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        why: std::io::Error,
+    },
     /// Control steps cannot be written.
     #[error("--csv: {0}")]
     Csv(std::io::Error),
@@ -92,6 +105,15 @@ pub struct App {
     session: Session,
     sampler: Sampler,
     history: History,
+    /// Where the next recording goes.
+    destination: Destination,
+    /// Whether the person wants sessions recorded.
+    record: bool,
+    /// Recordings that are complete.
+    recorded: Vec<Recorded>,
+    /// The first that ended early.
+    unrecorded: Option<RecordError>,
+    picture: Option<Arc<Picture>>,
     /// The pane that keys of focus and zoom mean.
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
@@ -112,8 +134,14 @@ impl App {
     /// # Errors
     /// [`LabError`] if it cannot be started.
     pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
-        let session = Session::start(config, &setup)?;
-        Ok(Self::watching(session, setup))
+        let mut destination = setup.record.clone().unwrap_or_default();
+        let record = setup.record.as_ref().map(|_| destination.next(config));
+        let session = Session::start(config, &setup, record)?;
+        Ok(Self {
+            destination,
+            record: setup.record.is_some(),
+            ..Self::watching(session, setup)
+        })
     }
 
     /// Watches a session that has started already.
@@ -127,6 +155,11 @@ impl App {
             setup,
             sampler: Sampler::default(),
             history: History::default(),
+            destination: Destination::default(),
+            record: false,
+            recorded: Vec::new(),
+            unrecorded: None,
+            picture: None,
             focus: Pane::Graph,
             zoomed: false,
             help: false,
@@ -134,21 +167,6 @@ impl App {
             notice: None,
             quit: false,
         }
-    }
-
-    /// Looks at the session; says whether there is something new to draw.
-    ///
-    /// # Errors
-    /// [`LabError`] if a node failed.
-    pub fn sample(&mut self) -> Result<bool, LabError> {
-        self.session.poll()?;
-        self.follow_events();
-        Ok(self.history.add(self.sampler.picture(&self.session)))
-    }
-
-    /// The picture to draw; `None` before the first sample.
-    pub fn picture(&self) -> Option<Arc<Picture>> {
-        self.history.shown()
     }
 
     /// Which picture of how many is looked at; `None` live.
@@ -169,30 +187,70 @@ impl App {
     /// The pole's angle until `now`, with marks where knobs were turned.
     pub fn trace(&self, now: Time) -> Trace {
         let mut trace = self.sampler.trace(now, TRACE_S);
-        let since = now.as_secs_f64() - TRACE_S;
-        let marks = self.events(now).filter_map(|event| {
-            let at = event.at.as_secs_f64();
-            mark(event).filter(|_| at >= since).map(|text| (at, text))
-        });
-        trace.marks = marks.collect();
+        trace.marks = marks(self.events(now), now);
         trace
     }
 
-    /// Ends the session in order; what it came to.
-    ///
-    /// # Errors
-    /// [`LabError`] if a node failed.
-    pub fn finish(mut self) -> Result<Ended, LabError> {
-        self.session.finish()
+    /// Ends the session in order: what it came to, and what became of recordings.
+    pub fn finish(mut self) -> Left {
+        let ended = self.session.finish();
+        self.finish_recording();
+        Left {
+            ended,
+            recorded: self.recorded,
+            unrecorded: self.unrecorded,
+        }
+    }
+}
+
+/// What is left of the lab when a person leaves it.
+#[derive(Debug)]
+pub struct Left {
+    /// What the last session came to.
+    pub ended: Result<Ended, LabError>,
+    /// Recordings that are complete.
+    pub recorded: Vec<Recorded>,
+    /// The first that ended early.
+    pub unrecorded: Option<RecordError>,
+}
+
+impl Model for App {
+    fn sample(&mut self) -> Result<bool, LabError> {
+        self.session.poll()?;
+        self.follow_events();
+        self.follow_recording();
+        let new = self.history.add(self.sampler.picture(&mut self.session));
+        self.picture = self.history.shown();
+        Ok(new)
     }
 
-    /// Does what a key asks for, or types it into the prompt.
-    ///
-    /// # Errors
-    /// [`LabError`] if the session failed or the next one cannot be started.
-    pub fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
+    fn shown(&self) -> Option<Shown<'_>> {
+        let picture = self.picture.as_deref()?;
+        Some(Shown {
+            picture,
+            trace: self.trace(picture.now),
+            events: self.events(picture.now).cloned().collect(),
+            extra: StatusExtra {
+                back: self.looking_back(),
+                ended: self.ended(),
+                recording: self.recording(),
+                replay: false,
+            },
+            focus: self.focus,
+            zoomed: self.zoomed,
+            scrubber: None,
+            footer: match &self.prompt {
+                Some(typed) => Footer::Prompt(typed),
+                None => Footer::Hints(LAB.hints()),
+            },
+            help: self.help.then(|| LAB.rows()),
+            notice: self.notice.as_deref(),
+        })
+    }
+
+    fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
-        let action = super::keys::action(key);
+        let action = LAB.action(key);
         if self.prompt.is_some() && !is_chord(key) {
             self.edit(key);
             return Ok(());
@@ -201,9 +259,17 @@ impl App {
             self.help = false; // Any key closes it.
             return Ok(());
         }
-        action.map_or(Ok(()), |action| self.act(action))
+        let done = action.map_or(Ok(()), |action| self.act(action));
+        self.picture = self.history.shown();
+        done
     }
 
+    fn left(&self) -> bool {
+        self.quit
+    }
+}
+
+impl App {
     fn act(&mut self, action: Action) -> Result<(), LabError> {
         match action {
             Action::ControlRate(way) => self.turn_control_rate(way),
@@ -219,6 +285,7 @@ impl App {
             Action::Speed(way) => self.change_speed(way),
             Action::SpeedOne => self.set_speed(1.0),
             Action::OtherClock => self.other_clock(),
+            Action::Record => self.toggle_recording(),
             Action::Restart => return self.restart(),
             Action::Seed(way) => return self.change_seed(way),
             Action::Policy(way) => return self.change_policy(way),
@@ -320,8 +387,11 @@ impl App {
 
     /// Ends this session and starts one with the knobs as they stand.
     fn restart(&mut self) -> Result<(), LabError> {
-        self.session.finish()?;
-        self.session = Session::start(&self.config, &self.setup)?;
+        let ended = self.session.finish();
+        self.finish_recording();
+        ended?;
+        let record = self.next_recording();
+        self.session = Session::start(&self.config, &self.setup, record)?;
         self.sampler = Sampler::default();
         self.history = History::default();
         self.events.clear();
@@ -341,6 +411,13 @@ fn without_knobs(config: Config) -> Config {
         knobs: Vec::new(),
         ..config
     }
+}
+
+/// What the chart that ends at `now` says of `events`.
+pub fn marks<'a>(events: impl Iterator<Item = &'a Event>, now: Time) -> Vec<(f64, String)> {
+    let since = now.as_secs_f64() - TRACE_S;
+    let marks = events.filter_map(|event| Some((event.at.as_secs_f64(), mark(event)?)));
+    marks.filter(|(at, _)| *at >= since).collect()
 }
 
 /// What the chart says of an event: knobs only.

@@ -24,37 +24,38 @@ pub struct Layout {
     pub panes: Vec<(Pane, Rect)>,
     /// All between status and footer.
     pub body: Rect,
+    /// Where in a recording we are, above the bottom line.
+    pub scrubber: Option<Rect>,
     /// Bottom line: keys.
     pub footer: Rect,
 }
 
 impl Layout {
-    /// Divides `area`; `None` if it is too small for anything.
-    pub fn of(area: Rect, focus: Pane, zoomed: bool) -> Option<Self> {
-        if !fits(LEAST, area) {
-            return None;
-        }
-        let [status, body, footer] = rows(
-            area,
-            [
-                Constraint::Length(1),
-                Constraint::Fill(1),
-                Constraint::Length(1),
-            ],
-        );
+    /// Divides `area`, which [is enough](is_enough), between the pane in focus,
+    /// which may have it all, and the others; with a scrubber or without.
+    pub fn of(area: Rect, (focus, zoomed): (Pane, bool), scrubber: bool) -> Self {
+        let line = Constraint::Length(1);
+        let second = Constraint::Length(u16::from(scrubber));
+        let [status, body, second, footer] = rows(area, [line, Constraint::Fill(1), second, line]);
         let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
             one_pane(body, focus)
         } else {
             (None, all_panes(body, fits(ROOMY, area)))
         };
-        Some(Self {
+        Self {
             status,
             verdict,
             panes,
             body,
+            scrubber: scrubber.then_some(second),
             footer,
-        })
+        }
     }
+}
+
+/// Whether anything can be shown in `area`.
+pub fn is_enough(area: Rect) -> bool {
+    fits(LEAST, area)
 }
 
 fn fits(size: Size, area: Rect) -> bool {

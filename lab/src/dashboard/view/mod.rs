@@ -14,6 +14,7 @@ mod pane;
 mod plant;
 #[cfg(test)]
 mod sample;
+mod scrubber;
 mod sketch;
 mod status;
 mod table;
@@ -26,90 +27,111 @@ use ratatui::{
     widgets::{Paragraph, Widget, Wrap},
 };
 
-use self::{layout::Layout, status::StatusExtra, theme::Theme};
+use ratelab::runtime::telemetry::Event;
+
+use self::{layout::Layout, theme::Theme};
+pub use self::{scrubber::Scrubber, status::StatusExtra};
 use super::{
-    app::{App, Pane},
-    keys,
-    picture::Picture,
+    app::Pane,
+    picture::{Picture, Trace},
 };
 
-/// Draws everything.
-pub fn render(app: &App, theme: &Theme, frame: &mut Frame<'_>) {
+/// What is on the screen, whatever it is of: a run under way or a recording.
+pub struct Shown<'a> {
+    /// The figures.
+    pub picture: &'a Picture,
+    /// The pole's angle until then.
+    pub trace: Trace,
+    /// Events until then.
+    pub events: Vec<Event>,
+    /// What the top line says beside.
+    pub extra: StatusExtra,
+    /// The pane that keys of focus and zoom mean.
+    pub focus: Pane,
+    /// Whether it has the whole screen.
+    pub zoomed: bool,
+    /// The line above the last.
+    pub scrubber: Option<Scrubber>,
+    /// The last line.
+    pub footer: Footer<'a>,
+    /// The keys and what they do, over everything else.
+    pub help: Option<Vec<(String, String)>>,
+    /// The last thing that the dashboard itself had to say.
+    pub notice: Option<&'a str>,
+}
+
+/// The last line.
+pub enum Footer<'a> {
+    /// Keys and what for.
+    Hints(Vec<(String, &'static str)>),
+    /// What is being typed.
+    Prompt(&'a str),
+}
+
+/// Draws everything; nothing but the size of a screen that is too small.
+pub fn render(shown: Option<&Shown<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();
     let buf = frame.buffer_mut();
-    match (Layout::of(area, app.focus, app.zoomed), app.picture()) {
-        (Some(layout), Some(picture)) => render_parts(app, &picture, theme, &layout, buf),
-        (None, _) => too_small(area, buf),
-        (_, None) => {}
+    if !layout::is_enough(area) {
+        too_small(area, buf);
+    } else if let Some(shown) = shown {
+        let panes = (shown.focus, shown.zoomed);
+        render_parts(
+            shown,
+            theme,
+            &Layout::of(area, panes, shown.scrubber.is_some()),
+            buf,
+        );
     }
 }
 
-fn render_parts(app: &App, picture: &Picture, theme: &Theme, layout: &Layout, buf: &mut Buffer) {
-    let extra = StatusExtra {
-        back: app.looking_back(),
-        ended: app.ended(),
-        note: None,
-    };
-    status::render_status(picture, &extra, theme, layout.status, buf);
+fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buffer) {
+    status::render_status(shown.picture, &shown.extra, theme, layout.status, buf);
     if let Some(area) = layout.verdict {
-        verdict_line(app, picture, theme, area, buf);
+        verdict_line(shown, theme, area, buf);
     }
     for (pane, area) in &layout.panes {
-        render_pane(app, picture, *pane, theme, *area, buf);
+        render_pane(shown, *pane, theme, *area, buf);
     }
-    match &app.prompt {
-        Some(typed) => prompt_line(typed, theme, layout.footer, buf),
-        None => {
-            let hints = keys::hints();
+    if let (Some(scrubber), Some(area)) = (&shown.scrubber, layout.scrubber) {
+        scrubber::render(scrubber, theme, area, buf);
+    }
+    match &shown.footer {
+        Footer::Prompt(typed) => prompt_line(typed, theme, layout.footer, buf),
+        Footer::Hints(hints) => {
             let hints: Vec<(&str, &str)> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
             status::render_footer(&hints, theme, layout.footer, buf);
         }
     }
-    if app.help {
-        help::render(&keys::rows(), theme, layout.body, buf);
+    if let Some(rows) = &shown.help {
+        help::render(rows, theme, layout.body, buf);
     }
 }
 
-fn render_pane(
-    app: &App,
-    picture: &Picture,
-    pane: Pane,
-    theme: &Theme,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let focused = pane == app.focus;
+fn render_pane(shown: &Shown<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let focused = pane == shown.focus;
+    let picture = shown.picture;
     let verdict = &picture.verdict;
     match pane {
         Pane::Graph => graph::render(picture, theme, focused, area, buf),
         Pane::Plant => {
-            plant::render(
-                picture.plant.as_ref(),
-                verdict.kind,
-                theme,
-                focused,
-                area,
-                buf,
-            );
+            let plant = picture.plant.as_ref();
+            plant::render(plant, verdict.kind, theme, focused, area, buf);
         }
-        Pane::Angle => {
-            let trace = app.trace(picture.now);
-            angle::render(&trace, picture.now, theme, focused, area, buf);
-        }
+        Pane::Angle => angle::render(&shown.trace, picture.now, theme, focused, area, buf),
         Pane::Figures => figures::render(picture, theme, focused, area, buf),
         Pane::Events => {
-            let events: Vec<_> = app.events(picture.now).cloned().collect();
-            let notice = app.notice.as_deref();
-            events::render(verdict, &events, notice, theme, focused, area, buf);
+            let (events, notice) = (&shown.events, shown.notice);
+            events::render(verdict, events, notice, theme, focused, area, buf);
         }
     }
 }
 
 /// The verdict, or what the dashboard has to say, where no pane shows it.
-fn verdict_line(app: &App, picture: &Picture, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let line = match &app.notice {
+fn verdict_line(shown: &Shown<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let line = match shown.notice {
         Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
-        None => events::headline(&picture.verdict, theme),
+        None => events::headline(&shown.picture.verdict, theme),
     };
     line.render(area, buf);
 }

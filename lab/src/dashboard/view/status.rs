@@ -13,22 +13,24 @@ use crate::dashboard::picture::Picture;
 const GAP: usize = 2;
 
 /// What the top line says that is not in a picture.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StatusExtra<'a> {
+#[derive(Clone, Debug, Default)]
+pub struct StatusExtra {
     /// Which picture is being looked at, and how many are kept, both counted
     /// from one; `None` if it is the newest.
     pub back: Option<(usize, usize)>,
     /// Whether the run is over.
     pub ended: bool,
-    /// Anything else worth a few words.
-    pub note: Option<&'a str>,
+    /// Whether a recording is being made, and what of it was lost.
+    pub recording: Option<u64>,
+    /// Whether a recording is played, and no run.
+    pub replay: bool,
 }
 
 /// Draws the top line. Where it is too narrow, parts are left out from the
 /// right; a loss of measurements is said before all else.
 pub fn render_status(
     picture: &Picture,
-    extra: &StatusExtra<'_>,
+    extra: &StatusExtra,
     theme: &Theme,
     area: Rect,
     buf: &mut Buffer,
@@ -38,6 +40,9 @@ pub fn render_status(
         ("ratelab".to_owned(), theme.strong()),
         (clock(picture.status), Style::new()),
         state(picture, extra, theme),
+    ];
+    parts.extend(extra.recording.map(|lost| recording(lost, theme)));
+    parts.extend([
         (
             format!("{:>8.2} s sim", picture.now.as_secs_f64()),
             Style::new(),
@@ -45,8 +50,7 @@ pub fn render_status(
         (format!("{:>5} s wall", picture.wall_s), Style::new()),
         (format!("seed {}", picture.seed), Style::new()),
         (format!("policy {}", picture.policy), Style::new()),
-    ];
-    parts.extend(extra.note.map(|note| (note.to_owned(), theme.strong())));
+    ]);
     let lost = (picture.telemetry_lost > 0).then(|| {
         let sign = theme.glyph("✖", "!");
         let text = format!(" {sign} telemetry lost {} ", picture.telemetry_lost);
@@ -97,14 +101,25 @@ fn clock(status: Status) -> String {
     format!("{text:<12}")
 }
 
-fn state(picture: &Picture, extra: &StatusExtra<'_>, theme: &Theme) -> (String, Style) {
+/// That a recording is made, and what of the run it lost.
+fn recording(lost: u64, theme: &Theme) -> (String, Style) {
+    let sign = theme.glyph("●", "*");
+    match lost {
+        0 => (format!("{sign} rec"), theme.strong()),
+        lost => (format!("{sign} rec, {lost} lost"), theme.alarm()),
+    }
+}
+
+fn state(picture: &Picture, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
     if let Some((at, of)) = extra.back {
         let digits = of.to_string().len();
         let sign = theme.glyph("◀", "<");
         let text = format!("{sign} looking back {at:>digits$} of {of}");
         return (text, theme.strong());
     }
-    let (sign, word, style) = if extra.ended {
+    let (sign, word, style) = if extra.replay {
+        (theme.glyph("⏵", ">"), "replay", theme.strong())
+    } else if extra.ended {
         (theme.glyph("⏹", "#"), "ended", theme.strong())
     } else if picture.status.paused {
         (theme.glyph("⏸", "="), "paused", theme.strong())
@@ -144,7 +159,7 @@ mod tests {
 
     const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
 
-    fn line(width: u16, extra: &StatusExtra<'_>, theme: &Theme) -> Buffer {
+    fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
         let mut picture = sample::broken();
         picture.status.clock = ClockKind::Virtual;
         screen(width, 1, |area, buf| {
@@ -164,10 +179,10 @@ mod tests {
     fn states_are_told_apart() {
         let ended = StatusExtra {
             ended: true,
-            note: Some("recording"),
+            recording: Some(0),
             ..StatusExtra::default()
         };
-        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"ratelab  virtual 1×    ⏹ ended        0.84 s sim      1 s wall  seed 0  policy scripted  recording");
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"ratelab  virtual 1×    ⏹ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
         let back = StatusExtra {
             back: Some((3, 120)),
             ..ended

@@ -1,0 +1,179 @@
+//! One table of keys for each screen: what they do, what the help and the footer
+//! say of them, what `ratelab keys` prints and the README shows.
+
+mod lab;
+mod replay;
+
+use std::fmt::Write;
+
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+pub use lab::{Action, LAB};
+pub use replay::{Action as ReplayAction, REPLAY};
+
+/// Keys and what they mean.
+pub struct Table<A: 'static>(&'static [Binding<A>]);
+
+/// A row of the table: keys that belong together.
+pub struct Binding<A: 'static> {
+    /// Each key and what it does.
+    pub keys: &'static [(Key, A)],
+    /// What they do, in words, in the order of the keys.
+    pub help: &'static str,
+    /// What the footer says of them; rows without are in the help only.
+    pub footer: Option<&'static str>,
+}
+
+/// A key by what it types, or by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// A character, however it is typed.
+    Char(char),
+    /// A character with Ctrl.
+    Ctrl(char),
+    /// A key that types nothing.
+    Named(KeyCode, &'static str),
+}
+
+const RIGHT: Key = Key::Named(KeyCode::Right, "→");
+const LEFT: Key = Key::Named(KeyCode::Left, "←");
+const HOME: Key = Key::Named(KeyCode::Home, "Home");
+const END: Key = Key::Named(KeyCode::End, "End");
+const TAB: Key = Key::Named(KeyCode::Tab, "Tab");
+
+const fn row<A>(
+    keys: &'static [(Key, A)],
+    help: &'static str,
+    footer: Option<&'static str>,
+) -> Binding<A> {
+    Binding { keys, help, footer }
+}
+
+impl Key {
+    /// What is written on the key.
+    pub fn label(self) -> String {
+        match self {
+            Self::Char(' ') => "Space".to_owned(),
+            Self::Char(character) => character.to_string(),
+            Self::Ctrl(character) => format!("Ctrl-{}", character.to_ascii_uppercase()),
+            Self::Named(_, name) => name.to_owned(),
+        }
+    }
+
+    /// Whether `event` is this key. Shift does not count: which characters need
+    /// it is the keyboard layout's business.
+    fn is(self, event: &KeyEvent) -> bool {
+        let chord = event.modifiers - KeyModifiers::SHIFT;
+        match self {
+            Self::Char(character) => {
+                event.code == KeyCode::Char(character) && chord == KeyModifiers::NONE
+            }
+            Self::Ctrl(character) => {
+                event.code == KeyCode::Char(character) && chord == KeyModifiers::CONTROL
+            }
+            Self::Named(code, _) => event.code == code,
+        }
+    }
+}
+
+impl<A> Binding<A> {
+    fn labels(&self) -> Vec<String> {
+        self.keys.iter().map(|(key, _)| key.label()).collect()
+    }
+}
+
+impl<A: Copy> Table<A> {
+    /// What `event` asks for.
+    pub fn action(&self, event: &KeyEvent) -> Option<A> {
+        let mut keys = self.0.iter().flat_map(|binding| binding.keys);
+        keys.find(|(key, _)| key.is(event))
+            .map(|(_, action)| *action)
+    }
+
+    /// Keys and what they do.
+    pub fn rows(&self) -> Vec<(String, String)> {
+        let row = |binding: &Binding<A>| (binding.labels().join(" "), binding.help.to_owned());
+        self.0.iter().map(row).collect()
+    }
+
+    /// What the footer says: keys that type something, and what for.
+    pub fn hints(&self) -> Vec<(String, &'static str)> {
+        let hint = |binding: &Binding<A>| {
+            let typed = binding.keys.iter().map(|(key, _)| key);
+            let typed = typed.filter(|key| matches!(key, Key::Char(_)));
+            let labels: Vec<String> = typed.map(|key| key.label()).collect();
+            binding.footer.map(|text| (labels.join(" "), text))
+        };
+        self.0.iter().filter_map(hint).collect()
+    }
+
+    /// The table as `ratelab keys` prints it.
+    pub fn text(&self) -> String {
+        let rows = self.rows().into_iter();
+        rows.fold(String::new(), |mut text, (keys, help)| {
+            let _ = writeln!(text, "{keys:<15} {help}");
+            text
+        })
+    }
+
+    /// The table as the README shows it.
+    #[cfg(test)]
+    pub fn markdown(&self) -> String {
+        let head = "| key | what it does |\n|---|---|\n".to_owned();
+        self.0.iter().fold(head, |mut text, binding| {
+            let keys = binding.labels().into_iter();
+            let keys: Vec<String> = keys.map(|label| format!("`{label}`")).collect();
+            let _ = writeln!(text, "| {} | {} |", keys.join(" "), binding.help);
+            text
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Debug;
+
+    use super::*;
+
+    fn no_key_has_two_meanings<A>(table: &Table<A>) {
+        let keys = table.0.iter().flat_map(|binding| binding.keys);
+        let keys: Vec<Key> = keys.map(|(key, _)| *key).collect();
+        for (index, key) in keys.iter().enumerate() {
+            assert!(!keys[..index].contains(key), "{} is taken", key.label());
+        }
+    }
+
+    fn every_action_can_be_reached<A: Copy + Debug + PartialEq>(table: &Table<A>) {
+        for binding in table.0 {
+            assert!(!binding.keys.is_empty(), "{} has no key", binding.help);
+            for (key, done) in binding.keys {
+                let event = match *key {
+                    Key::Char(c) => KeyEvent::new(KeyCode::Char(c), KeyModifiers::SHIFT),
+                    Key::Ctrl(c) => KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL),
+                    Key::Named(code, _) => KeyEvent::new(code, KeyModifiers::NONE),
+                };
+                assert_eq!(table.action(&event), Some(*done), "{}", key.label());
+            }
+        }
+    }
+
+    #[test]
+    fn no_key_of_a_screen_has_two_meanings() {
+        no_key_has_two_meanings(&LAB);
+        no_key_has_two_meanings(&REPLAY);
+    }
+
+    #[test]
+    fn every_action_can_be_reached_by_each_of_its_keys() {
+        every_action_can_be_reached(&LAB);
+        every_action_can_be_reached(&REPLAY);
+    }
+
+    #[test]
+    fn the_readme_shows_these_tables() {
+        let readme = include_str!("../../../../README.md");
+        for table in [LAB.markdown(), REPLAY.markdown()] {
+            assert!(readme.contains(&table), "README.md is to hold:\n{table}");
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Columns of values, as rerun takes them.
+
+use std::sync::Arc;
+
+use rerun::{
+    ComponentDescriptor, RecordingStreamResult, SerializedComponentBatch,
+    SerializedComponentColumn,
+    archetypes::Scalars,
+    external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
+};
+
+/// One number a row.
+pub fn numbers(
+    name: &'static str,
+    values: impl IntoIterator<Item = u64>,
+) -> RecordingStreamResult<SerializedComponentColumn> {
+    units(name, Arc::new(UInt64Array::from_iter_values(values)))
+}
+
+/// One number or none a row.
+pub fn numbers_or_none(
+    name: &'static str,
+    values: impl IntoIterator<Item = Option<u64>>,
+) -> RecordingStreamResult<SerializedComponentColumn> {
+    units(name, Arc::new(UInt64Array::from_iter(values)))
+}
+
+/// One text a row.
+pub fn texts(
+    name: &'static str,
+    values: impl IntoIterator<Item = String>,
+) -> RecordingStreamResult<SerializedComponentColumn> {
+    units(name, Arc::new(StringArray::from_iter_values(values)))
+}
+
+/// `width` values a row, to be plotted as so many series.
+pub fn series(values: Vec<f64>, width: usize) -> RecordingStreamResult<SerializedComponentColumn> {
+    let rows = values.len() / width.max(1);
+    let array: ArrayRef = Arc::new(Float64Array::from(values));
+    let batch = SerializedComponentBatch::new(array, Scalars::descriptor_scalars());
+    Ok(batch.partitioned(std::iter::repeat_n(width, rows))?)
+}
+
+fn units(name: &'static str, array: ArrayRef) -> RecordingStreamResult<SerializedComponentColumn> {
+    let descriptor = ComponentDescriptor::partial(name);
+    Ok(SerializedComponentBatch::new(array, descriptor).column_of_unit_batches()?)
+}

@@ -1,0 +1,128 @@
+//! Makes a complete recording small.
+//!
+//! While a run is recorded it is written in many batches, so that a kill loses
+//! little. Each costs kilobytes whatever is in it: once nothing can be lost any
+//! more, they are put together.
+
+use std::{
+    collections::HashMap,
+    error::Error,
+    fs::{self, File},
+    io::{BufReader, BufWriter},
+    path::Path,
+};
+
+use rerun::{
+    EntityPath,
+    external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
+    log::{Chunk, LogMsg, RowId},
+};
+use tempfile::NamedTempFile;
+
+use super::schema::CHECKPOINT;
+
+/// Rows in a chunk from which on another is begun.
+const ROWS: usize = 4096;
+
+/// Largest file that is held in memory for this. What is longer was written in
+/// larger batches, or is large anyway.
+const LARGEST: u64 = 256 << 20;
+
+/// Puts the batches of the complete recording `path` together; says how long it
+/// is then. The file is replaced as a whole or not at all.
+///
+/// # Errors
+/// Whatever keeps it from being done; the file is as it was.
+pub fn compact(path: &Path) -> Result<u64, Box<dyn Error>> {
+    let size = fs::metadata(path)?.len();
+    if size > LARGEST {
+        return Ok(size);
+    }
+    let messages = DecoderApp::decode_eager(BufReader::new(File::open(path)?))?;
+    let mut merged = Merged::default();
+    for message in messages {
+        merged.add(message?)?;
+    }
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+    let version = rerun::build_info().version;
+    let options = EncodingOptions::PROTOBUF_COMPRESSED;
+    let mut encoder = Encoder::new_eager(version, options, BufWriter::new(&file))?;
+    for message in merged.finish()? {
+        encoder.append(&message)?;
+    }
+    encoder.finish()?;
+    encoder.flush_blocking()?;
+    drop(encoder);
+    file.as_file()
+        .set_permissions(fs::metadata(path)?.permissions())?;
+    Ok(file.persist(path)?.metadata()?.len())
+}
+
+/// Messages in their order, with what can be put together put together.
+#[derive(Default)]
+struct Merged {
+    messages: Vec<LogMsg>,
+    /// The chunk that is growing, per entity and components, and the message
+    /// whose place it takes.
+    growing: HashMap<Key, (usize, Chunk)>,
+}
+
+/// What chunks must share to be put together: in rows with gaps, readers could
+/// not tell which values belong together.
+type Key = (EntityPath, Vec<String>);
+
+impl Merged {
+    fn add(&mut self, message: LogMsg) -> Result<(), Box<dyn Error>> {
+        let LogMsg::ArrowMsg(store, data) = &message else {
+            self.messages.push(message);
+            return Ok(());
+        };
+        let chunk = Chunk::from_arrow_msg(data)?;
+        if chunk.entity_path().to_string() == CHECKPOINT {
+            return Ok(()); // The end says that everything is there.
+        }
+        if store.is_blueprint() || chunk.is_static() {
+            self.messages.push(message);
+            return Ok(());
+        }
+        let mut components: Vec<String> = chunk
+            .components_identifiers()
+            .map(|component| component.to_string())
+            .collect();
+        components.sort_unstable();
+        let key = (chunk.entity_path().clone(), components);
+        match self.growing.remove(&key) {
+            Some((place, before)) if before.concatenable(&chunk) && before.num_rows() < ROWS => {
+                let chunk = Chunk::concat_and_sort(&before, &chunk)?;
+                self.growing.insert(key, (place, chunk));
+            }
+            full => {
+                if let Some((place, chunk)) = full {
+                    self.settle(place, &chunk)?;
+                }
+                let place = self.messages.len();
+                self.messages.push(message);
+                self.growing.insert(key, (place, chunk));
+            }
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, place: usize, chunk: &Chunk) -> Result<(), Box<dyn Error>> {
+        let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
+        // Rows are numbered anew, one after the other, which takes no room.
+        let chunk = chunk.clone_as(chunk.id(), first);
+        if let Some(LogMsg::ArrowMsg(_, data)) = self.messages.get_mut(place) {
+            *data = chunk.to_arrow_msg()?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Vec<LogMsg>, Box<dyn Error>> {
+        for (place, chunk) in std::mem::take(&mut self.growing).into_values() {
+            self.settle(place, &chunk)?;
+        }
+        Ok(self.messages)
+    }
+}

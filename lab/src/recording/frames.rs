@@ -1,0 +1,181 @@
+//! The messages of a `.rrd` file, read with distrust.
+//!
+//! rerun's own decoder believes every length in a file: a damaged one asks it
+//! for more memory than there is, and that ends a program. Here every length is
+//! held against what is there before anything is made of it.
+
+use std::{
+    cell::Cell,
+    panic::{self, AssertUnwindSafe, catch_unwind},
+    sync::Once,
+};
+
+use re_protos::{
+    common::v1alpha1::Compression,
+    log_msg::v1alpha1::{ArrowMsg, Encoding},
+};
+use rerun::{
+    external::{
+        arrow::ipc::{reader::StreamReader, root_as_message},
+        re_log_encoding::{
+            Decodable, MessageHeader, MessageKind, StreamHeader, external::lz4_flex,
+        },
+    },
+    log::Chunk,
+};
+
+/// What a `.rrd` file begins with.
+const MAGIC: &[u8] = b"RRF2";
+
+/// The most that a byte of LZ4 can stand for.
+const LZ4_BEST_RATIO: u64 = 255;
+
+/// What a message of Arrow's begins with, before its length.
+const CONTINUATION: u32 = u32::MAX;
+
+/// Whether `bytes` begin like a `.rrd` file.
+pub fn is_rrd(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC) && bytes.len() >= StreamHeader::ENCODED_SIZE_BYTES
+}
+
+/// The chunks of a `.rrd` file, up to its end or to where it is damaged.
+pub struct Chunks<'a> {
+    rest: &'a [u8],
+    /// Why there are no more, if the file does not end here.
+    pub damage: Option<&'static str>,
+}
+
+impl<'a> Chunks<'a> {
+    /// Those in the file whose content is `bytes`.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        let rest = bytes.get(StreamHeader::ENCODED_SIZE_BYTES..);
+        Self {
+            rest: rest.unwrap_or_default(),
+            damage: None,
+        }
+    }
+
+    /// The kind and content of the next message.
+    fn message(&mut self) -> Option<(MessageKind, &'a [u8])> {
+        let Some((header, rest)) = self
+            .rest
+            .split_at_checked(MessageHeader::ENCODED_SIZE_BYTES)
+        else {
+            self.damage = Some("it ends too early");
+            return None;
+        };
+        let Ok(header) = MessageHeader::from_rrd_bytes(header) else {
+            self.damage = Some("it holds what is no message");
+            return None;
+        };
+        let length = usize::try_from(header.len).ok();
+        let Some((content, rest)) = length.and_then(|length| rest.split_at_checked(length)) else {
+            self.damage = Some("it ends within a message");
+            return None;
+        };
+        self.rest = rest;
+        Some((header.kind, content))
+    }
+}
+
+impl Iterator for Chunks<'_> {
+    type Item = Chunk;
+
+    fn next(&mut self) -> Option<Chunk> {
+        while self.damage.is_none() {
+            let (kind, content) = self.message()?;
+            match kind {
+                MessageKind::End => return None,
+                MessageKind::SetStoreInfo | MessageKind::BlueprintActivationCommand => {}
+                MessageKind::ArrowMsg => match quietly(|| chunk(content)) {
+                    Some(chunk) => return Some(chunk),
+                    None => self.damage = Some("it holds a message that cannot be read"),
+                },
+            }
+        }
+        None
+    }
+}
+
+/// The chunk in a message; `None` if there is none to be had.
+fn chunk(content: &[u8]) -> Option<Chunk> {
+    let message = ArrowMsg::from_rrd_bytes(content).ok()?;
+    if message.encoding() != Encoding::ArrowIpc {
+        return None;
+    }
+    let unpacked;
+    let stream = match message.compression() {
+        Compression::Lz4 => {
+            unpacked = unpack(&message.payload, message.uncompressed_size)?;
+            &unpacked
+        }
+        _ => &*message.payload,
+    };
+    if !lengths_fit(stream) {
+        return None;
+    }
+    let mut batches = StreamReader::try_new(stream, None).ok()?;
+    Chunk::from_chunk_record_batch(&batches.next()?.ok()?).ok()
+}
+
+fn unpack(packed: &[u8], size: u64) -> Option<Vec<u8>> {
+    if size > LZ4_BEST_RATIO * (packed.len() as u64 + 1) {
+        return None;
+    }
+    let mut unpacked = vec![0; usize::try_from(size).ok()?];
+    let length = lz4_flex::block::decompress_into(packed, &mut unpacked).ok()?;
+    (length == unpacked.len()).then_some(unpacked)
+}
+
+/// Whether every length that Arrow's reader would believe is of something that
+/// is in `stream`: each message is a marker, the length of what describes it,
+/// that description, and a body of the length in it.
+fn lengths_fit(mut stream: &[u8]) -> bool {
+    let word = |stream: &[u8]| Some(u32::from_le_bytes(*stream.first_chunk()?));
+    while let Some(marker) = word(stream) {
+        let Some(length) = stream.get(4..).and_then(word) else {
+            return false;
+        };
+        if marker != CONTINUATION {
+            return false;
+        }
+        if length == 0 {
+            return true; // The end of the stream.
+        }
+        let Some(body) = body_length(&stream[8..], length as usize) else {
+            return false;
+        };
+        let Some(rest) = stream[8..]
+            .get(length as usize..)
+            .and_then(|s| s.get(body..))
+        else {
+            return false;
+        };
+        stream = rest;
+    }
+    true
+}
+
+fn body_length(stream: &[u8], description: usize) -> Option<usize> {
+    let message = root_as_message(stream.get(..description)?).ok()?;
+    usize::try_from(message.bodyLength()).ok()
+}
+
+/// What `read` makes of a file's bytes; `None` also if it panics, about which
+/// nothing is printed: some of Arrow's checks are assertions.
+pub fn quietly<T>(read: impl FnOnce() -> Option<T>) -> Option<T> {
+    thread_local! { static QUIET: Cell<bool> = const { Cell::new(false) } }
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let report = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                report(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let outcome = catch_unwind(AssertUnwindSafe(read));
+    QUIET.set(false);
+    outcome.ok().flatten()
+}

@@ -1,0 +1,210 @@
+//! From a file back to what happened.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use ratelab::runtime::{Fields, Message, Ticked, Time, telemetry::Event};
+use thiserror::Error;
+
+use super::{
+    content::Content,
+    frames::{Chunks, is_rrd, quietly},
+    schema::{Origin, Outcome},
+};
+
+/// Largest file that is read: a day at 50 Hz has less than a tenth of it.
+const LARGEST: u64 = 4 << 30;
+
+/// Why a file is not read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// It cannot be opened.
+    #[error("{}: {why}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        why: io::Error,
+    },
+    /// It is of another kind, or nothing of it can be read.
+    #[error("{}: {what}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is or is not.
+        what: String,
+    },
+}
+
+/// A recorded run, or what could be read of it.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// What was run.
+    pub origin: Origin,
+    /// What the topics carried, in the order of the [`Shape`].
+    pub topics: Vec<Track>,
+    /// The ticks of the nodes, in the order of the [`Shape`].
+    pub ticks: Vec<Vec<Ticked>>,
+    /// Commands and ends.
+    pub events: Vec<Event>,
+    /// Run time of the last thing in it.
+    pub until: Time,
+    /// How the recording ended; `None` if the file is torn.
+    pub outcome: Option<Outcome>,
+    /// Why there is no more in the file, if it is damaged.
+    pub damage: Option<&'static str>,
+}
+
+/// The messages of a topic, as numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// When and in which order.
+    pub heads: Vec<Head>,
+    /// Numbers in a message.
+    pub width: usize,
+    /// Those of all messages, one after the other.
+    pub values: Vec<f64>,
+}
+
+/// A message without its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Head {
+    /// Run time at which it was published.
+    pub stamp: Time,
+    /// Position in the topic's history.
+    pub seq: u64,
+    /// Run time of the sensing it was derived from.
+    pub origin: Option<Time>,
+    /// Messages of the topic lost unread by then.
+    pub dropped: u64,
+}
+
+impl Track {
+    /// The numbers in message `index`.
+    pub fn row(&self, index: usize) -> &[f64] {
+        let start = index * self.width;
+        self.values
+            .get(start..start + self.width)
+            .unwrap_or_default()
+    }
+
+    /// Message `index` as it was published.
+    pub fn message<T: Fields>(&self, index: usize) -> Option<Message<T>> {
+        let head = self.heads.get(index)?;
+        Some(Message {
+            data: T::from_row(self.row(index))?,
+            stamp: head.stamp,
+            seq: head.seq,
+            origin: head.origin,
+        })
+    }
+
+    /// Forgets what is later than `until`.
+    fn cut(&mut self, until: Time) {
+        let kept = self.heads.partition_point(|head| head.stamp <= until);
+        self.heads.truncate(kept);
+        self.values.truncate(kept * self.width);
+    }
+}
+
+impl Recording {
+    /// Reads the file at `path`, or what is whole of it.
+    ///
+    /// # Errors
+    /// [`ReadError`] if it is no recording of ratelab, or nothing of it is whole.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let bytes = read_file(path).map_err(|why| ReadError::File {
+            path: path.to_owned(),
+            why,
+        })?;
+        Self::parse(path, &bytes).map_err(|what| ReadError::Foreign {
+            path: path.to_owned(),
+            what,
+        })
+    }
+
+    fn parse(path: &Path, bytes: &[u8]) -> Result<Self, String> {
+        if !is_rrd(bytes) {
+            let what = "this is not a rerun recording: expected a .rrd file that ratelab made";
+            return Err(what.to_owned());
+        }
+        let mut chunks = Chunks::new(bytes);
+        let mut content = Content::default();
+        for chunk in &mut chunks {
+            let added = quietly(|| Some(content.add(&chunk)));
+            added.unwrap_or_else(|| Err("this recording is damaged".to_owned()))?;
+        }
+        let (Some(origin), Some(until)) = (content.origin, content.until) else {
+            return Err(match chunks.damage {
+                Some(damage) => format!("this recording is damaged at its beginning: {damage}"),
+                None => "this is a rerun recording, but not one that ratelab made".to_owned(),
+            });
+        };
+        let mut recording = Self {
+            path: path.to_owned(),
+            bytes: bytes.len() as u64,
+            topics: content.topics,
+            ticks: content.ticks,
+            events: content.events,
+            until,
+            outcome: content.outcome,
+            damage: chunks.damage,
+            origin,
+        };
+        recording.check();
+        Ok(recording)
+    }
+
+    /// Whether the file is as its recorder left it.
+    pub fn is_whole(&self) -> bool {
+        self.damage.is_none() && self.outcome.is_some()
+    }
+
+    /// What is wrong with the file; `None` if it is whole.
+    pub fn defect(&self) -> Option<String> {
+        if self.is_whole() {
+            return None;
+        }
+        let why = self.damage.unwrap_or("its end is missing");
+        Some(format!(
+            "this file is good up to {} only: {why}",
+            self.until
+        ))
+    }
+
+    /// Holds what is there against what the end says is there, and forgets what
+    /// is not known to be complete.
+    fn check(&mut self) {
+        if let Some(outcome) = &self.outcome {
+            let messages = self.topics.iter().map(|topic| topic.heads.len() as u64);
+            let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
+            if !messages.eq(outcome.messages.iter().copied())
+                || !ticks.eq(outcome.ticks.iter().copied())
+            {
+                self.damage = Some("messages are missing in it");
+            }
+            return;
+        }
+        let until = self.until;
+        self.topics.iter_mut().for_each(|topic| topic.cut(until));
+        for ticks in &mut self.ticks {
+            ticks.retain(|tick| tick.at <= until);
+        }
+        self.events.retain(|event| event.at <= until);
+    }
+}
+
+fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    let size = fs::metadata(path)?.len();
+    if size > LARGEST {
+        let what = format!("{size} bytes are more than is read, {LARGEST}");
+        return Err(io::Error::other(what));
+    }
+    fs::read(path)
+}

@@ -1,0 +1,226 @@
+//! Writes a running experiment to a file, on a thread of its own.
+//!
+//! The run never waits for it but in virtual time, where waiting costs nothing.
+//! What came faster than it could be taken is counted.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use ratelab::{
+    experiment::{Config, Experiment, Summary, Taps},
+    runtime::{Fault, Observer, Snapshot},
+};
+use thiserror::Error;
+
+use super::{
+    compact::compact,
+    file::RecordingFile,
+    schema::{End, Origin},
+    writer::{Attached, Writer},
+};
+
+/// Wall time between two looks at the taps.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A run as a recorder sees it.
+#[derive(Clone)]
+pub struct Source {
+    /// What is run.
+    pub origin: Origin,
+    /// The graph before the run.
+    pub start: Snapshot,
+    /// Reads the graph.
+    pub observer: Observer,
+    /// Taps it.
+    pub taps: Taps,
+}
+
+impl Source {
+    /// An experiment that has not begun, made from `config`.
+    pub fn of(experiment: &Experiment, config: &Config) -> Self {
+        let observer = experiment.observer();
+        Self {
+            origin: Origin::new(config.clone(), observer.shape()),
+            start: observer.snapshot(),
+            taps: experiment.taps(),
+            observer,
+        }
+    }
+}
+
+/// Why a recording ended before it was to.
+#[derive(Debug, Error)]
+#[error("the recording {} ended early: {why}", path.display())]
+pub struct RecordError {
+    /// The file, which is readable up to its last second.
+    pub path: PathBuf,
+    /// What the system said.
+    pub why: io::Error,
+}
+
+/// A recording that is complete.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// Messages in it.
+    pub messages: u64,
+    /// Messages and ticks that came faster than they could be recorded.
+    pub lost: u64,
+}
+
+/// What a recorder is told when it is to end.
+pub enum Ending {
+    /// The run ended.
+    Run(Box<Summary>),
+    /// A node failed.
+    Fault(String),
+    /// The run goes on without it.
+    Off,
+}
+
+impl Ending {
+    /// What came of a run.
+    pub fn of(outcome: &Result<Summary, Fault>) -> Self {
+        match outcome {
+            Ok(summary) => Self::Run(Box::new(summary.clone())),
+            Err(fault) => Self::Fault(fault.to_string()),
+        }
+    }
+
+    /// The same for the file.
+    pub(super) fn mark(&self) -> End {
+        match self {
+            Self::Run(summary) => End::Ended(summary.end()),
+            Self::Fault(fault) => End::Failed {
+                fault: fault.clone(),
+            },
+            Self::Off => End::WentOn,
+        }
+    }
+}
+
+/// A recording that is being made.
+pub struct Recorder {
+    path: PathBuf,
+    ending: Sender<Ending>,
+    lost: Arc<AtomicU64>,
+    thread: JoinHandle<io::Result<Recorded>>,
+}
+
+impl Recorder {
+    /// Records a run that has not begun, from its first tick, to the new file
+    /// `path`.
+    ///
+    /// # Errors
+    /// What the system says of the file.
+    pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
+        let attached = Attached::new(source);
+        Self::start(path, source, move |_| attached)
+    }
+
+    /// Records a run that may have begun, from some moment soon. Never waits for
+    /// it.
+    ///
+    /// # Errors
+    /// What the system says of the file.
+    pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
+        // A topic lets nobody in while it waits for a full tap, and the caller
+        // may be who is to empty that.
+        Self::start(path, source, Attached::new)
+    }
+
+    fn start(
+        path: &Path,
+        source: &Source,
+        attach: impl FnOnce(&Source) -> Attached + Send + 'static,
+    ) -> io::Result<Self> {
+        let file = RecordingFile::create(path)?;
+        let (ending, asked) = bounded(1);
+        let lost = Arc::<AtomicU64>::default();
+        let (to, source, losses) = (path.to_owned(), source.clone(), lost.clone());
+        let thread = thread::Builder::new().name("recorder".to_owned());
+        let thread = thread.spawn(move || {
+            let attached = attach(&source);
+            let writer = Writer::start(file, attached, source, losses)?;
+            let (bytes, messages, lost) = record(writer, &asked)?;
+            // If that cannot be done, the file is complete all the same.
+            let bytes = compact(&to).unwrap_or(bytes);
+            Ok(Recorded {
+                path: to,
+                bytes,
+                messages,
+                lost,
+            })
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            ending,
+            lost,
+            thread,
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Messages and ticks that came faster than they could be recorded.
+    pub fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Asks it to end; the first to ask is heard.
+    pub fn end(&self, ending: Ending) {
+        let _ = self.ending.try_send(ending);
+    }
+
+    /// Whether it has ended, as asked or because it could not go on.
+    pub fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Waits for its end, which must have been asked for.
+    ///
+    /// # Errors
+    /// [`RecordError`] if it could not be completed.
+    pub fn finish(self) -> Result<Recorded, RecordError> {
+        let Self {
+            path,
+            ending,
+            thread,
+            ..
+        } = self;
+        drop(ending);
+        let panicked = |_| Err(io::Error::other("the recorder panicked, which is a defect"));
+        let outcome = thread.join().unwrap_or_else(panicked);
+        outcome.map_err(|why| RecordError { path, why })
+    }
+}
+
+/// Writes until asked to end; returns bytes, messages and losses.
+fn record(mut writer: Writer, asked: &Receiver<Ending>) -> io::Result<(u64, u64, u64)> {
+    let mut wait = LOOK;
+    loop {
+        match asked.recv_timeout(wait) {
+            Ok(ending) => return writer.complete(&ending),
+            Err(RecvTimeoutError::Disconnected) => return writer.complete(&Ending::Off),
+            Err(RecvTimeoutError::Timeout) => {
+                let busy = writer.look()?;
+                wait = if busy { Duration::ZERO } else { LOOK };
+            }
+        }
+    }
+}

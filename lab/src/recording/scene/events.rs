@@ -1,0 +1,66 @@
+//! The event log.
+
+use ratelab::runtime::telemetry::{Event, Happening};
+use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
+
+use crate::recording::{progress::Progress, schema::EVENTS, timeline::Stamps};
+
+/// Logs `events`, each at the time at which it took effect.
+pub fn add(
+    rec: &RecordingStream,
+    progress: &Progress,
+    events: &[Event],
+) -> RecordingStreamResult<()> {
+    if events.is_empty() {
+        return Ok(());
+    }
+    let stamps = progress.stamps_of(events.iter().map(|event| event.at));
+    let texts = events.iter().map(text);
+    let levels = events.iter().map(|event| level(&event.what));
+    log(rec, &stamps, texts, levels)
+}
+
+/// Logs what the run came to.
+pub fn verdict(
+    rec: &RecordingStream,
+    stamps: &Stamps,
+    text: &str,
+    lost: bool,
+) -> RecordingStreamResult<()> {
+    let level = if lost {
+        TextLogLevel::ERROR
+    } else {
+        TextLogLevel::INFO
+    };
+    log(rec, stamps, [text.to_owned()], [level])
+}
+
+fn log(
+    rec: &RecordingStream,
+    stamps: &Stamps,
+    texts: impl IntoIterator<Item = String>,
+    levels: impl IntoIterator<Item = &'static str>,
+) -> RecordingStreamResult<()> {
+    let columns = TextLog::update_fields()
+        .with_many_text(texts)
+        .with_many_level(levels)
+        .columns_of_unit_batches()?;
+    rec.send_columns(EVENTS, stamps.columns(), columns)
+}
+
+/// The event without its time, which has a column of its own.
+fn text(event: &Event) -> String {
+    let text = event.to_string();
+    match text.split_once(": ") {
+        Some((_, what)) => what.to_owned(),
+        None => text,
+    }
+}
+
+fn level(what: &Happening) -> &'static str {
+    match what {
+        Happening::Applied { .. } => TextLogLevel::INFO,
+        Happening::Refused { .. } => TextLogLevel::WARN,
+        Happening::Ended { .. } | Happening::Faulted { .. } => TextLogLevel::ERROR,
+    }
+}

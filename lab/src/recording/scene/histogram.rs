@@ -1,0 +1,151 @@
+//! The distribution of sense→act latency so far.
+
+use std::time::Duration;
+
+use ratelab::{cartpole::ControlStep, runtime::Time};
+use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
+
+use super::palette::BLUE;
+use crate::recording::{progress::Progress, timeline::Stamps};
+
+/// The histogram.
+pub const HISTOGRAM: &str = "plot/latency_histogram";
+
+/// Run time between two of them.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// Bars.
+const BARS: usize = 24;
+
+/// Widths of a bar to choose from (ms).
+const WIDTHS_MS: [usize; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+
+/// Counts latencies by the millisecond.
+pub struct Histogram {
+    counts: Vec<u64>,
+    /// Width of a bar as it was last logged (ms); zero before that.
+    width: usize,
+    next: Time,
+}
+
+impl Histogram {
+    /// Nothing was measured yet.
+    pub fn new() -> Self {
+        Self {
+            counts: Vec::new(),
+            width: 0,
+            next: Time::ZERO + PERIOD,
+        }
+    }
+
+    /// The colour, which does not change.
+    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        rec.log_static(HISTOGRAM, &BarChart::update_fields().with_color(BLUE))
+    }
+
+    /// Counts the steps of this batch, and logs the histogram once a second.
+    pub fn add(&mut self, rec: &RecordingStream, progress: &Progress) -> RecordingStreamResult<()> {
+        let mut stamps = progress.stamps();
+        let mut rows = Vec::new();
+        for message in progress.steps {
+            while self.next < message.stamp {
+                self.widen(rec, progress, self.next)?;
+                stamps.push(self.next, progress.step_at(self.next));
+                rows.push(self.heights());
+                self.next = self.next + PERIOD;
+            }
+            self.count(&message.data);
+        }
+        log_heights(rec, &stamps, rows)
+    }
+
+    /// Logs what there is at the end of the run.
+    pub fn finish(
+        &mut self,
+        rec: &RecordingStream,
+        progress: &Progress,
+        at: Time,
+    ) -> RecordingStreamResult<()> {
+        self.widen(rec, progress, at)?;
+        log_heights(rec, &progress.stamp(at), vec![self.heights()])
+    }
+
+    fn count(&mut self, step: &ControlStep) {
+        let Some(latency) = step.latency else {
+            return;
+        };
+        let last = BARS * WIDTHS_MS[WIDTHS_MS.len() - 1] - 1;
+        let ms = usize::try_from(latency.as_millis()).map_or(last, |ms| ms.min(last));
+        if self.counts.len() <= ms {
+            self.counts.resize(ms + 1, 0);
+        }
+        self.counts[ms] += 1;
+    }
+
+    /// Takes the narrowest width with which all latencies fit, and logs where
+    /// the bars are if that has changed.
+    fn widen(
+        &mut self,
+        rec: &RecordingStream,
+        progress: &Progress,
+        at: Time,
+    ) -> RecordingStreamResult<()> {
+        let fits = |width: &usize| self.counts.len() <= BARS * width;
+        let width = WIDTHS_MS.into_iter().find(fits).unwrap_or(1000);
+        if width == self.width {
+            return Ok(());
+        }
+        self.width = width;
+        // The viewer wants the left end of each.
+        let places: Vec<f64> = (0..BARS).map(|bar| (bar * width) as f64).collect();
+        let place = BarChart::update_fields().with_abscissa(places);
+        let widths = BarChart::update_fields().with_widths([width as f32; BARS]);
+        let columns = place.columns([1])?.chain(widths.columns([BARS])?);
+        rec.send_columns(HISTOGRAM, progress.stamp(at).columns(), columns)
+    }
+
+    /// Control steps per bar.
+    fn heights(&self) -> TensorData {
+        let mut bars = vec![0; BARS];
+        for (ms, count) in self.counts.iter().enumerate() {
+            bars[ms / self.width.max(1)] += count;
+        }
+        bars.into()
+    }
+}
+
+fn log_heights(
+    rec: &RecordingStream,
+    stamps: &Stamps,
+    rows: Vec<TensorData>,
+) -> RecordingStreamResult<()> {
+    if stamps.is_empty() {
+        return Ok(());
+    }
+    let bars = BarChart::update_fields().with_many_values(rows);
+    rec.send_columns(HISTOGRAM, stamps.columns(), bars.columns_of_unit_batches()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use rerun::{TensorBuffer, TensorData};
+
+    use super::{BARS, Histogram};
+
+    fn bars(data: TensorData) -> Vec<u64> {
+        match data.buffer {
+            TensorBuffer::U64(bars) => bars.to_vec(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn bars_widen_and_none_is_lost() {
+        let mut histogram = Histogram::new();
+        histogram.counts = vec![0; 181];
+        (histogram.counts[0], histogram.counts[180]) = (3, 2);
+        histogram.width = 10;
+        let counted = bars(histogram.heights());
+        assert_eq!((counted.len(), counted[0], counted[18]), (BARS, 3, 2));
+    }
+}

@@ -1,0 +1,195 @@
+//! What is drawn does not depend on how it came in.
+
+use std::{collections::BTreeMap, time::Duration};
+
+use ratelab::{
+    cartpole::{ControlStep, POLICY},
+    experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, TimedKnob, parse_knobs},
+    runtime::{Message, RealClock, Snapshot, Tap, Tapped, Time},
+};
+use rerun::{
+    RecordingStreamBuilder, Scalars,
+    log::{Chunk, LogMsg},
+};
+
+use super::{Batch, Scene};
+use crate::recording::{blueprint, progress::Progress, timeline::RUN_TIME};
+
+/// More messages than any run here has.
+const ROOM: usize = 4096;
+
+/// All that a run gave.
+struct Run {
+    start: Snapshot,
+    steps: Vec<Message<ControlStep>>,
+    topics: [(&'static str, Vec<(Time, u64)>); 3],
+    summary: Summary,
+}
+
+/// Ten seconds, in which the control rate is turned down and up again.
+fn run() -> Run {
+    let knobs: Vec<TimedKnob> =
+        parse_knobs("2.51 control-hz 10\n6 control-hz 50").expect("two knobs");
+    let config = Config {
+        knobs,
+        ..Config::default()
+    };
+    let experiment = Experiment::new(&config).expect("a plant");
+    let start = experiment.observer().snapshot();
+    let taps = experiment.taps();
+    let steps = taps.steps(ROOM);
+    let observations = taps.observations(ROOM);
+    let actions = taps.actions(ROOM);
+    drop(taps);
+    let summary = experiment.run(&mut RealClock::default()).expect("no fault");
+    let steps: Vec<_> = steps.items().iter().map(|step| step.message).collect();
+    let states = steps.iter().map(|step| (step.stamp, 0)).collect();
+    Run {
+        start,
+        steps,
+        topics: [
+            (OBS, drops(&observations)),
+            (ACTION, drops(&actions)),
+            (STATE, states),
+        ],
+        summary,
+    }
+}
+
+fn drops<T>(tap: &Tap<Tapped<T>>) -> Vec<(Time, u64)> {
+    let messages = tap.items().iter();
+    messages
+        .map(|tapped| (tapped.message.stamp, tapped.dropped))
+        .collect()
+}
+
+/// Draws `run` in batches of `span`.
+fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
+    let (rec, storage) = RecordingStreamBuilder::new("ratelab")
+        .memory()
+        .expect("a stream");
+    let mut scene = Scene::new(&run.start);
+    let mut made = 0;
+    scene
+        .begin(&rec, &run.start, &progress(0, &[]))
+        .expect("the beginning");
+    let mut from = Time::ZERO;
+    let end = run.summary.sim_time;
+    while from <= end {
+        let until = from + span;
+        let within = |at: Time| from <= at && at < until;
+        let steps: Vec<_> = run
+            .steps
+            .iter()
+            .filter(|m| within(m.stamp))
+            .copied()
+            .collect();
+        let events: Vec<_> = run
+            .summary
+            .events
+            .iter()
+            .filter(|e| within(e.at))
+            .cloned()
+            .collect();
+        let topics = run.topics.each_ref().map(|(name, messages)| {
+            let messages = messages.iter().filter(|m| within(m.0)).copied();
+            (*name, messages.collect::<Vec<_>>())
+        });
+        let topics = topics
+            .each_ref()
+            .map(|(name, messages)| (*name, &messages[..]));
+        let progress = progress(made, &steps);
+        made = progress.step();
+        let batch = Batch {
+            progress: &progress,
+            topics: &topics,
+            events: &events,
+        };
+        scene.add(&rec, &batch).expect("a batch");
+        from = until;
+    }
+    let progress = progress(made, &[]);
+    let finished = scene.finish(&rec, &progress, end, "BALANCED", false);
+    finished.expect("an end");
+    storage.take()
+}
+
+/// Every value that is drawn as a line, by entity and run time.
+fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
+    let scalars = Scalars::descriptor_scalars().component;
+    let mut lines = BTreeMap::new();
+    for message in messages {
+        let LogMsg::ArrowMsg(_, data) = message else {
+            continue;
+        };
+        let chunk = Chunk::from_arrow_msg(data).expect("a chunk");
+        let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
+            continue;
+        };
+        let values = chunk.iter_slices::<f64>(scalars);
+        for (time, values) in times.times_raw().iter().zip(values) {
+            let bits = values.iter().map(|value| value.to_bits()).collect();
+            let before = lines.insert((chunk.entity_path().to_string(), *time), bits);
+            assert_eq!(before, None, "twice at {time}");
+        }
+    }
+    lines
+}
+
+fn progress(before: u64, steps: &[Message<ControlStep>]) -> Progress<'_> {
+    Progress {
+        epoch: None,
+        before,
+        steps,
+    }
+}
+
+#[test]
+fn batches_make_no_difference() {
+    let run = run();
+    let many = draw(&run, Duration::from_millis(750));
+    let one = draw(&run, Duration::from_secs(1000));
+    let (many, one) = (lines(&many), lines(&one));
+    // A row per step, and ten a second from zero to the end.
+    assert_eq!(one.len(), 501 + 2 * 101);
+    assert_eq!(many, one);
+}
+
+#[test]
+fn the_control_period_is_drawn_where_it_changed() {
+    let run = run();
+    let lines = lines(&draw(&run, Duration::from_millis(750)));
+    let period = |ms: i64| {
+        let row = &lines[&(format!("/{}", super::step_plots::STEPS), ms * 1_000_000)];
+        f64::from_bits(row[super::step_plots::LINES - 1])
+    };
+    assert_eq!(
+        [2500, 2520, 5980, 6000].map(period),
+        [20.0, 100.0, 100.0, 20.0]
+    );
+    assert_eq!(run.start.period(POLICY), Duration::from_millis(20));
+}
+
+#[test]
+fn the_layout_comes_with_its_activation() {
+    let start = run().start;
+    let (rec, storage) = RecordingStreamBuilder::new("ratelab")
+        .memory()
+        .expect("a stream");
+    blueprint::send(&rec, &start).expect("a layout");
+    let messages = storage.take();
+    let active = messages.iter().filter_map(|message| match message {
+        LogMsg::BlueprintActivationCommand(command) => Some(command.blueprint_id.clone()),
+        _ => None,
+    });
+    let active: Vec<_> = active.collect();
+    assert_eq!(active.len(), 1);
+    let eye = messages.iter().any(|message| match message {
+        LogMsg::ArrowMsg(store, data) if *store == active[0] => {
+            let chunk = Chunk::from_arrow_msg(data).expect("a chunk");
+            chunk.entity_path().to_string().ends_with("EyeControls3D")
+        }
+        _ => false,
+    });
+    assert!(eye, "the properties of views are in the same store");
+}

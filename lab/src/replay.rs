@@ -1,0 +1,83 @@
+//! `ratelab replay`: a recording in the rerun viewer, or in the dashboard.
+
+use std::{
+    path::Path,
+    process::{Command, Stdio},
+    sync::Arc,
+};
+
+use crate::{
+    cli::ReplayArgs,
+    dashboard,
+    error::Error,
+    lab::{need_terminal, screen},
+    recording::Recording,
+    review::defect,
+};
+
+/// The viewer's command.
+const VIEWER: &str = "rerun";
+
+/// Shows a recording; what is good of it, if it is damaged.
+pub fn replay(args: &ReplayArgs) -> Result<(), Error> {
+    let recording = Arc::new(Recording::read(&args.file)?);
+    if args.terminal {
+        need_terminal("replay --terminal needs a terminal to draw on: try ratelab info")?;
+        dashboard::play(recording.clone(), &screen(&args.screen))?;
+    } else {
+        check_viewer(viewer_version()?.as_deref())?;
+        open_viewer(&args.file)?;
+    }
+    defect(&recording)
+}
+
+/// The version of rerun that recordings are written with.
+fn ours() -> String {
+    rerun::build_info().version.to_string()
+}
+
+/// How to get the viewer.
+fn advice() -> String {
+    format!(
+        "python3 -m pip install rerun-sdk=={} brings it; ratelab replay --terminal needs none",
+        ours()
+    )
+}
+
+/// What the viewer says of its version, if it says anything that is one.
+fn viewer_version() -> Result<Option<String>, Error> {
+    let asked = Command::new(VIEWER).arg("--version").output();
+    let answer = asked.map_err(|why| {
+        let advice = advice();
+        Error::Viewer(format!("the rerun viewer was not found ({why}): {advice}"))
+    })?;
+    let said = String::from_utf8_lossy(&answer.stdout).into_owned();
+    let version = said.split_whitespace().nth(1).map(str::to_owned);
+    Ok(version.filter(|version| version.starts_with(|c: char| c.is_ascii_digit())))
+}
+
+/// A viewer of another version may not show all there is, which is said; one
+/// that says no version is no viewer.
+fn check_viewer(version: Option<&str>) -> Result<(), Error> {
+    let (Some(version), ours) = (version, ours()) else {
+        let advice = advice();
+        let what = format!("the command {VIEWER} is not the rerun viewer: {advice}");
+        return Err(Error::Viewer(what));
+    };
+    if version != ours {
+        let advice = advice();
+        eprintln!("note: this viewer is rerun {version}, recordings are made for {ours}: {advice}");
+    }
+    Ok(())
+}
+
+fn open_viewer(file: &Path) -> Result<(), Error> {
+    let ran = Command::new(VIEWER).arg(file).stdin(Stdio::null()).status();
+    match ran {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::Viewer(format!(
+            "the rerun viewer ended with {status}: ratelab replay --terminal needs none"
+        ))),
+        Err(why) => Err(Error::Viewer(format!("the rerun viewer: {why}"))),
+    }
+}

@@ -1,0 +1,105 @@
+//! `ratelab info` and `ratelab verify`: what is in a recording, and whether it
+//! comes again.
+
+use std::{path::Path, sync::Arc};
+
+use ratelab::runtime::Time;
+
+use crate::{
+    error::Error,
+    recording::{Origin, Outcome, Recording, Retold, schema::End, verify},
+    report,
+    run::{Notes, say},
+};
+
+/// Prints what a recording is of and what the run came to.
+pub fn info(file: &Path) -> Result<(), Error> {
+    let recording = Arc::new(Recording::read(file)?);
+    say(&tell(&recording))?;
+    defect(&recording)
+}
+
+fn tell(recording: &Arc<Recording>) -> String {
+    let mut retold = Retold::new(recording.clone());
+    let begins = retold.begins();
+    retold.tell(Time::MAX);
+    let Origin {
+        ratelab,
+        mujoco,
+        platform,
+        ..
+    } = &recording.origin;
+    let messages = recording.topics.iter().map(|topic| topic.heads.len());
+    let ticks: usize = recording.ticks.iter().map(Vec::len).sum();
+    let file = recording.path.display();
+    let lines = [
+        (
+            "file",
+            format!("{file} ({})", report::size(recording.bytes)),
+        ),
+        (
+            "made by",
+            format!("ratelab {ratelab}, MuJoCo {mujoco}, {platform}"),
+        ),
+        (
+            "holds",
+            format!(
+                "{begins} to {}: {} messages, {ticks} ticks{}",
+                recording.until,
+                messages.sum::<usize>(),
+                lost(recording.outcome.as_ref())
+            ),
+        ),
+    ];
+    let lines = lines.map(|(name, text)| report::line(name, &text));
+    let summary = report::text(&retold.summary(), &Notes::default());
+    format!("{}\n{summary}", lines.join("\n"))
+}
+
+fn lost(outcome: Option<&Outcome>) -> String {
+    match outcome {
+        None => String::new(),
+        Some(outcome) if outcome.end == End::WentOn => ", and the run went on".to_owned(),
+        Some(outcome) if outcome.lost > 0 => {
+            format!(", {} more came too fast", outcome.lost)
+        }
+        Some(_) => String::new(),
+    }
+}
+
+/// Runs recordings again and compares; says of each what came of it, and fails
+/// as the first that failed.
+pub fn verify_all(files: &[impl AsRef<Path>]) -> Result<(), Error> {
+    let mut failed = Ok(());
+    for file in files {
+        let outcome = verify_one(file.as_ref());
+        if failed.is_ok() {
+            failed = outcome;
+        } else if let Err(error) = outcome {
+            eprintln!("error: {error}");
+        }
+    }
+    failed
+}
+
+fn verify_one(file: &Path) -> Result<(), Error> {
+    let recording = Recording::read(file)?;
+    let name = file.display();
+    let identical = verify(&recording).map_err(|why| Error::Unverified {
+        file: name.to_string(),
+        why,
+    })?;
+    say(&format!("{name}: {identical}"))?;
+    defect(&recording)
+}
+
+/// What is wrong with a file that was shown as far as it is good.
+pub fn defect(recording: &Recording) -> Result<(), Error> {
+    match recording.defect() {
+        Some(defect) => {
+            let file = recording.path.display();
+            Err(Error::BadInput(format!("{file}: {defect}")))
+        }
+        None => Ok(()),
+    }
+}

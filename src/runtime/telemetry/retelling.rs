@@ -1,0 +1,233 @@
+//! A run told again from a record, for the same observers.
+
+use std::time::Duration;
+
+use super::{
+    Event, Happening, Journal, Meter, NodeEntry, NodeShape, Observer, Recorder, Shape, Shared,
+    Status, SubscriptionEntry, TopicEntry, TopicShape,
+};
+use crate::runtime::{
+    command::Command,
+    depth::Depth,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+        lock,
+    },
+    tap::Ticked,
+    time::Time,
+    topic::TopicCounters,
+};
+
+/// Losses that one message can bring to light: a queue made shallower from the
+/// deepest that there is. More is nonsense in a record, and not worth counting.
+const MOST_AT_ONCE: u64 = Depth::MAX.get() as u64;
+
+/// The counters of a run, moved by a record of it and not by nodes.
+///
+/// Told all ticks, messages and events in the order in which they happened, its
+/// [`Observer`] reads what that of the run itself did: at every moment of a run
+/// on the virtual clock, and but for microseconds in how old messages were when
+/// they were read on the real one, where a read is as exact as its tick.
+///
+/// Among what happened at the same run time a tick comes before what was
+/// published in it, and nodes come by priority. What a queue lost when it was
+/// made shallower shows with the next message.
+pub struct Retelling {
+    shared: Arc<Shared>,
+    nodes: Vec<RetoldNode>,
+    topics: Vec<RetoldTopic>,
+}
+
+struct RetoldNode {
+    entry: NodeEntry,
+    lateness: Recorder,
+    tick_time: Recorder,
+    meters: Vec<Recorder>,
+}
+
+struct RetoldTopic {
+    entry: TopicEntry,
+    /// How old messages were when each subscription read them.
+    ages: Vec<Recorder>,
+    dropped: u64,
+}
+
+impl Retelling {
+    /// Counters at zero for a graph of this `shape`, run as `status` says.
+    pub fn new(shape: &Shape, status: Status) -> Self {
+        Self {
+            shared: Arc::new(Shared {
+                now: AtomicU64::new(0),
+                status: Mutex::new(status),
+                journal: Journal::default(),
+            }),
+            nodes: shape.nodes.iter().map(RetoldNode::new).collect(),
+            topics: shape.topics.iter().map(RetoldTopic::new).collect(),
+        }
+    }
+
+    /// Reads the counters as they stand.
+    pub fn observer(&self) -> Observer {
+        Observer {
+            shared: self.shared.clone(),
+            nodes: self.nodes.iter().map(|node| node.entry.clone()).collect(),
+            topics: self.topics.iter().map(|t| t.entry.clone()).collect(),
+        }
+    }
+
+    /// Run time has come to `now`.
+    pub fn come_to(&self, now: Time) {
+        self.shared.come_to(now);
+    }
+
+    /// The node with index `node` ticked; it read the newest message of every
+    /// topic that it reads.
+    pub fn tick(&mut self, node: usize, ticked: &Ticked) {
+        self.come_to(ticked.at);
+        for topic in &mut self.topics {
+            topic.read_by(node, ticked.at);
+        }
+        if let Some(node) = self.nodes.get_mut(node) {
+            node.tick(ticked);
+        }
+    }
+
+    /// Message number `seq` was published to the topic with index `topic` at
+    /// `stamp`, when `dropped` of its messages had been lost unread.
+    pub fn message(&mut self, topic: usize, seq: u64, stamp: Time, dropped: u64) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            topic.publish(seq, stamp, dropped);
+        }
+    }
+
+    /// The node with index `node` measured `sample` under `meter`.
+    pub fn sample(&mut self, node: usize, meter: &str, sample: Duration) {
+        let Some(node) = self.nodes.get_mut(node) else {
+            return;
+        };
+        let meters = node.entry.meters.iter().zip(&mut node.meters);
+        for (_, recorder) in meters.filter(|((name, _), _)| name == meter) {
+            recorder.record(sample);
+        }
+    }
+
+    /// Something happened to the run.
+    pub fn event(&mut self, event: &Event) {
+        self.come_to(event.at);
+        if let Happening::Applied { command, .. } = &event.what {
+            self.apply(command);
+        }
+        self.shared.journal.note(event.at, event.what.clone());
+    }
+
+    fn apply(&mut self, command: &Command) {
+        let mut status = lock(&self.shared.status);
+        match command {
+            Command::SetRate { node, hz } => {
+                let known = self.nodes.iter().find(|n| *n.entry.name == **node);
+                if let Some(node) = known {
+                    node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+                }
+            }
+            Command::SetDepth { topic, depth } => {
+                let known = self.topics.iter().find(|t| *t.entry.name == **topic);
+                if let Some(topic) = known {
+                    let counters = &topic.entry.counters;
+                    counters.depth.store(depth.get(), Ordering::Relaxed);
+                }
+            }
+            Command::Pause | Command::Step => status.paused = true,
+            Command::Resume => status.paused = false,
+            Command::Speed(speed) => status.speed = *speed,
+            Command::HandOver(clock) => status.clock = *clock,
+            Command::Stop => {}
+        }
+    }
+}
+
+impl RetoldNode {
+    fn new(shape: &NodeShape) -> Self {
+        let (lateness, lateness_meter) = Meter::new();
+        let (tick_time, tick_time_meter) = Meter::new();
+        let meters = shape.meters.iter().map(|name| (name, Meter::new()));
+        let (entries, meters) = meters
+            .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
+            .unzip();
+        Self {
+            entry: NodeEntry {
+                name: shape.name.as_str().into(),
+                priority: shape.priority,
+                ticks: Arc::default(),
+                overruns: Arc::default(),
+                micro_hz: Arc::new(AtomicU64::new(shape.hz.as_micro())),
+                lateness: lateness_meter,
+                tick_time: tick_time_meter,
+                meters: entries,
+            },
+            lateness,
+            tick_time,
+            meters,
+        }
+    }
+
+    fn tick(&mut self, ticked: &Ticked) {
+        let ticks = ticked.number.saturating_add(1);
+        self.entry.ticks.store(ticks, Ordering::Relaxed);
+        self.entry
+            .overruns
+            .store(ticked.overruns, Ordering::Relaxed);
+        if let Some(lateness) = ticked.lateness {
+            self.lateness.record(lateness);
+        }
+        if let Some(took) = ticked.took {
+            self.tick_time.record(took);
+        }
+    }
+}
+
+impl RetoldTopic {
+    fn new(shape: &TopicShape) -> Self {
+        let readers = shape.readers.iter().map(|&node| {
+            let (recorder, ages) = Meter::new();
+            let mark = Arc::default();
+            (recorder, SubscriptionEntry { node, mark, ages })
+        });
+        let (ages, subscriptions) = readers.unzip();
+        Self {
+            entry: TopicEntry {
+                name: shape.name.as_str().into(),
+                counters: Arc::new(TopicCounters::new(shape.depth)),
+                publishers: shape.publishers.clone(),
+                subscriptions,
+            },
+            ages,
+            dropped: 0,
+        }
+    }
+
+    fn publish(&mut self, seq: u64, stamp: Time, dropped: u64) {
+        let counters = &self.entry.counters;
+        let published = seq.saturating_add(1);
+        counters.published.store(published, Ordering::Relaxed);
+        counters.note(stamp);
+        // A record knows the losses of all readers together.
+        if let Some(reader) = self.entry.subscriptions.first() {
+            reader.mark.dropped.store(dropped, Ordering::Relaxed);
+            for _ in self.dropped..dropped.min(self.dropped.saturating_add(MOST_AT_ONCE)) {
+                reader.mark.drops.count(stamp);
+            }
+        }
+        self.dropped = dropped;
+    }
+
+    fn read_by(&mut self, node: usize, now: Time) {
+        let Some(newest) = self.entry.counters.newest() else {
+            return;
+        };
+        let subscriptions = self.entry.subscriptions.iter().zip(&mut self.ages);
+        for (_, ages) in subscriptions.filter(|(subscription, _)| subscription.node == node) {
+            ages.record(now.since(newest));
+        }
+    }
+}
