@@ -218,3 +218,49 @@ fn without_a_terminal_the_lab_points_to_the_headless_command() {
     assert!(said.contains("ratelab run"), "{said}");
     assert_eq!(said.lines().count(), 1);
 }
+
+#[test]
+fn w_records_the_session_and_leaving_says_where() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let file = folder.path().join("session.rrd").display().to_string();
+    let mut lab = Lab::open(&["--record", &file], 45, 160);
+    lab.wait_for("● rec");
+    lab.type_keys("[[[[");
+    lab.wait_for("20 Hz");
+    lab.type_keys("w");
+    lab.wait_for("recorded");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert!(parser.screen().contents().contains("recorded"));
+    let mut verify = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+    let output = verify.args(["verify", &file]).output().expect("verified");
+    assert!(output.status.success(), "{output:?}");
+}
+
+#[test]
+fn a_recording_plays_in_the_panes_of_the_lab() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let file = root.join("recordings/fall-5hz.rrd").display().to_string();
+    let mut lab = Lab::open(&["replay", "--terminal", &file], 45, 160);
+    lab.wait_for("replay");
+    // It plays to the fall, and stands there.
+    lab.wait_for("FELL at 0.840 s");
+    lab.wait_for("⏸    0.840 s");
+    // Back, message by message: before the fall nothing has fallen.
+    lab.type_keys(",,");
+    lab.wait_for("⏸    0.800 s");
+    lab.wait_for("BALANCED so far");
+    // The next event is the fall.
+    lab.type_keys("n");
+    lab.wait_for("FELL");
+    lab.resize(12, 40);
+    lab.wait_for("0.840 s");
+    lab.resize(45, 160);
+    lab.type_keys("?");
+    lab.wait_for("to the event before, to the next event");
+    lab.type_keys("?q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+}

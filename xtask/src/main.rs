@@ -1,4 +1,7 @@
-//! `cargo xtask setup`: brings MuJoCo's library into the clone.
+//! `cargo xtask setup` brings MuJoCo's library into the clone, `cargo xtask
+//! recordings` makes the reference recordings anew.
+
+mod recordings;
 
 use std::env;
 use std::path::Path;
@@ -7,10 +10,11 @@ use std::process::ExitCode;
 use xtask::mujoco::{self, Error, Outcome, Platform, Source};
 
 const USAGE: &str = "\
-Usage: cargo xtask setup
+Usage: cargo xtask <setup | recordings>
 
-  setup   fetch MuJoCo's library into xtask/mujoco, if it is not there yet
-          (the first build does the same; after it no network is needed)";
+  setup        fetch MuJoCo's library into xtask/mujoco, if it is not there yet
+               (the first build does the same; after it no network is needed)
+  recordings   make the reference recordings in recordings/ anew";
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = env::args_os().skip(1).collect();
@@ -19,6 +23,9 @@ fn main() -> ExitCode {
     match (arguments.as_slice(), package) {
         ([command], Some(package)) if command == "setup" => {
             setup(&Path::new(&package).join("mujoco"))
+        }
+        ([command], Some(package)) if command == "recordings" => {
+            recordings::make(&Path::new(&package).join(".."))
         }
         _ => {
             eprintln!("{USAGE}");

@@ -27,7 +27,6 @@ struct State {
     /// `None` once it is complete or has failed.
     encoder: Option<Encoder<BufWriter<File>>>,
     error: Option<io::Error>,
-    bytes: u64,
 }
 
 impl RecordingFile {
@@ -48,13 +47,7 @@ impl RecordingFile {
             file,
             encoder: Some(encoder),
             error: None,
-            bytes: 0,
         }))))
-    }
-
-    /// Bytes written so far.
-    pub fn bytes(&self) -> u64 {
-        self.state().bytes
     }
 
     /// Brings what was written to the system, which keeps it even if this
@@ -142,9 +135,7 @@ fn still_there(_: &File) -> bool {
 
 impl LogSink for RecordingFile {
     fn send(&self, message: LogMsg) {
-        let mut state = self.state();
-        let written = state.attempt(|encoder| encoder.append(&message));
-        state.bytes += written.unwrap_or(0);
+        self.state().attempt(|encoder| encoder.append(&message));
     }
 
     fn flush_blocking(&self, _: Duration) -> Result<(), SinkFlushError> {

@@ -1,5 +1,25 @@
 //! Recordings: runs in rerun's `.rrd` files.
-#![allow(dead_code)]
+//!
+//! ```text
+//! taps, journal ──► tracks ──► writer ──► columns, scene ──► file      recorder
+//! file ──► frames ──► content ──► Recording ──► retold, verify          reader
+//! ```
+//!
+//! A recording holds a run twice: for readers, to the bit, and for the eye.
+//!
+//! | entity | what is in it | for |
+//! |---|---|---|
+//! | `__properties/origin` | configuration, graph, versions: [`schema::Origin`] as JSON | readers |
+//! | `__properties/run`, `/outcome` | the same, and what it came to, in words | people |
+//! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped` | both |
+//! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns` | both |
+//! | `/events` | commands and ends: text, and as JSON | both |
+//! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
+//! | `/end` | how it ended, and how much is in it: [`schema::Outcome`] as JSON | readers |
+//! | `/world`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
+//!
+//! Everything is placed on `run_time` (ns since the run began), `control_step`,
+//! and under the real clock `wall_time`. A file without `/end` was torn.
 
 mod blueprint;
 mod columns;

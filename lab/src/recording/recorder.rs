@@ -25,7 +25,7 @@ use super::{
     compact::compact,
     file::RecordingFile,
     schema::{End, Origin},
-    writer::{Attached, Writer},
+    writer::{Attached, Writer, Written},
 };
 
 /// Wall time between two looks at the taps.
@@ -154,14 +154,13 @@ impl Recorder {
         let thread = thread.spawn(move || {
             let attached = attach(&source);
             let writer = Writer::start(file, attached, source, losses)?;
-            let (bytes, messages, lost) = record(writer, &asked)?;
-            // If that cannot be done, the file is complete all the same.
-            let bytes = compact(&to).unwrap_or(bytes);
+            let written = record(writer, &asked)?;
             Ok(Recorded {
+                // If that cannot be done, the file is complete all the same.
+                bytes: compact(&to).unwrap_or(written.bytes),
+                messages: written.messages,
+                lost: written.lost,
                 path: to,
-                bytes,
-                messages,
-                lost,
             })
         })?;
         Ok(Self {
@@ -170,11 +169,6 @@ impl Recorder {
             lost,
             thread,
         })
-    }
-
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Messages and ticks that came faster than they could be recorded.
@@ -210,8 +204,8 @@ impl Recorder {
     }
 }
 
-/// Writes until asked to end; returns bytes, messages and losses.
-fn record(mut writer: Writer, asked: &Receiver<Ending>) -> io::Result<(u64, u64, u64)> {
+/// Writes until asked to end.
+fn record(mut writer: Writer, asked: &Receiver<Ending>) -> io::Result<Written> {
     let mut wait = LOOK;
     loop {
         match asked.recv_timeout(wait) {

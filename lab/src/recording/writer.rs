@@ -63,6 +63,16 @@ impl Attached {
     }
 }
 
+/// How much was written.
+pub struct Written {
+    /// Size of the file.
+    pub bytes: u64,
+    /// Messages in it.
+    pub messages: u64,
+    /// Messages and ticks that came faster than they could be recorded.
+    pub lost: u64,
+}
+
 /// Writes batches to a file.
 pub struct Writer {
     rec: RecordingStream,
@@ -131,8 +141,8 @@ impl Writer {
         Ok(fullest > BACKLOG / 8)
     }
 
-    /// Writes the rest, and the end; returns bytes, messages and losses.
-    pub fn complete(mut self, ending: &Ending) -> io::Result<(u64, u64, u64)> {
+    /// Writes the rest, and the end.
+    pub fn complete(mut self, ending: &Ending) -> io::Result<Written> {
         self.drain();
         self.batch(Time::MAX)?;
         let outcome = Outcome {
@@ -147,8 +157,11 @@ impl Writer {
         self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
-        let bytes = self.file.complete()?;
-        Ok((bytes, self.messages().iter().sum(), outcome.lost))
+        Ok(Written {
+            bytes: self.file.complete()?,
+            messages: outcome.messages.iter().sum(),
+            lost: outcome.lost,
+        })
     }
 
     fn messages(&self) -> [u64; 3] {

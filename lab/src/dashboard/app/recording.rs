@@ -4,7 +4,6 @@ use super::App;
 use crate::{
     dashboard::session::RecordingEnd,
     recording::{Ending, Recorder},
-    report,
 };
 
 impl App {
@@ -44,7 +43,7 @@ impl App {
     fn note_recorded(&mut self, end: RecordingEnd) {
         match end {
             Ok(recorded) => {
-                self.say(report::recorded(&recorded));
+                self.say(format!("recorded {}", recorded.path.display()));
                 self.recorded.push(recorded);
             }
             Err(error) => {
