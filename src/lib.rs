@@ -3,7 +3,8 @@
 //! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the
 //! two clocks that run them. It knows no robot. [`cartpole`] is one, built on
 //! it; [`policy`] holds the brains that can balance it; [`experiment`] is one
-//! run as a value, configuration in and summary out.
+//! run as a value, configuration in and summary out, and many of them as a sweep;
+//! [`stability`] is what linear theory says before any of them is run.
 //!
 //! The library knows no terminal and no file format: those are the business of
 //! the `ratelab` command.
@@ -12,3 +13,4 @@ pub mod cartpole;
 pub mod experiment;
 pub mod policy;
 pub mod runtime;
+pub mod stability;

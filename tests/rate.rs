@@ -257,3 +257,17 @@ fn what_is_no_speed_is_refused_with_value_and_range() {
     assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
     assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
 }
+
+#[test]
+fn nodes_that_are_due_together_are_due_together_again_after_a_hyper_period() {
+    let seconds = |rates: &[f64]| {
+        let rates = rates.iter().map(|&rate| hz(rate));
+        ratelab::runtime::hyper_period(rates).as_secs_f64()
+    };
+    assert_eq!(seconds(&[50.0]), 0.02);
+    assert_eq!(seconds(&[50.0, 50.0, 10.0]), 0.1);
+    assert_eq!(seconds(&[50.0, 8.0]), 0.5);
+    assert_eq!(seconds(&[50.0, 7.0]), 1.0);
+    assert_eq!(seconds(&[33.3, 50.0]), 10.0);
+    assert_eq!(seconds(&[]), 0.0);
+}

@@ -10,11 +10,13 @@
 //! other: the plant is what they share, topics are how they talk. `/state`
 //! carries what each control step came to, for whoever wants to follow the run.
 
+mod linear;
 mod message;
 mod nodes;
 mod plant;
 mod seeding;
 
+pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
 pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
 pub use plant::{

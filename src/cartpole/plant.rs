@@ -112,7 +112,7 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or has no memory.
     pub fn new(seed: u64) -> Result<Self, PlantError> {
-        let data = MjData::try_new(model()?).map_err(|e| PlantError(e.to_string()))?;
+        let data = at_rest()?;
         let pose = Pose::of([0.0, 0.0]);
         let mut plant = Self {
             observation: pose.observed([0.0, 0.0]),
@@ -191,6 +191,11 @@ impl Plant {
     pub fn fall(&self) -> Option<Fall> {
         self.fall
     }
+}
+
+/// Cart and pole at upright rest in the middle of the rail, the model's default.
+pub(super) fn at_rest() -> Result<MjData<&'static MjModel>, PlantError> {
+    MjData::try_new(model()?).map_err(|e| PlantError(e.to_string()))
 }
 
 /// The one model that all plants share: it is never written to, and loading it

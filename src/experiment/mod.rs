@@ -193,7 +193,7 @@ fn build(
 }
 
 /// The plant's own rate, which is not a choice.
-fn actuator_hz() -> Hz {
+pub(crate) fn actuator_hz() -> Hz {
     // A constant within the range of rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
 }

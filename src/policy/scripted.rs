@@ -20,6 +20,13 @@ const CART_VELOCITY: f64 = 0.8;
 #[derive(Clone, Copy, Debug)]
 pub struct Scripted;
 
+impl Scripted {
+    /// The gains in the order of the plant's state: cart position, pole angle,
+    /// cart velocity, pole velocity. While it does not clip, the action is
+    /// their sum of products with the state.
+    pub const GAINS: [f64; 4] = [CART_POSITION, ANGLE, CART_VELOCITY, POLE_VELOCITY];
+}
+
 impl Policy for Scripted {
     fn name(&self) -> &str {
         "scripted"

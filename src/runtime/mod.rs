@@ -80,7 +80,7 @@ pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;
 pub use node::{Fault, Node, Panicked, Tick};
-pub use rate::Rate;
+pub use rate::{Rate, hyper_period};
 pub use tap::{Patience, Tap, Tapped, Tapper, Ticked};
 pub use telemetry::{Observer, Snapshot};
 pub use time::{Hz, HzError, Time, TimeError};

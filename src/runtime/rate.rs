@@ -1,5 +1,7 @@
 //! A fixed cadence: when is tick *k* due?
 
+use std::time::Duration;
+
 use super::time::{Hz, Time};
 
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
@@ -149,6 +151,16 @@ impl Period {
         let product = u128::from(elapsed) * u128::from(self.denominator);
         u64::try_from(product.div_ceil(u128::from(self.numerator))).unwrap_or(u64::MAX)
     }
+}
+
+/// After how long nodes of these rates, once due together, are due together
+/// again: the least common multiple of their periods, rounded down to a
+/// nanosecond. Zero for no rates.
+pub fn hyper_period(rates: impl IntoIterator<Item = Hz>) -> Duration {
+    let micro = rates.into_iter().map(Hz::as_micro);
+    let common = micro.fold(0, greatest_common_divisor);
+    let nanos = Period::NANOS_TIMES_MICRO.checked_div(common);
+    Duration::from_nanos(nanos.unwrap_or(0))
 }
 
 fn greatest_common_divisor(a: u64, b: u64) -> u64 {

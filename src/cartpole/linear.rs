@@ -1,0 +1,66 @@
+//! The plant near upright, where it is as good as linear.
+
+use std::ptr;
+
+use mujoco_rs::mujoco_c::mjd_transitionFD;
+use nalgebra::{Matrix4, Vector4};
+
+use super::plant::{PlantError, SUBSTEPS, at_rest};
+
+/// Perturbation of each coordinate in the finite differences, in its own unit.
+/// Centred differences err with its square, rounding with its inverse.
+const PERTURBATION: f64 = 1e-6;
+
+/// How a small deviation from upright rest moves on in a step of time:
+/// `x' = A·x + B·u`.
+///
+/// The state `x` is cart position (m), pole angle (rad), cart velocity (m/s)
+/// and pole velocity (rad/s), in this order; `u` is an action, held for the
+/// whole step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearPlant {
+    /// A: what the state makes of itself.
+    pub a: Matrix4<f64>,
+    /// B: what the action adds.
+    pub b: Vector4<f64>,
+}
+
+impl LinearPlant {
+    /// One control step at upright rest: its physics steps one after the other.
+    ///
+    /// # Errors
+    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    pub fn control_step() -> Result<Self, PlantError> {
+        let physics = Self::physics_step()?;
+        Ok((1..SUBSTEPS).fold(physics, |so_far, _| Self {
+            a: physics.a * so_far.a,
+            b: physics.a * so_far.b + physics.b,
+        }))
+    }
+
+    /// One physics step at upright rest, by MuJoCo's finite differences.
+    fn physics_step() -> Result<Self, PlantError> {
+        let mut data = at_rest()?;
+        let model = data.model().ffi();
+        let mut a = Matrix4::zeros();
+        let mut b = Vector4::zeros();
+        // SAFETY: the data was made from the model, and both outlive the call.
+        // MuJoCo writes 4×4 and 4×1 numbers for two degrees of freedom, no
+        // activation and one control, and leaves out what is null.
+        unsafe {
+            mjd_transitionFD(
+                model,
+                data.ffi_mut(),
+                PERTURBATION,
+                true,
+                a.as_mut_ptr(),
+                b.as_mut_ptr(),
+                ptr::null_mut(),
+                ptr::null_mut(),
+            );
+        }
+        // MuJoCo writes row by row, nalgebra keeps column by column.
+        let a = a.transpose();
+        Ok(Self { a, b })
+    }
+}
