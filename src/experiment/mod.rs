@@ -1,4 +1,5 @@
-//! One run as a value: configuration in, summary out.
+//! One run as a value: configuration in, summary out. Many of them are a
+//! [`sweep`].
 //!
 //! ```
 //! use ratelab::experiment::{Config, Experiment, Verdict};
@@ -14,6 +15,7 @@
 mod config;
 mod knob;
 mod summary;
+pub mod sweep;
 mod taps;
 
 use std::time::Instant;
