@@ -1,0 +1,154 @@
+//! The control-rate cliff: slow the policy until the pole falls.
+
+use std::ops::ControlFlow;
+
+use ratelab::experiment::{
+    Config,
+    sweep::{Cell, Outcome, Sweep, all_cores},
+};
+
+use crate::practice::{
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Table, hz, mean_ms,
+};
+
+/// The rates of the policy, downwards (Hz).
+const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
+
+/// The starts.
+pub(crate) const SEEDS: [u64; 3] = [0, 1, 2];
+
+/// See [the module](self).
+pub struct Cliff;
+
+const BRIEF: Brief = Brief {
+    number: 1,
+    name: "cliff",
+    title: "The control-rate cliff",
+    kind: Kind::PredictThenRun,
+    objective: "Sensor and plant keep their 50 Hz; only the policy is slowed, through 50, 25, 20, \
+                15, 10 and 5 Hz. Between its decisions the actuator holds the last one. Each rate \
+                runs for ten seconds from three starts, and for each you see whether the pole \
+                stayed up and how old, on average, the reading behind an applied action was.",
+    question: "At which control rate does the pole first fail to stay up?",
+    unit: "Hz",
+};
+
+impl Exercise for Cliff {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn run(&self) -> Result<Findings, Failure> {
+        let sweep = Sweep {
+            control_hz: hz(&RATES)?,
+            seeds: SEEDS.to_vec(),
+            ..Sweep::of(Config::default())
+        };
+        let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
+        let cells: Vec<(Cell, Outcome)> = swept.finished().map(|(c, o)| (c, *o)).collect();
+        let rates: Vec<Rate> = cells.chunks(SEEDS.len()).map(Rate::of).collect();
+        let turn = turn(&rates)?;
+        Ok(Findings {
+            table: table(&rates),
+            answer: Answer::Between {
+                held: turn.held.hz,
+                failed: turn.fell.hz,
+            },
+            meaning: turn.meaning(&rates),
+            measurements: measurements(&rates, &cells),
+        })
+    }
+}
+
+/// What one rate came to, over all starts.
+struct Rate {
+    hz: f64,
+    balanced: usize,
+    steps: Vec<u64>,
+    latencies_ms: Vec<f64>,
+}
+
+impl Rate {
+    fn of(cells: &[(Cell, Outcome)]) -> Self {
+        let outcomes = || cells.iter().map(|(_, outcome)| outcome);
+        Self {
+            hz: cells
+                .first()
+                .map_or(f64::NAN, |(cell, _)| cell.control_hz.get()),
+            balanced: outcomes().filter(|o| o.verdict.balanced()).count(),
+            steps: outcomes().map(|o| o.steps).collect(),
+            latencies_ms: outcomes().map(|o| mean_ms(o.mean_latency_s)).collect(),
+        }
+    }
+
+    fn latency_ms(&self) -> f64 {
+        self.latencies_ms.iter().sum::<f64>() / self.latencies_ms.len() as f64
+    }
+}
+
+/// The two rates between which it turned.
+struct Turn<'a> {
+    held: &'a Rate,
+    fell: &'a Rate,
+}
+
+fn turn(rates: &[Rate]) -> Result<Turn<'_>, Failure> {
+    let fell = rates.iter().position(|rate| rate.balanced < SEEDS.len());
+    let pair = fell.and_then(|fell| Some((rates.get(fell)?, rates.get(fell.checked_sub(1)?)?)));
+    pair.map(|(fell, held)| Turn { held, fell })
+        .ok_or_else(|| Failure::Unmeasured("no rate held and then fell".to_owned()))
+}
+
+impl Turn<'_> {
+    fn meaning(&self, rates: &[Rate]) -> String {
+        let first = rates.first().map_or(f64::NAN, Rate::latency_ms);
+        format!(
+            "At {} Hz every start stayed up, at {} Hz {} of {} did: it turns somewhere in \
+             between, and no rate tried says where. The warning came before the fall: on the way \
+             from {} Hz to {} Hz nothing fell, yet the mean latency rose from {first:.1} ms to \
+             {:.1} ms.",
+            self.held.hz,
+            self.fell.hz,
+            self.fell.balanced,
+            SEEDS.len(),
+            RATES[0],
+            self.held.hz,
+            self.held.latency_ms(),
+        )
+    }
+}
+
+fn table(rates: &[Rate]) -> Table {
+    let mut table = Table::new(["control", "balanced", "steps", "mean latency"]);
+    for rate in rates {
+        let steps: Vec<String> = rate.steps.iter().map(u64::to_string).collect();
+        table.row([
+            format!("{} Hz", rate.hz),
+            format!("{} of {}", rate.balanced, rate.steps.len()),
+            steps.join(" "),
+            format!("{:.1} ms", rate.latency_ms()),
+        ]);
+    }
+    table
+}
+
+fn measurements(rates: &[Rate], cells: &[(Cell, Outcome)]) -> Vec<Measurement> {
+    let mut measured = Vec::new();
+    for rate in rates {
+        let name = format!("{} Hz: starts balanced", rate.hz);
+        measured.push(Measurement::new(name, rate.balanced as f64));
+    }
+    for (cell, outcome) in cells {
+        let run = format!("{}, seed {}", cell.control_hz, cell.seed);
+        let steps = Measurement::new(format!("{run}: steps"), outcome.steps as f64);
+        let latency = mean_ms(outcome.mean_latency_s);
+        let latency = Measurement::new(format!("{run}: mean latency (ms)"), latency);
+        measured.extend([steps, latency]);
+    }
+    let rises = rates
+        .windows(2)
+        .filter(|pair| pair[1].latency_ms() > pair[0].latency_ms());
+    let name = "steps down at which latency rose";
+    measured.push(Measurement::new(name, rises.count() as f64));
+    measured
+}

@@ -1,0 +1,46 @@
+//! Exercises on the rate of a control loop: predict, run, check.
+//!
+//! Each exercise says what it is about and asks for one number. Only then does
+//! it run, on the virtual clock and through the same graph as everything else,
+//! and puts the prediction beside what it measured. No result is written down
+//! here: what an exercise says, it measured a moment ago. What it must have
+//! measured stands in `bands.toml`, each figure with where it comes from.
+//!
+//! ```
+//! use exercises::{ALL, practice::Prediction};
+//!
+//! let exercise = exercises::find(2).expect("there is a second one");
+//! println!("{}\n\n{}", exercise.brief().objective, exercise.brief().question);
+//! let prediction: Prediction = "2 because nothing is lost any more".parse()?;
+//! let findings = exercise.run()?;
+//! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
+//! assert!(exercise.check()?.iter().all(|claim| claim.holds()));
+//! assert_eq!(ALL.len(), 5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The five are modules of this crate; [`practice`] is what they share.
+
+pub mod cliff;
+pub mod deeper_queue;
+pub mod limits;
+pub mod practice;
+pub mod rescue;
+pub mod ties;
+
+use practice::Exercise;
+
+/// All exercises in their order.
+pub const ALL: [&dyn Exercise; 5] = [
+    &cliff::Cliff,
+    &deeper_queue::DeeperQueue,
+    &ties::Ties,
+    &limits::Limits,
+    &rescue::Rescue,
+];
+
+/// The exercise with this number, counted from one.
+pub fn find(number: u32) -> Option<&'static dyn Exercise> {
+    let mut all = ALL.into_iter();
+    all.find(|exercise| exercise.brief().number == number)
+}

@@ -1,0 +1,232 @@
+//! Where the theory stops: growth predicted, growth measured, and what follows.
+
+use ratelab::{
+    experiment::{Config, Knob, TimedKnob},
+    runtime::{Hz, Time},
+    stability::{Rates, Stability, measured_growth},
+};
+
+use crate::{
+    cliff::SEEDS,
+    practice::{
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Recorded, Table, hz, record,
+    },
+};
+
+/// Control rates, upwards (Hz).
+const RATES: [f64; 8] = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
+
+/// How long everything runs at 50 Hz before the policy is slowed (s): until
+/// what is left of the start is far below anything that clips.
+const SETTLE_S: f64 = 30.0;
+
+/// How long it runs on after that (s).
+const WATCH_S: f64 = 60.0;
+
+/// How long a run from the usual starts lasts in the first exercise (s).
+const USUAL_S: f64 = 10.0;
+
+/// The last part of a run, over which the width of a swing is taken (s).
+const TAIL_S: f64 = 20.0;
+
+/// See [the module](self).
+pub struct Limits;
+
+const BRIEF: Brief = Brief {
+    number: 4,
+    name: "limits",
+    title: "Where the theory stops",
+    kind: Kind::PredictThenRun,
+    objective: "Near upright, plant and balancer are linear, and linear theory tells at which \
+                rate a tiny deviation grows or shrinks for any control rate (see the library's \
+                `stability` module). Each whole rate from 5 to 12 Hz is put to the test: half a \
+                minute at 50 Hz until the pole hardly moves, then the policy is slowed and \
+                everybody watches for a minute. Growth is measured until the motor gives all it \
+                has; from then on theory is silent. Runs of a minute from the usual three starts \
+                show who is up after all, and how wide the pole still swings at the end.",
+    question: "What is the lowest of these rates at which theory calls the loop stable?",
+    unit: "Hz",
+};
+
+impl Exercise for Limits {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn run(&self) -> Result<Findings, Failure> {
+        let rates = hz(&RATES)?;
+        let trials: Vec<Trial> = rates
+            .into_iter()
+            .map(Trial::run)
+            .collect::<Result<_, _>>()?;
+        let stable = trials.iter().find(|trial| trial.theory.is_stable());
+        let stable = stable.ok_or_else(|| Failure::Unmeasured("no rate is stable".to_owned()))?;
+        Ok(Findings {
+            table: table(&trials),
+            answer: Answer::Exactly(stable.hz.get()),
+            meaning: meaning(&trials),
+            measurements: trials.iter().flat_map(Trial::measurements).collect(),
+        })
+    }
+}
+
+/// One rate, in theory and in two runs.
+struct Trial {
+    hz: Hz,
+    theory: Stability,
+    /// Growth of the settled deviation (1/s), where theory says it grows.
+    growth: Option<f64>,
+    /// When the action first clipped, after the policy was slowed (s).
+    clipped_s: Option<f64>,
+    /// Runs of a minute from the usual starts.
+    minutes: Vec<Minute>,
+}
+
+/// A run of a minute at one rate.
+struct Minute {
+    lasted_s: f64,
+    balanced: bool,
+    /// The pole's widest angle towards the end (degrees).
+    swing_deg: f64,
+}
+
+impl Minute {
+    fn run(seed: u64, control_hz: Hz) -> Result<Self, Failure> {
+        let run = record(&Config {
+            seed,
+            control_hz,
+            end: Time::from_secs_f64(WATCH_S)?,
+            ..Config::default()
+        })?;
+        let lasted_s = run.summary.sim_time.as_secs_f64();
+        let steps = run.steps.iter();
+        let tail = steps.filter(|step| step.stamp.as_secs_f64() > lasted_s - TAIL_S);
+        let angles = tail.map(|step| step.data.qpos[1].abs());
+        Ok(Self {
+            lasted_s,
+            balanced: run.summary.verdict.balanced(),
+            swing_deg: angles.fold(0.0, f64::max).to_degrees(),
+        })
+    }
+}
+
+impl Trial {
+    fn run(hz: Hz) -> Result<Self, Failure> {
+        let theory = Stability::of(Rates {
+            sensor: Config::default().sensor_hz,
+            control: hz,
+        })?;
+        let slowed = Time::from_secs_f64(SETTLE_S)?;
+        let settled = record(&Config {
+            end: Time::from_secs_f64(SETTLE_S + WATCH_S)?,
+            knobs: vec![TimedKnob {
+                at: slowed,
+                knob: Knob::ControlHz(hz),
+            }],
+            ..Config::default()
+        })?;
+        let growth = measured_growth(&settled.steps, slowed, theory.hyper_period);
+        let minutes = SEEDS.into_iter().map(|seed| Minute::run(seed, hz));
+        Ok(Self {
+            hz,
+            growth: growth.filter(|_| !theory.is_stable()),
+            clipped_s: clipped_s(&settled, slowed),
+            minutes: minutes.collect::<Result<_, _>>()?,
+            theory,
+        })
+    }
+
+    /// Starts that were up after the usual time.
+    fn up(&self) -> usize {
+        let up = self.minutes.iter().filter(|run| run.lasted_s > USUAL_S);
+        up.count()
+    }
+
+    /// Starts that were up after a minute.
+    fn still_up(&self) -> usize {
+        self.minutes.iter().filter(|run| run.balanced).count()
+    }
+
+    /// How wide those still swing (degrees); `None` if there are none.
+    fn swing_deg(&self) -> Option<f64> {
+        let up = self.minutes.iter().filter(|run| run.balanced);
+        up.map(|run| run.swing_deg).reduce(f64::max)
+    }
+
+    fn measurements(&self) -> Vec<Measurement> {
+        let measurement =
+            |what, value: f64| Measurement::new(format!("{}: {what}", self.hz), value);
+        let mut measured = vec![
+            measurement("predicted growth (1/s)", self.theory.growth()),
+            measurement("starts up after 10 s", self.up() as f64),
+            measurement("starts up after 60 s", self.still_up() as f64),
+        ];
+        if let Some(growth) = self.growth {
+            let off = (growth - self.theory.growth()).abs();
+            measured.push(measurement("measured growth (1/s)", growth));
+            measured.push(measurement("measured off predicted (1/s)", off));
+        }
+        let swing = self.swing_deg();
+        measured.extend(swing.map(|swing| measurement("swing after 60 s (degrees)", swing)));
+        measured
+    }
+}
+
+/// How long after it was slowed the action first clipped (s).
+fn clipped_s(run: &Recorded, slowed: Time) -> Option<f64> {
+    let mut steps = run.steps.iter().skip_while(|step| step.stamp < slowed);
+    let clipped = steps.find(|step| step.data.action.0.abs() >= 1.0)?;
+    Some(clipped.stamp.since(slowed).as_secs_f64())
+}
+
+fn table(trials: &[Trial]) -> Table {
+    let mut table = Table::new([
+        "control",
+        "growth, predicted",
+        "growth, measured",
+        "first clips after",
+        "up after 10 s",
+        "up after 60 s",
+        "swing at the end",
+    ]);
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
+    for trial in trials {
+        table.row([
+            trial.hz.to_string(),
+            format!("{:+.2}/s", trial.theory.growth()),
+            or_dash(trial.growth.map(|growth| format!("{growth:+.2}/s"))),
+            or_dash(trial.clipped_s.map(|seconds| format!("{seconds:.2} s"))),
+            format!("{} of {}", trial.up(), trial.minutes.len()),
+            format!("{} of {}", trial.still_up(), trial.minutes.len()),
+            or_dash(trial.swing_deg().map(|swing| format!("±{swing:.2}°"))),
+        ]);
+    }
+    table
+}
+
+fn meaning(trials: &[Trial]) -> String {
+    let growing = trials
+        .iter()
+        .filter_map(|trial| trial.growth.map(|growth| (trial, growth)));
+    let off = growing.map(|(trial, growth)| (growth - trial.theory.growth()).abs());
+    let worst = off.fold(0.0, f64::max);
+    let unstable = trials.iter().filter(|trial| !trial.theory.is_stable());
+    let swinging = unstable.filter_map(|trial| {
+        let swing = trial.swing_deg()?;
+        let (up, of) = (trial.still_up(), trial.minutes.len());
+        Some(format!(
+            "{} ({up} of {of} up, within ±{swing:.1}°)",
+            trial.hz
+        ))
+    });
+    let swinging: Vec<String> = swinging.collect();
+    format!(
+        "While the motor had force to spare, theory and run agreed to {worst:.4}/s or better at \
+         every rate that grows. Then the action clips, and the loop is no longer the one that \
+         theory spoke of. Rates at which every deviation grows, and yet the pole is up after a \
+         minute: {}. It does not come to rest there; it swings, and the clipped action keeps the \
+         swing from growing on, more or less reliably. So unstable does not mean fallen, up does \
+         not mean stable, and a growth rate draws no line through the map of survivors.",
+        swinging.join(", "),
+    )
+}

@@ -1,0 +1,77 @@
+//! The predictions that a learner made, kept in a file.
+
+use std::{collections::BTreeMap, fs, io, path::Path};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{Brief, Prediction};
+
+/// Predictions by exercise. In the file each is a table of its exercise's name,
+/// with a `number` and a `reason`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Answers(BTreeMap<String, Prediction>);
+
+impl Answers {
+    /// The predictions in the file at `path`; none if there is no file.
+    ///
+    /// # Errors
+    /// [`AnswersError`] if the file cannot be read or is not one of answers.
+    pub fn load(path: &Path) -> Result<Self, AnswersError> {
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(AnswersError::of(path, error)),
+        };
+        toml::from_str(&text).map_err(|error| AnswersError::of(path, error))
+    }
+
+    /// Writes the predictions to the file at `path`, all of them or, if that
+    /// fails, none.
+    ///
+    /// # Errors
+    /// [`AnswersError`] if the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), AnswersError> {
+        let text = toml::to_string(self).map_err(|error| AnswersError::of(path, error))?;
+        let new = path.with_extension("toml.new");
+        let written = fs::write(&new, text).and_then(|()| fs::rename(&new, path));
+        written.map_err(|error| {
+            // Whether it is there or not, the failure to write is what counts.
+            let _ = fs::remove_file(&new);
+            AnswersError::of(path, error)
+        })
+    }
+
+    /// What was predicted in this exercise, if it was.
+    pub fn get(&self, exercise: &Brief) -> Option<&Prediction> {
+        self.0.get(exercise.name)
+    }
+
+    /// Sets what is predicted in this exercise.
+    pub fn set(&mut self, exercise: &Brief, prediction: Prediction) {
+        self.0.insert(exercise.name.to_owned(), prediction);
+    }
+
+    /// Forgets what was predicted in this exercise.
+    pub fn clear(&mut self, exercise: &Brief) {
+        self.0.remove(exercise.name);
+    }
+}
+
+/// A file of answers that cannot be used.
+#[derive(Debug, Error)]
+#[error("{path}: {cause}; mend the file, or remove it to begin anew")]
+pub struct AnswersError {
+    path: String,
+    cause: Box<dyn std::error::Error + Send + Sync>,
+}
+
+impl AnswersError {
+    fn of(path: &Path, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self {
+            path: path.display().to_string(),
+            cause: cause.into(),
+        }
+    }
+}

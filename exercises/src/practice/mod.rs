@@ -1,0 +1,18 @@
+//! What all exercises have in common: an objective, a prediction, a
+//! measurement, and bands that the measurement must stay within.
+
+mod answers;
+mod bands;
+mod exercise;
+mod prediction;
+mod recorded;
+mod table;
+
+pub use answers::{Answers, AnswersError};
+pub use bands::{Band, Bands, BandsError, Claim};
+pub use exercise::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement};
+pub use prediction::{Prediction, PredictionError};
+pub use table::Table;
+
+pub(crate) use exercise::{hz, mean_ms};
+pub(crate) use recorded::{Recorded, record};

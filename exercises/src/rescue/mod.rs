@@ -1,0 +1,153 @@
+//! Rescue it: break the graph, and bring it back before the pole is down.
+
+pub mod judge;
+
+use ratelab::{
+    experiment::{BROKEN_HZ, Config, Knob, TimedKnob},
+    runtime::{Hz, Time},
+};
+
+use crate::practice::{
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Recorded, Table, record,
+};
+use judge::{Lacking, Rescued, Session, judge};
+
+/// How long the policy is slow in each rehearsal (tenths of a second).
+const SPELLS: std::ops::RangeInclusive<u32> = 1..=10;
+
+/// See [the module](self).
+pub struct Rescue;
+
+const BRIEF: Brief = Brief {
+    number: 5,
+    name: "rescue",
+    title: "Rescue it",
+    kind: Kind::Live,
+    objective: "In the lab, slow the policy to 5 Hz or less while the graph runs, let the pole go \
+                beyond 4°, and bring it back before it falls: raise the rate again, and keep the \
+                pole within 4° for five seconds. Slow motion and single steps are allowed, and so is a second try. \
+                A rehearsal by script comes first: from the start of seed 0 the policy is slow at \
+                once, for a tenth of a second, for two tenths and so on, and then decides 50 \
+                times a second again.",
+    question: "After how many seconds at 5 Hz does 50 Hz come too late?",
+    unit: "s",
+};
+
+impl Exercise for Rescue {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn run(&self) -> Result<Findings, Failure> {
+        let rehearsals: Vec<Rehearsal> = SPELLS.map(Rehearsal::run).collect::<Result<_, _>>()?;
+        let late = rehearsals
+            .windows(2)
+            .find(|pair| !pair[0].fell() && pair[1].fell());
+        let late = late.ok_or_else(|| Failure::Unmeasured("it was never too late".to_owned()))?;
+        Ok(Findings {
+            table: table(&rehearsals),
+            answer: Answer::Between {
+                held: late[0].spell_s,
+                failed: late[1].spell_s,
+            },
+            meaning: meaning(&late[0], &late[1]),
+            measurements: rehearsals
+                .iter()
+                .flat_map(Rehearsal::measurements)
+                .collect(),
+        })
+    }
+}
+
+/// A rescue by script.
+struct Rehearsal {
+    spell_s: f64,
+    run: Recorded,
+    judged: Result<Rescued, Lacking>,
+}
+
+impl Rehearsal {
+    /// Slow from the beginning, for so many tenths of a second.
+    fn run(tenths: u32) -> Result<Self, Failure> {
+        let spell_s = f64::from(tenths) / 10.0;
+        let usual = Config::default();
+        let config = Config {
+            control_hz: Hz::new(BROKEN_HZ)?,
+            knobs: vec![TimedKnob {
+                at: Time::from_secs_f64(spell_s)?,
+                knob: Knob::ControlHz(usual.control_hz),
+            }],
+            ..usual
+        };
+        let run = record(&config)?;
+        let judged = judge(&Session {
+            control_hz: config.control_hz,
+            events: &run.summary.events,
+            steps: &run.steps,
+            verdict: run.summary.verdict,
+        });
+        Ok(Self {
+            spell_s,
+            run,
+            judged,
+        })
+    }
+
+    fn fell(&self) -> bool {
+        !self.run.summary.verdict.balanced()
+    }
+
+    fn widest_deg(&self) -> f64 {
+        let angles = self.run.steps.iter().map(|step| step.data.qpos[1].abs());
+        angles.fold(0.0, f64::max).to_degrees()
+    }
+
+    /// The pole's angle just before the policy was fast again (degrees).
+    fn angle_at_return_deg(&self) -> f64 {
+        let steps = self.run.steps.iter();
+        let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.spell_s);
+        let last = slow.last().map_or(0.0, |step| step.data.qpos[1].abs());
+        last.to_degrees()
+    }
+
+    fn measurements(&self) -> [Measurement; 2] {
+        let name = |what| format!("{} s slow: {what}", self.spell_s);
+        [
+            Measurement::new(name("balanced"), u32::from(!self.fell())),
+            Measurement::new(name("rescued"), u32::from(self.judged.is_ok())),
+        ]
+    }
+}
+
+fn table(rehearsals: &[Rehearsal]) -> Table {
+    let mut table = Table::new(["at 5 Hz for", "widest angle", "verdict", "judged"]);
+    for rehearsal in rehearsals {
+        let judged = match &rehearsal.judged {
+            Ok(_) => "rescued",
+            Err(Lacking::Danger { .. }) => "not in danger",
+            Err(_) => "not rescued",
+        };
+        table.row([
+            format!("{:.1} s", rehearsal.spell_s),
+            format!("{:.1}°", rehearsal.widest_deg()),
+            rehearsal.run.summary.verdict.name().to_owned(),
+            judged.to_owned(),
+        ]);
+    }
+    table
+}
+
+fn meaning(saved: &Rehearsal, lost: &Rehearsal) -> String {
+    format!(
+        "After {:.1} s at {BROKEN_HZ} Hz the pole stood at {:.1}° when the policy was fast again; \
+         it came to {:.1}° and was caught. After {:.1} s it stood at {:.1}° and was down {:.2} s \
+         later. Nothing but the rate told the two apart, and it was set right in both: what is \
+         decided too late is not made up for by deciding often. Now do it by hand.",
+        saved.spell_s,
+        saved.angle_at_return_deg(),
+        saved.widest_deg(),
+        lost.spell_s,
+        lost.angle_at_return_deg(),
+        lost.run.summary.sim_time.as_secs_f64() - lost.spell_s,
+    )
+}

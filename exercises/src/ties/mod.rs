@@ -1,0 +1,189 @@
+//! When two clocks tie: one graph, two schedules, two latencies.
+
+pub mod accumulating;
+
+use ratelab::{
+    experiment::{ACTION, Config, Experiment, OBS},
+    runtime::{Hz, RealClock, telemetry::Distribution},
+};
+
+use crate::practice::{
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Table, hz, mean_ms,
+};
+use accumulating::Accumulated;
+
+/// Control rates, the published ones (Hz).
+const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
+
+/// The rate that the question is about (Hz).
+const ASKED: f64 = 25.0;
+
+/// See [the module](self).
+pub struct Ties;
+
+const BRIEF: Brief = Brief {
+    number: 3,
+    name: "ties",
+    title: "When two clocks tie",
+    kind: Kind::BugHunt,
+    objective: "The same three nodes, seed 0, are run by two schedulers. One computes when tick k \
+                is due as k divided by the rate, in whole nanoseconds. The other adds a period in \
+                floating point after every tick. At 25 Hz against 50 Hz the policy ticks with \
+                every second tick of the sensor, at the same instant, and the sensor goes first. \
+                Yet the course publishes a mean latency of 29.5 ms for 25 Hz. Which scheduler \
+                did it use, and why does that come out? Look at how old readings are when the policy \
+                uses them, and actions when they are applied; then read \
+                exercises/src/ties/accumulating.rs to its last line.",
+    question: "What is the mean latency at 25 Hz if nodes due together really are?",
+    unit: "ms",
+};
+
+impl Exercise for Ties {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn run(&self) -> Result<Findings, Failure> {
+        let rates = hz(&RATES)?;
+        let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
+        let asked = pairs.iter().find(|pair| pair.hz.get() == ASKED);
+        let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
+        Ok(Findings {
+            table: table(&pairs),
+            answer: Answer::Exactly(asked.exact.latency_ms),
+            meaning: asked.meaning(),
+            measurements: pairs.iter().flat_map(Pair::measurements).collect(),
+        })
+    }
+}
+
+/// What a run came to, under either scheduler.
+struct Run {
+    latency_ms: f64,
+    /// How old readings were when the policy used them, on average.
+    reading_age_ms: f64,
+    /// How old actions were when they were applied, on average.
+    action_age_ms: f64,
+    dropped: u64,
+    steps: u64,
+}
+
+impl Run {
+    fn exact(config: &Config) -> Result<Self, Failure> {
+        let experiment = Experiment::new(config)?;
+        let observer = experiment.observer();
+        let summary = experiment.run(&mut RealClock::default())?;
+        let snapshot = observer.snapshot();
+        let age_ms = |topic| {
+            let readers = snapshot.topic(topic).map(|topic| &topic.subscriptions);
+            mean_ms(readers.and_then(|readers| readers.first()?.ages.mean_s()))
+        };
+        Ok(Self {
+            latency_ms: mean_ms(summary.latency.mean_s()),
+            reading_age_ms: age_ms(OBS),
+            action_age_ms: age_ms(ACTION),
+            dropped: summary.obs.dropped,
+            steps: summary.steps,
+        })
+    }
+}
+
+impl From<Accumulated> for Run {
+    fn from(run: Accumulated) -> Self {
+        let mean = |distribution: &Distribution| mean_ms(distribution.mean_s());
+        Self {
+            latency_ms: mean(&run.latency),
+            reading_age_ms: mean(&run.reading_age),
+            action_age_ms: mean(&run.action_age),
+            dropped: run.dropped,
+            steps: run.steps,
+        }
+    }
+}
+
+/// The same run under both schedulers.
+struct Pair {
+    hz: Hz,
+    added: Run,
+    exact: Run,
+}
+
+impl Pair {
+    fn run(control_hz: Hz) -> Result<Self, Failure> {
+        let config = Config {
+            control_hz,
+            ..Config::default()
+        };
+        let added = accumulating::run(config.seed, control_hz.get(), config.end.as_secs_f64())?;
+        Ok(Self {
+            hz: control_hz,
+            added: added.into(),
+            exact: Run::exact(&config)?,
+        })
+    }
+
+    fn meaning(&self) -> String {
+        let (added, exact) = (&self.added, &self.exact);
+        format!(
+            "At {} the scheduler that adds periods reports {:.4} ms, the exact one {:.4} ms: \
+             {:.1} ms more. Added up, the due times of policy and sensor come to differ in the \
+             last bit, and where they ought to tie the last bit decides who is first. Sometimes \
+             the policy runs a hair before the sensor and acts on the reading of one period ago \
+             (readings are {:.1} ms older on average), sometimes a hair after the actuator, and \
+             its action waits for the next step (actions are {:.1} ms older). Either way one \
+             period of the plant is lost, and nobody dropped a message more for it: {} in the \
+             one, {} in the other.",
+            self.hz,
+            added.latency_ms,
+            exact.latency_ms,
+            added.latency_ms - exact.latency_ms,
+            added.reading_age_ms - exact.reading_age_ms,
+            added.action_age_ms - exact.action_age_ms,
+            added.dropped,
+            exact.dropped,
+        )
+    }
+
+    /// The two runs and the schedules that they ran by.
+    fn runs(&self) -> [(&'static str, &Run); 2] {
+        [("periods added", &self.added), ("exact time", &self.exact)]
+    }
+
+    fn measurements(&self) -> Vec<Measurement> {
+        let each = self.runs().into_iter().flat_map(|(how, run)| {
+            let name = |what| format!("{}, {how}: {what}", self.hz);
+            [
+                Measurement::new(name("mean latency (ms)"), run.latency_ms),
+                Measurement::new(name("/obs dropped"), run.dropped as f64),
+                Measurement::new(name("steps"), run.steps as f64),
+            ]
+        });
+        each.collect()
+    }
+}
+
+fn table(pairs: &[Pair]) -> Table {
+    let mut table = Table::new([
+        "control",
+        "schedule",
+        "mean latency",
+        "reading age",
+        "action age",
+        "dropped",
+        "steps",
+    ]);
+    for pair in pairs {
+        for (schedule, run) in pair.runs() {
+            table.row([
+                pair.hz.to_string(),
+                schedule.to_owned(),
+                format!("{:.4} ms", run.latency_ms),
+                format!("{:.1} ms", run.reading_age_ms),
+                format!("{:.1} ms", run.action_age_ms),
+                run.dropped.to_string(),
+                run.steps.to_string(),
+            ]);
+        }
+    }
+    table
+}

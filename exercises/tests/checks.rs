@@ -1,0 +1,85 @@
+//! Every measurement that an exercise promises lies in its band.
+
+use std::{collections::HashSet, path::Path};
+
+use exercises::{
+    ALL,
+    practice::{Answers, Claim},
+};
+
+fn check(number: u32) {
+    let exercise = exercises::find(number).expect("an exercise");
+    let claims = exercise.check().expect("measured");
+    assert!(claims.len() >= 19, "only {} claims", claims.len());
+    let broken: Vec<&Claim> = claims.iter().filter(|claim| !claim.holds()).collect();
+    let said: Vec<String> = broken.iter().map(ToString::to_string).collect();
+    assert!(broken.is_empty(), "{}", said.join("\n"));
+}
+
+#[test]
+fn exercise_1_the_control_rate_cliff() {
+    check(1);
+}
+
+#[test]
+fn exercise_2_a_deeper_queue() {
+    check(2);
+}
+
+#[test]
+fn exercise_3_when_two_clocks_tie() {
+    check(3);
+}
+
+#[test]
+fn exercise_4_where_the_theory_stops() {
+    check(4);
+}
+
+#[test]
+fn exercise_5_rescue_it() {
+    check(5);
+}
+
+#[test]
+fn exercises_are_numbered_as_listed_and_each_has_a_name_of_its_own() {
+    let briefs: Vec<_> = ALL.iter().map(|exercise| exercise.brief()).collect();
+    let numbers: Vec<u32> = briefs.iter().map(|brief| brief.number).collect();
+    assert_eq!(numbers, [1, 2, 3, 4, 5]);
+    let names: HashSet<&str> = briefs.iter().map(|brief| brief.name).collect();
+    assert_eq!(names.len(), ALL.len());
+    for brief in briefs {
+        assert!(brief.question.ends_with('?'), "{}", brief.question);
+    }
+    assert!(exercises::find(0).is_none() && exercises::find(6).is_none());
+}
+
+#[test]
+fn an_exercise_measures_the_same_every_time() {
+    for exercise in ALL {
+        let findings = || exercise.run().expect("measured");
+        let (first, second) = (findings(), findings());
+        let bits = |findings: &exercises::practice::Findings| -> Vec<u64> {
+            let values = findings.measurements.iter();
+            values.map(|measured| measured.value.to_bits()).collect()
+        };
+        assert_eq!(bits(&first), bits(&second));
+        assert_eq!((first.table, first.meaning), (second.table, second.meaning));
+    }
+}
+
+#[test]
+fn what_was_predicted_reconciles_with_what_is_measured_and_the_rest_is_skipped() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("answers.toml");
+    let answers = Answers::load(&path).expect("a file of answers, or none");
+    for exercise in ALL {
+        let brief = exercise.brief();
+        let Some(prediction) = answers.get(brief) else {
+            println!("exercise {}: no prediction yet, skipped", brief.number);
+            continue;
+        };
+        let findings = exercise.run().expect("measured");
+        let text = findings.reconcile(brief, prediction);
+        assert!(text.contains(prediction.reason().trim_end_matches('.')));
+    }
+}

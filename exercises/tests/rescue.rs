@@ -1,0 +1,183 @@
+//! What counts as a rescue, and what only looks like one.
+
+use exercises::rescue::judge::{DANGER_DEG, Lacking, Rescued, Session, judge};
+use ratelab::{
+    cartpole::ControlStep,
+    experiment::{Config, Experiment, Summary},
+    runtime::{Message, RealClock, Time},
+};
+
+/// A session on the virtual clock, from the start of seed 0.
+struct Run {
+    summary: Summary,
+    steps: Vec<Message<ControlStep>>,
+}
+
+/// Runs for so many seconds, turning these knobs.
+fn run(seconds: f64, knobs: &[&str]) -> Run {
+    let knobs = knobs.iter().map(|knob| knob.parse().expect("knob"));
+    let config = Config {
+        end: Time::from_secs_f64(seconds).expect("time"),
+        knobs: knobs.collect(),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(&config).expect("experiment");
+    let tap = experiment.tap_steps(10_000);
+    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let steps = tap.messages().iter().collect();
+    Run { summary, steps }
+}
+
+impl Run {
+    fn session(&self) -> Session<'_> {
+        Session {
+            control_hz: self.summary.config.control_hz,
+            events: &self.summary.events,
+            steps: &self.steps,
+            verdict: self.summary.verdict,
+        }
+    }
+}
+
+fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, Lacking> {
+    judge(&run(seconds, knobs).session())
+}
+
+#[test]
+fn a_pole_that_was_let_go_and_caught_is_rescued() {
+    let rescued = judged(10.0, &["0 control-hz 5", "0.3 control-hz 50"]).expect("rescued");
+    assert_eq!(rescued.slowed, Time::ZERO);
+    assert_eq!(rescued.spell.as_millis(), 300);
+    assert!(rescued.worst_deg > DANGER_DEG && rescued.worst_deg < 12.0);
+    assert!(rescued.safe < Time::from_nanos(2_000_000_000));
+}
+
+#[test]
+fn a_rescue_may_go_down_and_up_in_steps() {
+    let knobs = [
+        "0 control-hz 10",
+        "0 control-hz 4",
+        "0.2 control-hz 9",
+        "0.3 control-hz 50",
+    ];
+    assert!(judged(10.0, &knobs).is_ok());
+}
+
+#[test]
+fn later_in_a_run_it_is_a_rescue_too() {
+    assert!(judged(10.0, &["1 control-hz 5", "2.1 control-hz 50"]).is_ok());
+}
+
+#[test]
+fn a_policy_that_was_never_slow_enough_rescues_nobody() {
+    assert_eq!(judged(10.0, &[]), Err(Lacking::Slowness));
+    assert_eq!(
+        judged(20.0, &["0 control-hz 5.1", "0.3 control-hz 50"]),
+        Err(Lacking::Slowness)
+    );
+    // Swings into danger and stays up, but nobody slowed it to 5 Hz.
+    assert_eq!(judged(20.0, &["0 control-hz 8"]), Err(Lacking::Slowness));
+}
+
+#[test]
+fn a_pole_that_was_never_in_danger_was_not_rescued() {
+    let lacking = judged(10.0, &["0 control-hz 5", "0.1 control-hz 50"]);
+    let Err(Lacking::Danger { worst_deg }) = lacking else {
+        panic!("{lacking:?}");
+    };
+    assert!(worst_deg < DANGER_DEG);
+}
+
+#[test]
+fn danger_long_after_the_spell_is_not_its_doing() {
+    let knobs = [
+        "0 control-hz 5",
+        "0.1 control-hz 50",
+        "2 control-hz 8",
+        "9 control-hz 50",
+    ];
+    let run = run(20.0, &knobs);
+    let widest = run
+        .steps
+        .iter()
+        .map(|step| step.data.qpos[1].abs().to_degrees());
+    assert!(widest.fold(0.0, f64::max) > DANGER_DEG, "it was in danger");
+    assert!(matches!(judge(&run.session()), Err(Lacking::Danger { .. })));
+}
+
+#[test]
+fn a_pole_that_fell_was_not_rescued() {
+    for knobs in [
+        &["0 control-hz 5"][..],
+        &["0 control-hz 5", "0.8 control-hz 50"],
+        &["0 control-hz 5", "0.2 control-hz 50", "1 control-hz 5"],
+    ] {
+        let run = run(10.0, knobs);
+        let lacking = judge(&run.session()).expect_err("it fell");
+        assert_eq!(
+            lacking,
+            Lacking::Survival {
+                at: run.summary.sim_time
+            }
+        );
+    }
+}
+
+#[test]
+fn a_pole_that_is_left_with_a_slow_policy_is_not_rescued_yet() {
+    let knobs = ["0 control-hz 5"];
+    assert_eq!(judged(0.5, &knobs), Err(Lacking::Return));
+}
+
+#[test]
+fn five_seconds_out_of_danger_are_asked_for_and_no_more() {
+    let knobs = ["0 control-hz 5", "0.3 control-hz 50"];
+    let safe = judged(10.0, &knobs).expect("rescued").safe.as_secs_f64();
+    assert!(judged(safe + 5.0, &knobs).is_ok());
+    let lacking = judged(safe + 4.9, &knobs);
+    assert!(matches!(lacking, Err(Lacking::Calm { .. })), "{lacking:?}");
+}
+
+#[test]
+fn a_swing_that_goes_on_is_no_rescue() {
+    let lacking = judged(12.0, &["0 control-hz 5", "0.3 control-hz 8"]);
+    assert!(matches!(lacking, Err(Lacking::Calm { .. })), "{lacking:?}");
+}
+
+#[test]
+fn what_comes_after_a_rescue_does_not_take_it_back() {
+    let knobs = ["0 control-hz 5", "0.3 control-hz 50", "8 control-hz 5"];
+    let run = run(20.0, &knobs);
+    assert!(!run.summary.verdict.balanced());
+    assert!(judge(&run.session()).is_ok());
+}
+
+#[test]
+fn a_second_try_counts_as_much_as_the_first() {
+    let knobs = [
+        "0 control-hz 5",
+        "0.1 control-hz 50",
+        "1 control-hz 5",
+        "2.16 control-hz 50",
+    ];
+    assert!(judged(10.0, &knobs).is_ok());
+}
+
+#[test]
+fn a_record_with_missing_steps_proves_nothing() {
+    let mut run = run(10.0, &["0 control-hz 5", "0.3 control-hz 50"]);
+    run.steps.remove(100);
+    assert_eq!(judge(&run.session()), Err(Lacking::Steps));
+    run.steps.clear();
+    assert!(matches!(judge(&run.session()), Err(Lacking::Danger { .. })));
+}
+
+#[test]
+fn what_a_session_lacks_is_said_with_what_to_do() {
+    let said = judged(10.0, &["0 control-hz 5"])
+        .expect_err("it fell")
+        .to_string();
+    assert_eq!(said, "it fell at 0.840 s: speed the policy up sooner");
+    let said = judged(10.0, &[]).expect_err("never slow").to_string();
+    assert_eq!(said, "the policy was never slowed to 5 Hz or less");
+}
