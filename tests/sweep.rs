@@ -208,7 +208,7 @@ fn what_cannot_be_swept_is_refused() {
         seeds: (0..3_000).collect(),
         ..sweep.clone()
     };
-    let said = "9000000 runs are too many for a sweep: list fewer values, 5000000 runs at most";
+    let said = "9000000 runs are too many for a sweep: list fewer values, 2000000 runs at most";
     assert_eq!(refused(many), said);
     let endless = Sweep::of(Config {
         end: Time::MAX,

@@ -15,6 +15,9 @@ use crate::{
 /// number of `hyper_period`s apart are compared, because in between the angle
 /// follows the schedule and not its trend.
 ///
+/// Where the largest multipliers are a complex pair, at 11 Hz and above, the
+/// angle turns as well as shrinks, and this is no measure of it.
+///
 /// `None` if that leaves not one hyper-period, or no angle to compare.
 pub fn measured_growth(
     steps: &[Message<ControlStep>],

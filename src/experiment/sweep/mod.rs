@@ -34,9 +34,9 @@ use crate::{
     runtime::{ClockKind, Depth, Fault, Hz, RealClock, Speed, Time},
 };
 
-/// The most cells that a sweep may have: about an hour of two cores with runs
-/// of ten seconds.
-pub const MAX_CELLS: usize = 5_000_000;
+/// The most cells that a sweep may have: about twenty minutes of two cores with
+/// runs of ten seconds, and 150 MB.
+pub const MAX_CELLS: usize = 2_000_000;
 
 /// Runs to make: every combination of the values listed. Each is a cell.
 #[derive(Clone, Debug, PartialEq)]
