@@ -82,6 +82,17 @@ fn survival_over_200_seeds_is_that_of_an_independent_count() {
 }
 
 #[test]
+fn survival_is_not_monotone_between_whole_rates() {
+    let between = Sweep {
+        control_hz: axis("7.5,7.75"),
+        ..cliff()
+    };
+    let swept = run(&between, all_cores());
+    let balanced: Vec<usize> = swept.survival().map(|rate| rate.balanced).collect();
+    assert_eq!(balanced, [199, 58]);
+}
+
+#[test]
 fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
     let mut compared = 0;
     for (cell, outcome) in CLIFF.finished().step_by(37) {

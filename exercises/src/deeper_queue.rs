@@ -7,7 +7,7 @@ use ratelab::{
         BROKEN_HZ, Config,
         sweep::{Cell, Outcome, Sweep, all_cores},
     },
-    runtime::{Depth, DepthError},
+    runtime::Depth,
 };
 
 use crate::{
@@ -40,10 +40,10 @@ impl Exercise for DeeperQueue {
     }
 
     fn run(&self) -> Result<Findings, Failure> {
-        let depths: Result<_, DepthError> = DEPTHS.into_iter().map(Depth::new).collect();
+        let depths = DEPTHS.into_iter().map(Depth::new);
         let sweep = Sweep {
             control_hz: hz(&[BROKEN_HZ])?,
-            queue_depths: depths.map_err(|error| Failure::Unmeasured(error.to_string()))?,
+            queue_depths: depths.collect::<Result<_, _>>()?,
             seeds: SEEDS.to_vec(),
             ..Sweep::of(Config::default())
         };

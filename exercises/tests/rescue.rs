@@ -1,9 +1,9 @@
 //! What counts as a rescue, and what only looks like one.
 
-use exercises::rescue::judge::{DANGER_DEG, Lacking, Rescued, Session, judge};
+use exercises::rescue::judge::{DANGER_DEG, HELD, Lacking, Rescued, Session, judge};
 use ratelab::{
     cartpole::ControlStep,
-    experiment::{Config, Experiment, Summary},
+    experiment::{BROKEN_HZ, Config, Experiment, Summary},
     runtime::{Message, RealClock, Time},
 };
 
@@ -170,6 +170,20 @@ fn a_record_with_missing_steps_proves_nothing() {
     assert_eq!(judge(&run.session()), Err(Lacking::Steps));
     run.steps.clear();
     assert!(matches!(judge(&run.session()), Err(Lacking::Danger { .. })));
+}
+
+#[test]
+fn the_objective_names_the_figures_that_are_judged_by() {
+    let objective = exercises::find(5).expect("the rescue").brief().objective;
+    let slow = format!("to {BROKEN_HZ} Hz or less");
+    for figure in [
+        slow,
+        format!("beyond {DANGER_DEG}°"),
+        format!("within {DANGER_DEG}°"),
+    ] {
+        assert!(objective.contains(&figure), "{figure}");
+    }
+    assert!(objective.contains("for five seconds") && HELD.as_secs() == 5);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::fmt;
 use ratelab::{
     cartpole::PlantError,
     experiment::{SetupError, sweep::SweepError},
-    runtime::{Fault, Hz, HzError, TimeError},
+    runtime::{DepthError, Fault, Hz, HzError, TimeError},
     stability::StabilityError,
 };
 use thiserror::Error;
@@ -201,6 +201,9 @@ pub enum Failure {
     /// A rate that is none.
     #[error(transparent)]
     Rate(#[from] HzError),
+    /// A depth that is none.
+    #[error(transparent)]
+    Depth(#[from] DepthError),
     /// A time that is none.
     #[error(transparent)]
     Time(#[from] TimeError),

@@ -39,7 +39,7 @@ pub const HELD: Duration = Duration::from_secs(5);
 /// What a session recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Session<'a> {
-    /// The policy's rate at the beginning.
+    /// The policy's rate at the beginning: that of the run's configuration.
     pub control_hz: Hz,
     /// Commands that took effect, in order.
     pub events: &'a [Event],

@@ -25,10 +25,10 @@ const BRIEF: Brief = Brief {
     kind: Kind::Live,
     objective: "In the lab, slow the policy to 5 Hz or less while the graph runs, let the pole go \
                 beyond 4°, and bring it back before it falls: raise the rate again, and keep the \
-                pole within 4° for five seconds. Slow motion and single steps are allowed, and so is a second try. \
-                A rehearsal by script comes first: from the start of seed 0 the policy is slow at \
-                once, for a tenth of a second, for two tenths and so on, and then decides 50 \
-                times a second again.",
+                pole within 4° for five seconds. Slow motion and single steps are allowed, and so \
+                is a second try. A rehearsal by script comes first: from the start of seed 0 the \
+                policy is slow at once, for a tenth of a second, for two tenths and so on, and \
+                then decides 50 times a second again.",
     question: "After how many seconds at 5 Hz does 50 Hz come too late?",
     unit: "s",
 };
