@@ -22,9 +22,9 @@ fn run(seconds: f64, knobs: &[&str]) -> Run {
         ..Config::default()
     };
     let experiment = Experiment::new(&config).expect("experiment");
-    let tap = experiment.tap_steps(10_000);
+    let tap = experiment.taps().steps(10_000);
     let summary = experiment.run(&mut RealClock::default()).expect("run");
-    let steps = tap.messages().iter().collect();
+    let steps = tap.items().iter().map(|step| step.message).collect();
     Run { summary, steps }
 }
 

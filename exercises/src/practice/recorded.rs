@@ -19,8 +19,8 @@ pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
     let experiment = Experiment::new(config)?;
     // Room for all of them, so that the run never waits for a reader.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
-    let tap = experiment.tap_steps(room);
+    let tap = experiment.taps().steps(room);
     let summary = experiment.run(&mut RealClock::default())?;
-    let steps = tap.messages().iter().collect();
+    let steps = tap.items().iter().map(|step| step.message).collect();
     Ok(Recorded { summary, steps })
 }
