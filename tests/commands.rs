@@ -11,8 +11,8 @@ use std::{
 };
 
 use common::{
-    END, GO_ON, TickLog, applied, at, collect, hz, message_bytes, messages_of, refused, run_bytes,
-    run_timed, secs, set_depth, set_rate, ticks,
+    END, GO_ON, TickLog, applied, at, brain, collect, hz, message_bytes, messages_of, refused,
+    run_bytes, run_timed, secs, set_depth, set_rate, ticks,
 };
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
@@ -348,7 +348,7 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
         observations: wiring.publisher(&observations),
     });
     let policy = graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
-        policy: config.policy.build(config.seed),
+        policy: brain(config),
         observations: wiring.subscription(&observations),
         actions: wiring.publisher(&actions),
     });
@@ -413,7 +413,7 @@ proptest! {
         seed in 0..100u64,
         policy in prop_oneof![Just(PolicyKind::Scripted), Just(PolicyKind::Random)],
     ) {
-        let config = Config { seed, policy, ..live_config() };
+        let config = Config { seed, policy: policy.into(), ..live_config() };
         let live = run_live(&config, |commander| {
             for (command, pause_us) in script {
                 thread::sleep(Duration::from_micros(pause_us));

@@ -117,7 +117,7 @@ fn small() -> Sweep {
         ..Config::default()
     };
     Sweep {
-        policies: vec![PolicyKind::Scripted, PolicyKind::Random],
+        policies: vec![PolicyKind::Scripted.into(), PolicyKind::Random.into()],
         sensor_hz: axis("30,50"),
         queue_depths: axis("1,5"),
         control_hz: axis("5..10:2.5"),
@@ -144,14 +144,16 @@ fn every_cell_is_run_and_told_of_once() {
     let sweep = small();
     let mut told = Vec::new();
     let swept = sweep.run(threads(2), |cell, outcome| {
-        told.push((*cell, *outcome));
+        told.push((cell.clone(), *outcome));
         ControlFlow::Continue(())
     });
     let swept = swept.expect("a sweep");
     assert!(swept.is_complete());
     assert_eq!(told.len(), sweep.cells().expect("cells"));
     for (cell, outcome) in swept.finished() {
-        let same = told.iter().filter(|told| **told == (cell, *outcome));
+        let same = told
+            .iter()
+            .filter(|told| **told == (cell.clone(), *outcome));
         assert_eq!(same.count(), 1, "{cell:?}");
     }
 }
@@ -166,7 +168,7 @@ fn the_seed_changes_fastest_and_the_policy_slowest() {
     assert_eq!(cells[4].control_hz, hz(7.5));
     assert_eq!(cells[12].queue_depth, depth(5));
     assert_eq!(cells[24].sensor_hz, hz(50.0));
-    assert_eq!(cells[48].policy, PolicyKind::Random);
+    assert_eq!(cells[48].policy, PolicyKind::Random.into());
     assert_eq!(sweep.cell(96), None);
 }
 

@@ -47,8 +47,12 @@ fn a_cart_that_leaves_the_rail_with_the_pole_up_is_told_as_such() {
 #[test]
 fn an_unattended_pole_falls() {
     for kind in [PolicyKind::Zero, PolicyKind::Random] {
-        let config = Config::default();
-        let summary = run(&config, kind.build(config.seed));
+        let config = Config {
+            policy: kind.into(),
+            ..Config::default()
+        };
+        let experiment = Experiment::new(&config).expect("experiment");
+        let summary = experiment.run(&mut RealClock::default()).expect("run");
         assert!(
             matches!(summary.verdict, Verdict::PoleFell { .. }),
             "{kind}: {}",

@@ -31,11 +31,16 @@ impl LinearPlant {
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or has no memory.
     pub fn control_step() -> Result<Self, PlantError> {
-        let physics = Self::physics_step()?;
-        Ok((1..SUBSTEPS).fold(physics, |so_far, _| Self {
-            a: physics.a * so_far.a,
-            b: physics.a * so_far.b + physics.b,
-        }))
+        Ok(Self::physics_step()?.held_for(SUBSTEPS))
+    }
+
+    /// `times` such steps, zero taken for one, with the action held through all
+    /// of them.
+    pub fn held_for(self, times: u32) -> Self {
+        (1..times).fold(self, |so_far, _| Self {
+            a: self.a * so_far.a,
+            b: self.a * so_far.b + self.b,
+        })
     }
 
     /// One physics step at upright rest, by MuJoCo's finite differences.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::knob::TimedKnob;
 use crate::{
-    policy::PolicyKind,
+    policy::{Brain, BrainError, PolicyKind, Setting},
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
@@ -29,11 +29,38 @@ pub struct Config {
     /// How many messages `/obs` and `/action` keep.
     pub queue_depth: Depth,
     /// The brain.
-    pub policy: PolicyKind,
+    pub policy: Brain,
     /// How much longer the brain thinks, in wall time.
     pub think: Duration,
     /// Changes to make on the way.
     pub knobs: Vec<TimedKnob>,
+}
+
+impl Config {
+    /// The same run and no other: files are pinned to the content that they have
+    /// now; see [`Brain::pinned`].
+    ///
+    /// # Errors
+    /// [`BrainError`] if a brain cannot be had.
+    pub fn pinned(self) -> Result<Self, BrainError> {
+        Ok(Self {
+            policy: self.policy.pinned()?,
+            ..self
+        })
+    }
+
+    /// Every brain that the run may need.
+    pub fn brains(&self) -> impl Iterator<Item = &Brain> {
+        std::iter::once(&self.policy)
+    }
+
+    /// What its brains may depend on.
+    pub fn setting(&self) -> Setting {
+        Setting {
+            seed: self.seed,
+            control_hz: self.control_hz,
+        }
+    }
 }
 
 impl Default for Config {
@@ -49,7 +76,7 @@ impl Default for Config {
             sensor_hz: hz,
             control_hz: hz,
             queue_depth: Depth::ONE,
-            policy: PolicyKind::Scripted,
+            policy: PolicyKind::Scripted.into(),
             think: Duration::ZERO,
             knobs: Vec::new(),
         }

@@ -32,7 +32,7 @@ use crate::{
         ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Observation, POLICY, Plant,
         PlantError, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
     },
-    policy::{Policy, Thinking},
+    policy::{BrainError, Policy, Shelf, Swappable, Thinking},
     runtime::{
         Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, TimedCommand,
         Topic, clock,
@@ -61,6 +61,9 @@ pub enum SetupError {
     /// The graph cannot be built.
     #[error(transparent)]
     Graph(#[from] GraphError),
+    /// The brain cannot be had.
+    #[error(transparent)]
+    Brain(#[from] BrainError),
 }
 
 /// The cart-pole graph, ready to run once.
@@ -84,10 +87,19 @@ impl Experiment {
     /// Builds sensor, policy and actuator around a plant.
     ///
     /// # Errors
-    /// [`SetupError`] if the plant or the graph cannot be made.
+    /// [`SetupError`] if the plant or the graph cannot be made, or a brain cannot
+    /// be had.
     pub fn new(config: &Config) -> Result<Self, SetupError> {
-        let brain = config.policy.build(config.seed);
-        Self::with_policy(config, brain)
+        Self::with_shelf(config, Shelf::of(config.brains())?)
+    }
+
+    /// The same with brains that were read before.
+    ///
+    /// # Errors
+    /// [`SetupError`] as for [`new`](Self::new).
+    pub fn with_shelf(config: &Config, shelf: Shelf) -> Result<Self, SetupError> {
+        let brain = Swappable::new(&config.policy, shelf, config.setting())?;
+        Self::with_policy(config, Box::new(brain))
     }
 
     /// The same with a brain of the caller's own behind the policy node.

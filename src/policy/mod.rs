@@ -1,24 +1,37 @@
 //! Brains: from an observation to an action.
 //!
 //! A policy sees messages and nothing else, so any of these can be put behind
-//! the same node.
+//! the same node. A [`Brain`] names one: built in, or in a file.
 
+mod brain;
 mod constant;
+mod digest;
+mod feedback;
+mod file;
+mod kind;
+mod lqr;
+mod network;
 mod random;
+mod riccati;
 mod scripted;
+mod shelf;
+mod swappable;
 mod thinking;
 
-use std::{fmt, str::FromStr};
-
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
-use crate::cartpole::{Action, Observation};
-
+pub use brain::{Brain, BrainError, BrainErrorKind, LoadedBrain, Setting};
 pub use constant::Zero;
+pub use digest::Digest;
+pub use file::{BrainFile, LARGEST_FILE};
+pub use kind::{PolicyKind, UnknownPolicy};
+pub use lqr::{Lqr, LqrError};
+pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
 pub use random::Random;
 pub use scripted::Scripted;
+pub use shelf::Shelf;
+pub use swappable::Swappable;
 pub use thinking::Thinking;
+
+use crate::cartpole::{Action, Observation};
 
 /// Decides what to do about an observation.
 pub trait Policy: Send {
@@ -28,67 +41,14 @@ pub trait Policy: Send {
     /// The action for `observation`. One that is not finite ends the run with
     /// a fault.
     fn act(&mut self, observation: &Observation) -> Action;
-}
 
-/// The policies that need no file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PolicyKind {
-    /// Linear feedback: [`Scripted`].
-    Scripted,
-    /// No force: [`Zero`].
-    Zero,
-    /// Any force: [`Random`].
-    Random,
-}
-
-impl PolicyKind {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Scripted, Self::Zero, Self::Random];
-
-    /// The name by which it is chosen.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scripted => "scripted",
-            Self::Zero => "zero",
-            Self::Random => "random",
-        }
-    }
-
-    /// Whether it tries to keep the pole up. One that does not loses it at any
-    /// rate, so nothing is to be learned from that about rates.
-    pub fn balances(self) -> bool {
-        match self {
-            Self::Scripted => true,
-            Self::Zero | Self::Random => false,
-        }
-    }
-
-    /// The policy itself; `seed` is that of the run.
-    pub fn build(self, seed: u64) -> Box<dyn Policy> {
-        match self {
-            Self::Scripted => Box::new(Scripted),
-            Self::Zero => Box::new(Zero),
-            Self::Random => Box::new(Random::new(seed)),
-        }
+    /// Becomes the brain that `word` names, between two decisions; returns what
+    /// it was before.
+    ///
+    /// # Errors
+    /// Why not: a policy is what it is, unless it is [`Swappable`].
+    fn become_brain(&mut self, word: &str) -> Result<String, String> {
+        let _ = word;
+        Err(format!("the {} policy cannot be swapped", self.name()))
     }
 }
-
-impl fmt::Display for PolicyKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for PolicyKind {
-    type Err = UnknownPolicy;
-
-    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
-        let known = Self::ALL.into_iter().find(|kind| kind.name() == text);
-        known.ok_or_else(|| UnknownPolicy(text.to_owned()))
-    }
-}
-
-/// A name that belongs to no policy.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0:?} is not a policy: expected scripted, zero or random")]
-pub struct UnknownPolicy(String);

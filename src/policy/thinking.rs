@@ -28,4 +28,8 @@ impl Policy for Thinking {
         std::thread::sleep(self.time);
         self.policy.act(observation)
     }
+
+    fn become_brain(&mut self, word: &str) -> Result<String, String> {
+        self.policy.become_brain(word)
+    }
 }

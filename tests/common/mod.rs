@@ -10,6 +10,7 @@ use std::{
 use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{Config, Experiment, Summary},
+    policy::{Policy, Shelf, Swappable},
     runtime::{
         Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tapped,
         Tick, Time, TimedCommand,
@@ -132,6 +133,12 @@ impl TickLog {
         let its = all.iter().filter(|(node, _)| *node == name);
         its.map(|(_, at)| *at).collect()
     }
+}
+
+/// The brain of `config` as a policy of its own.
+pub fn brain(config: &Config) -> Box<dyn Policy> {
+    let brain = Swappable::new(&config.policy, Shelf::default(), config.setting());
+    Box::new(brain.expect("a brain"))
 }
 
 /// Every message of a run, and its summary.

@@ -30,7 +30,7 @@ pub use work::all_cores;
 
 use super::{Config, Experiment, SetupError};
 use crate::{
-    policy::PolicyKind,
+    policy::{Brain, BrainError, Shelf},
     runtime::{ClockKind, Depth, Fault, Hz, RealClock, Speed, Time},
 };
 
@@ -45,7 +45,7 @@ pub struct Sweep {
     /// a sweep runs on the virtual clock, flat out.
     pub base: Config,
     /// Brains.
-    pub policies: Vec<PolicyKind>,
+    pub policies: Vec<Brain>,
     /// How often the sensor publishes.
     pub sensor_hz: Vec<Hz>,
     /// How many messages `/obs` and `/action` keep.
@@ -57,10 +57,10 @@ pub struct Sweep {
 }
 
 /// One run of a sweep by what sets it apart from the others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
     /// The brain.
-    pub policy: PolicyKind,
+    pub policy: Brain,
     /// How often the sensor publishes.
     pub sensor_hz: Hz,
     /// How many messages `/obs` and `/action` keep.
@@ -83,6 +83,9 @@ pub enum SweepError {
     /// Its runs would never end.
     #[error("the runs of a sweep must end: give them a duration")]
     Endless,
+    /// A brain cannot be had.
+    #[error(transparent)]
+    Brain(#[from] BrainError),
     /// A cell could not be set up.
     #[error("{}: {source}", say(cell))]
     Setup {
@@ -116,7 +119,7 @@ impl Sweep {
     /// The one run that `base` is, for its lists to be replaced.
     pub fn of(base: Config) -> Self {
         Self {
-            policies: vec![base.policy],
+            policies: vec![base.policy.clone()],
             sensor_hz: vec![base.sensor_hz],
             queue_depths: vec![base.queue_depth],
             control_hz: vec![base.control_hz],
@@ -164,6 +167,11 @@ impl Sweep {
         (rest == 0).then_some(cell)
     }
 
+    /// Every brain that its runs may need.
+    pub(super) fn brains(&self) -> impl Iterator<Item = &Brain> {
+        self.policies.iter().chain(self.base.brains())
+    }
+
     /// The run that `cell` is.
     pub fn config(&self, cell: &Cell) -> Config {
         Config {
@@ -173,26 +181,32 @@ impl Sweep {
             sensor_hz: cell.sensor_hz,
             control_hz: cell.control_hz,
             queue_depth: cell.queue_depth,
-            policy: cell.policy,
+            policy: cell.policy.clone(),
             think: Duration::ZERO,
             ..self.base.clone()
         }
     }
 
     /// Runs one cell.
-    fn execute(&self, cell: Cell) -> Result<Outcome, SweepError> {
-        let experiment = Experiment::new(&self.config(&cell));
-        let experiment = experiment.map_err(|source| SweepError::Setup { cell, source })?;
+    fn execute(&self, cell: &Cell, shelf: &Shelf) -> Result<Outcome, SweepError> {
+        let experiment = Experiment::with_shelf(&self.config(cell), shelf.clone());
+        let experiment = experiment.map_err(|source| {
+            let cell = cell.clone();
+            SweepError::Setup { cell, source }
+        })?;
         let summary = experiment.run(&mut RealClock::default());
-        let summary = summary.map_err(|source| SweepError::Fault { cell, source })?;
+        let summary = summary.map_err(|source| {
+            let cell = cell.clone();
+            SweepError::Fault { cell, source }
+        })?;
         Ok(Outcome::from(&summary))
     }
 }
 
 /// The value of `list` that `rest` selects, and in `rest` what is left to
 /// select from slower lists; like reading a digit of a number.
-fn turn<T: Copy>(list: &[T], rest: &mut usize) -> Option<T> {
+fn turn<T: Clone>(list: &[T], rest: &mut usize) -> Option<T> {
     let digit = rest.checked_rem(list.len())?;
     *rest /= list.len();
-    list.get(digit).copied()
+    list.get(digit).cloned()
 }

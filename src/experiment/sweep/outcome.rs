@@ -80,7 +80,7 @@ impl Swept {
 }
 
 /// How often the pole stayed up over the seeds of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Survival {
     /// The first of the cells that were counted; the others differ in the seed.
     pub cell: Cell,

@@ -10,6 +10,7 @@ use std::{
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{Cell, Outcome, Sweep, SweepError, Swept};
+use crate::policy::Shelf;
 
 /// Finished cells that may wait for the caller to look at them.
 const WAITING: usize = 1_024;
@@ -25,6 +26,7 @@ type Done = (usize, Cell, Result<Outcome, SweepError>);
 /// What the threads of a sweep share.
 struct Work<'a> {
     sweep: &'a Sweep,
+    shelf: Shelf,
     cells: usize,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -46,6 +48,7 @@ impl Sweep {
         let work = Work {
             sweep: self,
             cells: self.cells()?,
+            shelf: Shelf::of(self.brains())?,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
         };
@@ -68,7 +71,7 @@ impl Work<'_> {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let cell = self.sweep.cell(index).filter(|_| index < self.cells);
             let Some(cell) = cell else { return };
-            let outcome = self.sweep.execute(cell);
+            let outcome = self.sweep.execute(&cell, &self.shelf);
             if done.send((index, cell, outcome)).is_err() {
                 return; // The caller panicked.
             }

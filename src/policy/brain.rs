@@ -1,0 +1,211 @@
+//! A brain by name: built in, or in a file.
+
+use std::{fmt, io, path::Path, str::FromStr, sync::Arc};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    BrainFile, Digest, LARGEST_FILE, Lqr, LqrError, Policy, PolicyKind, Random, Scripted,
+    UnknownPolicy, Zero,
+    network::{Mlp, Network, WeightsError, read_weights},
+};
+use crate::runtime::Hz;
+
+/// Which brain is to decide. As text: the name of one that is built in, or else
+/// the path of a file; a file that is called like a built-in is `./scripted`.
+///
+/// ```
+/// use ratelab::policy::{Brain, PolicyKind};
+///
+/// assert_eq!("lqr".parse(), Ok(Brain::BuiltIn(PolicyKind::Lqr)));
+/// let file: Brain = "policies/swing.safetensors".parse()?;
+/// assert_eq!(file.name(), "swing.safetensors");
+/// # Ok::<(), ratelab::policy::UnknownPolicy>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Brain {
+    /// One that needs no file.
+    BuiltIn(PolicyKind),
+    /// The weights of a network.
+    File(BrainFile),
+}
+
+impl Brain {
+    /// A short name: that of the policy, or that of the file without its folder.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::BuiltIn(kind) => kind.name(),
+            Self::File(file) => {
+                let name = Path::new(file.path()).file_name();
+                name.and_then(|name| name.to_str()).unwrap_or(file.path())
+            }
+        }
+    }
+
+    /// Whether it tries to keep the pole up, as far as is known.
+    pub fn balances(&self) -> bool {
+        match self {
+            Self::BuiltIn(kind) => kind.balances(),
+            Self::File(_) => true,
+        }
+    }
+
+    /// Reads what it needs.
+    ///
+    /// # Errors
+    /// [`BrainError`] names the file, what was expected and what was found. No
+    /// other brain ever takes its place.
+    pub fn load(&self) -> Result<LoadedBrain, BrainError> {
+        match self {
+            Self::BuiltIn(kind) => Ok(LoadedBrain {
+                brain: self.clone(),
+                content: Content::BuiltIn(*kind),
+            }),
+            Self::File(file) => load(file).map_err(|kind| BrainError {
+                brain: file.path().to_owned(),
+                kind,
+            }),
+        }
+    }
+
+    /// The same brain and no other: a file is pinned to the content that it has
+    /// now, and refused once that is another one.
+    ///
+    /// # Errors
+    /// [`BrainError`] as for [`load`](Self::load).
+    pub fn pinned(&self) -> Result<Self, BrainError> {
+        self.load().map(|loaded| loaded.brain)
+    }
+}
+
+fn load(file: &BrainFile) -> Result<LoadedBrain, BrainErrorKind> {
+    let (content, digest) = file.read()?;
+    let weights = read_weights(&content)?;
+    Ok(LoadedBrain {
+        brain: Brain::File(BrainFile::new(file.path(), Some(digest))),
+        content: Content::Network(Arc::new(weights)),
+    })
+}
+
+impl From<PolicyKind> for Brain {
+    fn from(kind: PolicyKind) -> Self {
+        Self::BuiltIn(kind)
+    }
+}
+
+impl fmt::Display for Brain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BuiltIn(kind) => kind.fmt(f),
+            Self::File(file) => file.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Brain {
+    type Err = UnknownPolicy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
+        match text.parse() {
+            Ok(kind) => Ok(Self::BuiltIn(kind)),
+            Err(unknown) if text.trim().is_empty() => Err(unknown),
+            Err(_) => Ok(Self::File(BrainFile::parse(text))),
+        }
+    }
+}
+
+/// What a policy may depend on beside what it observes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// The seed of the run.
+    pub seed: u64,
+    /// How often the policy decides when the run begins.
+    pub control_hz: Hz,
+}
+
+/// A brain with all that it needs in memory; copies share it.
+#[derive(Clone, Debug)]
+pub struct LoadedBrain {
+    brain: Brain,
+    content: Content,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    BuiltIn(PolicyKind),
+    Network(Arc<Mlp>),
+}
+
+impl LoadedBrain {
+    /// Which brain it is; a file is pinned to the content that was read.
+    pub fn brain(&self) -> &Brain {
+        &self.brain
+    }
+
+    /// The policy itself, as it is when a run begins.
+    ///
+    /// # Errors
+    /// [`BrainError`] if the regulator cannot be worked out for the control rate.
+    pub fn policy(&self, setting: Setting) -> Result<Box<dyn Policy>, BrainError> {
+        Ok(match &self.content {
+            Content::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
+            Content::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
+            Content::BuiltIn(PolicyKind::Random) => Box::new(Random::new(setting.seed)),
+            Content::BuiltIn(PolicyKind::Lqr) => {
+                let lqr = Lqr::at(setting.control_hz).map_err(|why| BrainError {
+                    brain: self.brain.to_string(),
+                    kind: why.into(),
+                })?;
+                Box::new(lqr)
+            }
+            Content::Network(weights) => Box::new(Network::new(self.brain.name(), weights.clone())),
+        })
+    }
+}
+
+/// A brain that cannot be had.
+#[derive(Debug, Error)]
+#[error("{brain}: {kind}")]
+pub struct BrainError {
+    /// Its name or its path.
+    pub brain: String,
+    /// Why.
+    #[source]
+    pub kind: BrainErrorKind,
+}
+
+/// Why a brain cannot be had.
+#[derive(Debug, Error)]
+pub enum BrainErrorKind {
+    /// There is neither a policy nor a file of that name.
+    #[error(
+        "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor a \
+         file of that name"
+    )]
+    Missing,
+    /// It is something else than a file.
+    #[error("expected a file of weights, found {0}")]
+    NoFile(&'static str),
+    /// The system does not let it be read.
+    #[error("expected a file of weights, found one that cannot be read: {0}")]
+    Unreadable(io::Error),
+    /// It is larger than any brain.
+    #[error("expected a file of weights of {LARGEST_FILE} bytes at most, found {0} bytes")]
+    TooLarge(u64),
+    /// It is another file by now.
+    #[error("expected the content with the SHA-256 {expected}, found another one: {found}")]
+    Changed {
+        /// The content that was meant.
+        expected: Digest,
+        /// The content that is there.
+        found: Digest,
+    },
+    /// Its content is no brain for this robot.
+    #[error(transparent)]
+    Weights(#[from] WeightsError),
+    /// The regulator could not be worked out.
+    #[error(transparent)]
+    Lqr(#[from] LqrError),
+}

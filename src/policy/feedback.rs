@@ -1,0 +1,16 @@
+//! Linear feedback, which several brains are.
+
+use crate::cartpole::{Action, Observation};
+
+/// The sum of products of `gains` with the plant's state (cart position, pole
+/// angle, cart velocity, pole velocity), as far as the motor goes.
+pub(super) fn feedback(gains: &[f64; 4], observation: &Observation) -> Action {
+    let [cart_position, angle, cart_velocity, pole_velocity] = gains;
+    let theta = f64::from(observation.sin_theta).atan2(f64::from(observation.cos_theta));
+    // The order of the terms is part of the result: sums of floats round.
+    let push = angle * theta
+        + pole_velocity * f64::from(observation.pole_velocity)
+        + cart_position * f64::from(observation.cart_position)
+        + cart_velocity * f64::from(observation.cart_velocity);
+    Action(push.clamp(-1.0, 1.0) as f32)
+}

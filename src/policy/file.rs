@@ -1,0 +1,96 @@
+//! A file that a brain comes from.
+
+use std::{
+    fmt,
+    fs::{self, File},
+    io::{self, Read},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Digest, brain::BrainErrorKind};
+
+/// The largest file that is read as a brain (bytes): 16 MiB, many times what a
+/// network needs that is to think a thousand times a second.
+pub const LARGEST_FILE: u64 = 16 << 20;
+
+/// Between path and digest in a text, as container images are pinned.
+const PIN: &str = "@sha256:";
+
+/// A file by its path and, if it is pinned, by its content. As text
+/// `path/to/file.pt`, pinned `path/to/file.pt@sha256:…`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct BrainFile {
+    path: String,
+    sha256: Option<Digest>,
+}
+
+impl BrainFile {
+    /// The file that `text` names.
+    pub(super) fn parse(text: &str) -> Self {
+        let pinned = text.rsplit_once(PIN);
+        let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
+        match pinned {
+            Some((path, sha256)) => Self::new(path, Some(sha256)),
+            None => Self::new(text, None),
+        }
+    }
+
+    pub(super) fn new(path: &str, sha256: Option<Digest>) -> Self {
+        let path = path.to_owned();
+        Self { path, sha256 }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The content that it must have; `None` for any.
+    pub fn sha256(&self) -> Option<Digest> {
+        self.sha256
+    }
+
+    /// What it contains.
+    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), BrainErrorKind> {
+        let content = self.read_any()?;
+        let found = Digest::of(&content);
+        match self.sha256 {
+            Some(expected) if expected != found => Err(BrainErrorKind::Changed { expected, found }),
+            _ => Ok((content, found)),
+        }
+    }
+
+    fn read_any(&self) -> Result<Vec<u8>, BrainErrorKind> {
+        let about = fs::metadata(&self.path).map_err(|why| match why.kind() {
+            io::ErrorKind::NotFound => BrainErrorKind::Missing,
+            _ => BrainErrorKind::Unreadable(why),
+        })?;
+        if about.is_dir() {
+            return Err(BrainErrorKind::NoFile("a directory"));
+        }
+        if !about.is_file() {
+            // A pipe may never end, or never begin.
+            return Err(BrainErrorKind::NoFile("something that is no ordinary file"));
+        }
+        if about.len() > LARGEST_FILE {
+            return Err(BrainErrorKind::TooLarge(about.len()));
+        }
+        let mut content = Vec::new();
+        let file = File::open(&self.path).map_err(BrainErrorKind::Unreadable)?;
+        // It may have grown since.
+        file.take(LARGEST_FILE)
+            .read_to_end(&mut content)
+            .map_err(BrainErrorKind::Unreadable)?;
+        Ok(content)
+    }
+}
+
+impl fmt::Display for BrainFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.sha256 {
+            Some(digest) => write!(f, "{}{PIN}{digest}", self.path),
+            None => f.write_str(&self.path),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The brains that need no file.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The policies that need no file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum PolicyKind {
+    /// Linear feedback: [`Scripted`](super::Scripted).
+    Scripted,
+    /// No force: [`Zero`](super::Zero).
+    Zero,
+    /// Any force: [`Random`](super::Random).
+    Random,
+    /// Linear feedback with gains from theory: [`Lqr`](super::Lqr).
+    Lqr,
+}
+
+impl PolicyKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Scripted, Self::Zero, Self::Random, Self::Lqr];
+
+    /// The name by which it is chosen.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scripted => "scripted",
+            Self::Zero => "zero",
+            Self::Random => "random",
+            Self::Lqr => "lqr",
+        }
+    }
+
+    /// Whether it tries to keep the pole up. One that does not loses it at any
+    /// rate, so nothing is to be learned from that about rates.
+    pub fn balances(self) -> bool {
+        match self {
+            Self::Scripted | Self::Lqr => true,
+            Self::Zero | Self::Random => false,
+        }
+    }
+}
+
+impl fmt::Display for PolicyKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for PolicyKind {
+    type Err = UnknownPolicy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
+        let known = Self::ALL.into_iter().find(|kind| kind.name() == text);
+        known.ok_or_else(|| UnknownPolicy(text.to_owned()))
+    }
+}
+
+/// A text that names no policy.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0:?} is not a policy: expected scripted, zero, random, lqr or a file of weights")]
+pub struct UnknownPolicy(pub(super) String);

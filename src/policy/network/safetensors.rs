@@ -1,0 +1,70 @@
+//! Weights from a safetensors file.
+
+use safetensors::{Dtype, SafeTensors};
+
+use super::{
+    Mlp, WeightsError,
+    tensor::{Float, LARGEST_TENSOR, Tensor},
+};
+
+/// The longest header that is read (bytes): a thousand tensors or two.
+const LONGEST_HEADER: u64 = 1 << 18;
+
+/// The actor in a safetensors file.
+pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
+    check_header(content)?;
+    let file = SafeTensors::deserialize(content).map_err(|why| {
+        WeightsError::Format(format!(
+            "as safetensors, {}",
+            why.to_string().escape_debug()
+        ))
+    })?;
+    Mlp::from_tensors(|name| tensor(&file, name))
+}
+
+/// A header is JSON, which takes many times its length in memory.
+fn check_header(content: &[u8]) -> Result<(), WeightsError> {
+    let refuse = |why: String| Err(WeightsError::Format(why));
+    let Some((length, header)) = content.split_first_chunk() else {
+        return refuse(format!("{} bytes are all there is", content.len()));
+    };
+    let length = u64::from_le_bytes(*length);
+    if header.first() != Some(&b'{') {
+        refuse("it begins like neither".to_owned())
+    } else if length > LONGEST_HEADER {
+        refuse(format!(
+            "as safetensors its header has {length} bytes, more than {LONGEST_HEADER}"
+        ))
+    } else {
+        Ok(())
+    }
+}
+
+fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, WeightsError> {
+    let view = file
+        .tensor(name)
+        .map_err(|_| WeightsError::missing(name, file.names().into_iter()))?;
+    let float = match view.dtype() {
+        Dtype::F16 => Float::F16,
+        Dtype::F32 => Float::F32,
+        Dtype::F64 => Float::F64,
+        other => {
+            let found = format!("{other:?}");
+            return Err(WeightsError::Kind { name, found });
+        }
+    };
+    let count = view.data().len() / float.size();
+    if count > LARGEST_TENSOR {
+        return Err(WeightsError::Shape {
+            name,
+            expected: format!("{LARGEST_TENSOR} numbers at most"),
+            found: view.shape().to_vec(),
+        });
+    }
+    // The reader has seen to it that data and shape agree.
+    let values = (0..count).filter_map(|index| float.at(view.data(), index));
+    Ok(Tensor {
+        shape: view.shape().to_vec(),
+        values: values.collect(),
+    })
+}
