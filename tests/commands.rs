@@ -12,7 +12,7 @@ use std::{
 
 use common::{
     END, GO_ON, TickLog, applied, at, brain, collect, hz, message_bytes, messages_of, refused,
-    run_bytes, run_timed, secs, set_depth, set_rate, ticks,
+    run_bytes, run_timed, secs, set_depth, set_rate, tell, ticks,
 };
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
@@ -388,9 +388,16 @@ fn live_config() -> Config {
 
 fn any_command() -> impl Strategy<Value = Command> {
     let node = prop_oneof![Just(SENSOR), Just(POLICY), Just(ACTUATOR)];
+    let brain = prop_oneof![
+        Just("scripted"),
+        Just("lqr"),
+        Just("random"),
+        Just("no brain")
+    ];
     let topic = prop_oneof![Just(OBS), Just(ACTION), Just(STATE)];
     prop_oneof![
         3 => (node, 10.0..200.0f64).prop_map(|(node, rate)| set_rate(node, rate)),
+        2 => brain.prop_map(|brain| tell(POLICY, brain)),
         2 => (topic, 1..20usize).prop_map(|(topic, messages)| set_depth(topic, messages)),
         1 => Just(Command::Pause),
         2 => Just(Command::Resume),

@@ -16,6 +16,7 @@ fn any_knob() -> impl Strategy<Value = Knob> {
         rate().prop_map(Knob::ControlHz),
         rate().prop_map(Knob::SensorHz),
         (1..=1_000_000_usize).prop_map(|messages| Knob::QueueDepth(depth(messages))),
+        "[a-z./]{1,9}( [a-z]{1,5})?".prop_map(|text| Knob::Policy(text.parse().expect("a brain"))),
     ]
 }
 
@@ -81,6 +82,8 @@ fn a_knob_is_written_as_it_is_given() {
         "0 control-hz 10",
         "2.5 sensor-hz 33.3",
         "0.000000001 queue-depth 100",
+        "3 policy lqr",
+        "3.5 policy my brains/first.pt",
     ] {
         let knob: TimedKnob = line.parse().expect(line);
         assert_eq!(knob.to_string(), line);
@@ -91,7 +94,7 @@ fn a_knob_is_written_as_it_is_given() {
 fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
     let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 control-hz 10";
     let time = "is not a time: expected seconds, zero or more";
-    let name = "is not a knob: expected control-hz, sensor-hz or queue-depth";
+    let name = "is not a knob: expected control-hz, sensor-hz, queue-depth or policy";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let cases = [

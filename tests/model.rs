@@ -10,10 +10,10 @@ mod common;
 
 use std::{sync::Mutex, time::Duration};
 
-use common::{END, GO_ON, applied, depth, hz, set_depth, set_rate};
+use common::{END, GO_ON, applied, depth, hz, set_depth, set_rate, tell};
 use ratelab::runtime::{
-    Clock, ClockKind, Command, Exit, Fault, Graph, Inbox, RealClock, Subscription, Time, Topic,
-    clock, telemetry::Meter,
+    Clock, ClockKind, Command, Exit, Fault, Graph, Inbox, Node, RealClock, Subscription, Tick,
+    Time, Topic, clock, telemetry::Meter,
 };
 use shuttle::{sync::Arc, thread};
 
@@ -198,6 +198,19 @@ const RATES: [f64; 3] = [100.0, 50.0, 20.0];
 /// So fast that nodes are late, for runs whose end comes by itself.
 const BUSY: [f64; 3] = [500.0, 200.0, 50.0];
 
+/// Ticks as a closure does, and does as it is told.
+struct Obedient<F>(F);
+
+impl<F: FnMut(Time) -> Tick + Send> Node for Obedient<F> {
+    fn tick(&mut self, now: Time) -> Tick {
+        (self.0)(now)
+    }
+
+    fn told(&mut self, _: &str) -> Result<String, String> {
+        Ok("silence".to_owned())
+    }
+}
+
 /// Each node publishes; the last one ends the run at `end`.
 fn trio(rates: [f64; 3], end: Time) -> Trio {
     let mut graph = Graph::new();
@@ -209,11 +222,11 @@ fn trio(rates: [f64; 3], end: Time) -> Trio {
         let starts = starts.clone();
         let added = graph.node(name, hz(rate), 0, |wiring| {
             let publisher = wiring.publisher(&topic);
-            move |now| {
+            Obedient(move |now| {
                 starts.lock().expect("starts")[index].push(now);
                 publisher.publish(0, now, None);
                 if index == 2 && now >= end { END } else { GO_ON }
-            }
+            })
         });
         added.expect("node");
         topics.push(topic);
@@ -335,8 +348,10 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
         let commands = vec![
             set_rate("a", 40.0),
             set_depth("/a", 3),
+            tell("b", "one"),
             Command::Pause,
             set_rate("b", 75.0),
+            tell("c", "two"),
             Command::Resume,
             set_rate("a", 110.0),
             Command::Stop,

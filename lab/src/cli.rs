@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum, error::ErrorKind};
 use ratelab::{
-    policy::PolicyKind,
+    policy::Brain,
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
@@ -174,16 +174,17 @@ pub struct GraphArgs {
     )]
     pub queue_depth: Depth,
 
-    /// The brain: scripted, zero or random.
+    /// The brain: scripted, zero, random, lqr, or a file of weights (.pt,
+    /// .safetensors).
     #[arg(long, value_name = "POLICY", default_value = "scripted")]
-    pub policy: PolicyKind,
+    pub policy: Brain,
 
     /// Break it: the policy decides only 5 times a second.
     #[arg(long = "break", conflicts_with = "control_hz")]
     pub break_bug: bool,
 
     /// Turn knobs on the way: a file with lines such as "2.5 control-hz 10"
-    /// (control-hz, sensor-hz, queue-depth).
+    /// (control-hz, sensor-hz, queue-depth, policy).
     #[arg(long, value_name = "FILE")]
     pub knobs: Option<PathBuf>,
 

@@ -61,7 +61,9 @@ impl Error {
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::BadInput(_) | Self::Read(_) => ExitCode::from(2),
+            Self::BadInput(_) | Self::Read(_) | Self::Setup(SetupError::Brain(_)) => {
+                ExitCode::from(2)
+            }
             _ => ExitCode::FAILURE,
         }
     }

@@ -55,7 +55,7 @@ fn own_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
         "knobs": config.knobs.iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
         "latency": milliseconds(&summary.latency),
         "nodes": summary.nodes.iter().map(node).collect::<Map<_, _>>(),
-        "policy": config.policy.name(),
+        "policy": config.policy.to_string(),
         "turned": summary.knobs().iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
         "version": env!("CARGO_PKG_VERSION"),
     }))

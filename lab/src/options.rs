@@ -1,6 +1,6 @@
 //! From what was typed to a configuration.
 
-use std::{fs, path::Path};
+use std::{fmt, fs, path::Path};
 
 use ratelab::{
     cartpole::CONTROL_HZ,
@@ -56,6 +56,8 @@ fn graph(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
         Some(hz) => hz,
         None => Hz::new(usual_hz).map_err(|error| Error::BadInput(error.to_string()))?,
     };
+    let policy = args.policy.pinned();
+    let policy = policy.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
     Ok(Config {
         seed: args.seed,
         clock,
@@ -64,7 +66,7 @@ fn graph(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
         sensor_hz: args.sensor_hz,
         control_hz,
         queue_depth: args.queue_depth,
-        policy: args.policy,
+        policy,
         think: args.think_ms.unwrap_or_default(),
         knobs: args.knobs.as_deref().map_or(Ok(Vec::new()), read_knobs)?,
     })
@@ -89,8 +91,13 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
 
 fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
     let text = fs::read_to_string(path).map_err(|why| Error::file("--knobs", path, &why))?;
-    parse_knobs(&text)
-        .map_err(|error| Error::BadInput(format!("--knobs {}: {error}", path.display())))
+    let refused =
+        |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
+    let knobs = parse_knobs(&text).map_err(|error| refused(&error))?;
+    let pinned = knobs.into_iter().map(TimedKnob::pinned);
+    pinned
+        .collect::<Result<_, _>>()
+        .map_err(|error| refused(&error))
 }
 
 /// Asks for real-time priority if that was asked for, and says so if it is

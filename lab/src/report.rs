@@ -78,7 +78,9 @@ fn clock(summary: &Summary, notes: &Notes) -> String {
     };
     format!(
         "{}{realtime} | policy {} | seed {}",
-        config.clock, config.policy, config.seed
+        config.clock,
+        config.policy.name(),
+        config.seed
     )
 }
 

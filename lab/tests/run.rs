@@ -161,7 +161,7 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
         (&["--seed", "-1"], &["--seed", "-1", "0 to"]),
         (
             &["--policy", "alexnet"],
-            &["--policy", "alexnet", "scripted, zero or random"],
+            &["--policy", "alexnet", "lqr or a file of weights"],
         ),
         (&["--speed", "1000"], &["--speed", "1000", "0.1 to 100"]),
         (&["--smoke", "--clock", "real"], &["--smoke", "virtual"]),

@@ -80,6 +80,11 @@ impl Node for PolicyNode {
         self.actions.publish(action, now, Some(sensed.stamp));
         GO_ON
     }
+
+    /// Swaps the brain for the one that is named, if it can be swapped.
+    fn told(&mut self, what: &str) -> Result<String, String> {
+        self.policy.become_brain(what)
+    }
 }
 
 /// Applies the newest action and moves the plant on by one control step. The

@@ -43,15 +43,22 @@ impl Config {
     /// # Errors
     /// [`BrainError`] if a brain cannot be had.
     pub fn pinned(self) -> Result<Self, BrainError> {
+        let knobs = self.knobs.into_iter().map(TimedKnob::pinned);
         Ok(Self {
             policy: self.policy.pinned()?,
+            knobs: knobs.collect::<Result<_, _>>()?,
             ..self
         })
     }
 
-    /// Every brain that the run may need.
+    /// Every brain that the run needs: the first and those of its knobs.
     pub fn brains(&self) -> impl Iterator<Item = &Brain> {
-        std::iter::once(&self.policy)
+        std::iter::once(&self.policy).chain(self.knob_brains())
+    }
+
+    /// The brains of its knobs.
+    pub(super) fn knob_brains(&self) -> impl Iterator<Item = &Brain> {
+        self.knobs.iter().filter_map(|timed| timed.knob.brain())
     }
 
     /// What its brains may depend on.

@@ -8,12 +8,13 @@ use thiserror::Error;
 use super::{ACTION, OBS};
 use crate::{
     cartpole::{POLICY, SENSOR},
+    policy::{Brain, BrainError, UnknownPolicy},
     runtime::{Command, Depth, DepthError, Hz, HzError, Time, TimedCommand, telemetry::Event},
 };
 
 /// One setting of one knob. As text: the knob's name and the value, such as
 /// `control-hz 10`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Knob {
     /// How often the policy decides.
     ControlHz(Hz),
@@ -21,6 +22,8 @@ pub enum Knob {
     SensorHz(Hz),
     /// How many messages `/obs` and `/action` keep.
     QueueDepth(Depth),
+    /// The brain.
+    Policy(Brain),
 }
 
 impl Knob {
@@ -33,19 +36,24 @@ impl Knob {
             "control-hz" => Ok(Self::ControlHz(value.parse()?)),
             "sensor-hz" => Ok(Self::SensorHz(value.parse()?)),
             "queue-depth" => Ok(Self::QueueDepth(value.parse()?)),
+            "policy" => Ok(Self::Policy(value.parse()?)),
             _ => Err(KnobError::Name(name.to_owned())),
         }
     }
 
     /// The commands that turn it.
-    pub fn commands(self) -> Vec<Command> {
+    pub fn commands(&self) -> Vec<Command> {
         let rate = |node: &str, hz| {
             let node = node.to_owned();
             vec![Command::SetRate { node, hz }]
         };
-        match self {
+        match *self {
             Self::ControlHz(hz) => rate(POLICY, hz),
             Self::SensorHz(hz) => rate(SENSOR, hz),
+            Self::Policy(ref brain) => vec![Command::Tell {
+                node: POLICY.to_owned(),
+                what: brain.to_string(),
+            }],
             Self::QueueDepth(depth) => [OBS, ACTION]
                 .map(|topic| Command::SetDepth {
                     topic: topic.to_owned(),
@@ -62,11 +70,31 @@ impl fmt::Display for Knob {
             Self::ControlHz(hz) => write!(f, "control-hz {}", hz.get()),
             Self::SensorHz(hz) => write!(f, "sensor-hz {}", hz.get()),
             Self::QueueDepth(depth) => write!(f, "queue-depth {depth}"),
+            Self::Policy(brain) => write!(f, "policy {brain}"),
         }
     }
 }
 
 impl Knob {
+    /// The same setting and no other; see [`Brain::pinned`].
+    ///
+    /// # Errors
+    /// [`BrainError`] if a brain cannot be had.
+    pub fn pinned(self) -> Result<Self, BrainError> {
+        match self {
+            Self::Policy(brain) => brain.pinned().map(Self::Policy),
+            other => Ok(other),
+        }
+    }
+
+    /// The brain that it brings, if it brings one.
+    pub fn brain(&self) -> Option<&Brain> {
+        match self {
+            Self::Policy(brain) => Some(brain),
+            _ => None,
+        }
+    }
+
     /// The knob that `command` turns. Both topics' depths are one knob, which
     /// shows in the command for `/obs`.
     fn of(command: &Command) -> Option<Self> {
@@ -74,6 +102,7 @@ impl Knob {
             Command::SetRate { node, hz } if node == POLICY => Some(Self::ControlHz(*hz)),
             Command::SetRate { node, hz } if node == SENSOR => Some(Self::SensorHz(*hz)),
             Command::SetDepth { topic, depth } if topic == OBS => Some(Self::QueueDepth(*depth)),
+            Command::Tell { node, what } if node == POLICY => what.parse().ok().map(Self::Policy),
             _ => None,
         }
     }
@@ -81,7 +110,7 @@ impl Knob {
 
 /// A knob to be turned at a run time. As text: the seconds, then the knob,
 /// such as `2.5 control-hz 10`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedKnob {
     /// Run time at which it is turned, before any tick due then.
     pub at: Time,
@@ -90,6 +119,15 @@ pub struct TimedKnob {
 }
 
 impl TimedKnob {
+    /// The same setting and no other; see [`Brain::pinned`].
+    ///
+    /// # Errors
+    /// [`BrainError`] if a brain cannot be had.
+    pub fn pinned(self) -> Result<Self, BrainError> {
+        let knob = self.knob.pinned()?;
+        Ok(Self { knob, ..self })
+    }
+
     /// The knob that was turned in a run, if `event` tells of one.
     pub fn of(event: &Event) -> Option<Self> {
         let TimedCommand { at, command } = event.replayable()?;
@@ -126,15 +164,24 @@ impl FromStr for TimedKnob {
     type Err = KnobError;
 
     fn from_str(line: &str) -> Result<Self, KnobError> {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let [at, name, value] = words[..] else {
-            return Err(KnobError::Shape(line.trim().to_owned()));
-        };
+        let shape = || KnobError::Shape(line.trim().to_owned());
+        let (at, knob) = first_word(line).ok_or_else(shape)?;
+        let (name, value) = first_word(knob).ok_or_else(shape)?;
+        // Only a path may have spaces in it.
+        if name != "policy" && value.contains(char::is_whitespace) {
+            return Err(shape());
+        }
         let seconds: f64 = at.parse().map_err(|_| KnobError::Time(at.to_owned()))?;
         let at = Time::from_secs_f64(seconds).map_err(|_| KnobError::Time(at.to_owned()))?;
         let knob = Knob::parse(name, value)?;
         Ok(Self { at, knob })
     }
+}
+
+/// The first word of `text` and all that follows, if something does.
+fn first_word(text: &str) -> Option<(&str, &str)> {
+    let (word, rest) = text.trim().split_once(char::is_whitespace)?;
+    Some((word, rest.trim_start()))
 }
 
 /// A line that turns no knob.
@@ -149,7 +196,7 @@ pub enum KnobError {
     #[error("{0:?} is not a time: expected seconds, zero or more")]
     Time(String),
     /// The second word is no knob.
-    #[error("{0:?} is not a knob: expected control-hz, sensor-hz or queue-depth")]
+    #[error("{0:?} is not a knob: expected control-hz, sensor-hz, queue-depth or policy")]
     Name(String),
     /// The value is no rate.
     #[error(transparent)]
@@ -157,6 +204,9 @@ pub enum KnobError {
     /// The value is no depth.
     #[error(transparent)]
     Depth(#[from] DepthError),
+    /// The value is no policy.
+    #[error(transparent)]
+    Policy(#[from] UnknownPolicy),
     /// Where in a list the error is.
     #[error("line {line}: {error}")]
     Line {

@@ -28,6 +28,14 @@ pub enum Command {
         /// Its new depth.
         depth: Depth,
     },
+    /// Say something to a node, which knows what to make of it; see
+    /// [`Node::told`](super::Node::told).
+    Tell {
+        /// The node's name.
+        node: String,
+        /// What is said.
+        what: String,
+    },
     /// Stop run time.
     Pause,
     /// Let run time go on.
@@ -47,8 +55,20 @@ impl Command {
     /// passes: such a command waits until no instant is half done.
     pub(crate) fn changes_graph(&self) -> bool {
         match self {
-            Self::SetRate { .. } | Self::SetDepth { .. } | Self::HandOver(_) | Self::Stop => true,
+            Self::SetRate { .. }
+            | Self::SetDepth { .. }
+            | Self::Tell { .. }
+            | Self::HandOver(_)
+            | Self::Stop => true,
             Self::Pause | Self::Resume | Self::Step | Self::Speed(_) => false,
+        }
+    }
+
+    /// The node that alone can obey it.
+    pub(crate) fn node(&self) -> Option<&str> {
+        match self {
+            Self::SetRate { node, .. } | Self::Tell { node, .. } => Some(node),
+            _ => None,
         }
     }
 }
@@ -58,6 +78,7 @@ impl fmt::Display for Command {
         match self {
             Self::SetRate { node, hz } => write!(f, "{node} at {hz}"),
             Self::SetDepth { topic, depth } => write!(f, "{topic} depth {depth}"),
+            Self::Tell { node, what } => write!(f, "{node}: {what}"),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),

@@ -6,7 +6,7 @@
 use thiserror::Error;
 
 use super::{
-    command::{ClockKind, Speed},
+    command::{ClockKind, Command, Speed},
     depth::Depth,
     node::Node,
     rate::Rate,
@@ -188,9 +188,15 @@ impl Graph {
         self.plane.update(|status| status.speed = speed);
     }
 
-    pub(crate) fn set_rate(&mut self, node: &str, hz: Hz, at: Time) -> Result<Hz, String> {
+    /// Lets `node` obey a command that is for it; see [`Slot::obey`].
+    pub(crate) fn obey(
+        &mut self,
+        node: &str,
+        command: &Command,
+        at: Time,
+    ) -> Result<String, String> {
         let index = self.plane.node_index(node)?;
-        Ok(self.slots[index].set_hz(hz, at))
+        self.slots[index].obey(command, at)
     }
 }
 

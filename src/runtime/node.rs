@@ -43,6 +43,18 @@ pub trait Node: Send {
     /// # Errors
     /// Whatever keeps the node from working. The run ends with a [`Fault`].
     fn tick(&mut self, now: Time) -> Tick;
+
+    /// Does as it is told, between two ticks, and returns what was before, for
+    /// the log. What it says and does must depend on nothing but `what` and the
+    /// node itself: then a run that is executed again is the same run.
+    ///
+    /// # Errors
+    /// Why it does not, and what to do instead; nothing is changed then. Unless a
+    /// node knows better, it takes no orders.
+    fn told(&mut self, what: &str) -> Result<String, String> {
+        let _ = what;
+        Err("this node takes no orders".to_owned())
+    }
 }
 
 impl<F: FnMut(Time) -> Tick + Send> Node for F {

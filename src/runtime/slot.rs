@@ -7,6 +7,7 @@ use std::{
 };
 
 use super::{
+    command::Command,
     node::{Fault, Node, Panicked, Tick},
     rate::Rate,
     sync::{
@@ -24,6 +25,8 @@ pub(crate) struct Slot {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
     node: Box<dyn Node>,
+    /// What it said when it panicked while it was told something.
+    panicked: Option<Panicked>,
     lateness: Recorder,
     tick_time: Recorder,
     pub(crate) taps: Arc<TickTaps>,
@@ -52,14 +55,37 @@ impl Slot {
             },
             rate,
             node,
+            panicked: None,
             lateness,
             tick_time,
             taps: Arc::default(),
         }
     }
 
+    /// Obeys a command that is for this node, at run time `at`; returns the value
+    /// that it replaced, or why it was not obeyed.
+    pub(crate) fn obey(&mut self, command: &Command, at: Time) -> Result<String, String> {
+        match command {
+            Command::SetRate { hz, .. } => Ok(self.set_hz(*hz, at).to_string()),
+            Command::Tell { what, .. } => self.tell(what),
+            other => Err(format!("{other} is not for a node")),
+        }
+    }
+
+    /// Tells the node something. If it panics over that, it may be half of what
+    /// it was, and its next tick fails.
+    fn tell(&mut self, what: &str) -> Result<String, String> {
+        let answer = catch_unwind(AssertUnwindSafe(|| self.node.told(what)));
+        answer.unwrap_or_else(|panic| {
+            let panicked = Panicked(panic_message(&*panic));
+            let reason = panicked.to_string();
+            self.panicked = Some(panicked);
+            Err(reason)
+        })
+    }
+
     /// Changes the node's rate at run time `at`; returns the one before.
-    pub(crate) fn set_hz(&mut self, hz: Hz, at: Time) -> Hz {
+    fn set_hz(&mut self, hz: Hz, at: Time) -> Hz {
         let before = self.rate.hz();
         self.rate.set_hz(hz, at);
         self.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
@@ -68,8 +94,11 @@ impl Slot {
 
     /// Lets the node work. A panic in it is an error like any other.
     pub(crate) fn tick(&mut self, now: Time) -> Tick {
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
         bump(&self.entry.ticks);
+        if let Some(panicked) = self.panicked.take() {
+            return Err(Box::new(panicked));
+        }
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
         outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
     }
 

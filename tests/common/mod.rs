@@ -55,6 +55,12 @@ pub fn set_depth(topic: &str, messages: usize) -> Command {
     Command::SetDepth { topic, depth }
 }
 
+/// Says `what` to `node`.
+pub fn tell(node: &str, what: &str) -> Command {
+    let (node, what) = (node.to_owned(), what.to_owned());
+    Command::Tell { node, what }
+}
+
 /// Runs `graph` with these commands and no way to give others.
 pub fn run_timed(
     clock: &mut impl Clock,

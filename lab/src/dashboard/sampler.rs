@@ -7,7 +7,8 @@ use std::{
 
 use ratelab::{
     cartpole::{ACTUATOR, ControlStep, POLICY, Pose},
-    experiment::{Config, OBS, Summary, Verdict},
+    experiment::{Config, OBS, Summary, TimedKnob, Verdict},
+    policy::Brain,
     runtime::{
         Message, Observer, Snapshot, Time,
         telemetry::{NodeView, TopicView},
@@ -70,6 +71,14 @@ pub struct Sampler {
     angles: VecDeque<(f64, f64)>,
 }
 
+/// The brain that decides now: the last that was swapped in, or the first.
+fn brain(session: &impl Watched) -> Brain {
+    let events = session.observer().events(0);
+    let mut swaps = events.iter().rev().filter_map(TimedKnob::of);
+    let last = swaps.find_map(|timed| timed.knob.brain().cloned());
+    last.unwrap_or_else(|| session.config().policy.clone())
+}
+
 impl Sampler {
     /// A picture of `session` as it is now.
     pub fn picture(&mut self, session: &mut impl Watched) -> Picture {
@@ -89,7 +98,7 @@ impl Sampler {
             wall_s: session.wall_time().as_secs(),
             status: glance.status,
             seed: session.config().seed,
-            policy: session.config().policy.name().to_owned(),
+            policy: brain(session).name().to_owned(),
             verdict: self.verdict(session, &glance),
             latency: LatencyPicture {
                 newest: self.newest.and_then(|step| step.latency),
@@ -180,9 +189,9 @@ impl Sampler {
     /// Why it was lost: a policy that does not try, or else how stale actions were
     /// in the last second, and what the drops have to do with it.
     fn reasons(&self, session: &impl Watched, snapshot: &Snapshot) -> Vec<String> {
-        let policy = session.config().policy;
+        let policy = brain(session);
         if !policy.balances() {
-            return vec![format!("the {policy} policy balances at no rate")];
+            return vec![format!("the {} policy balances at no rate", policy.name())];
         }
         let latencies = self.latencies.iter().map(|(_, latency)| *latency);
         let Some(oldest) = latencies.max() else {

@@ -40,9 +40,10 @@ impl Dice {
     }
 
     fn knob(&mut self) -> TimedKnob {
-        let knob = match self.below(3) {
+        let knob = match self.below(4) {
             0 => Knob::ControlHz(self.hz()),
             1 => Knob::SensorHz(self.hz()),
+            2 => Knob::Policy(self.pick(&PolicyKind::ALL).into()),
             _ => Knob::QueueDepth(self.depth()),
         };
         let at = Time::from_nanos(self.roll() % 4_000_000_000);
@@ -61,7 +62,7 @@ impl Dice {
             sensor_hz: self.hz(),
             control_hz: self.hz(),
             queue_depth: self.depth(),
-            policy: self.pick(&PolicyKind::ALL),
+            policy: self.pick(&PolicyKind::ALL).into(),
             knobs: (0..self.below(5)).map(|_| self.knob()).collect(),
             ..Config::default()
         }

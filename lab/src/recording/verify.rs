@@ -4,7 +4,8 @@ use std::{fmt, thread, time::Duration};
 
 use ratelab::{
     cartpole::mujoco_version,
-    experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError},
+    experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError, TimedKnob},
+    policy::Shelf,
     runtime::{
         ClockKind, Command, Fault, Fields, Payload, RealClock, Speed, Tap, Tapped, Time,
         telemetry::{Event, Happening},
@@ -183,7 +184,12 @@ impl Again {
             },
             ..given.clone()
         };
-        let mut experiment = Experiment::new(&config)?;
+        let turned = recording.events.iter().filter_map(TimedKnob::of);
+        let turned: Vec<TimedKnob> = turned.collect();
+        let swaps = turned.iter().filter_map(|timed| timed.knob.brain());
+        // What cannot be had any more is said before anything is compared.
+        let shelf = Shelf::of(config.brains().chain(swaps)).map_err(SetupError::from)?;
+        let mut experiment = Experiment::with_shelf(&config, shelf)?;
         let commands = recording.events.iter().filter_map(Event::replayable);
         experiment.schedule(commands.collect());
         let taps = experiment.taps();

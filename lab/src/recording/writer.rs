@@ -316,7 +316,10 @@ fn begin(
     let config = &origin.config;
     let name = format!(
         "{} clock, {} policy at {}, seed {}",
-        config.clock, config.policy, config.control_hz, config.seed
+        config.clock,
+        config.policy.name(),
+        config.control_hz,
+        config.seed
     );
     let rec = RecordingStreamBuilder::new(APPLICATION)
         .enabled(true)

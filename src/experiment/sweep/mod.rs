@@ -167,9 +167,9 @@ impl Sweep {
         (rest == 0).then_some(cell)
     }
 
-    /// Every brain that its runs may need.
+    /// Every brain that its runs need.
     pub(super) fn brains(&self) -> impl Iterator<Item = &Brain> {
-        self.policies.iter().chain(self.base.brains())
+        self.policies.iter().chain(self.base.knob_brains())
     }
 
     /// The run that `cell` is.

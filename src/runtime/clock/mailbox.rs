@@ -6,7 +6,7 @@ use super::wall::Wall;
 use crate::runtime::{
     command::Command,
     sync::{Condvar, Instant, Mutex, lock},
-    time::{Hz, Time},
+    time::Time,
 };
 
 /// What a node's thread is told.
@@ -14,9 +14,8 @@ use crate::runtime::{
 pub(crate) enum Mail {
     /// Run time is tied to wall time like this: begin.
     Begin(Wall),
-    /// Tick at another rate from now on; the command it came from is to be
-    /// logged when it has taken effect.
-    SetRate(Hz, Command),
+    /// Obey this command, which is for the node, and log that.
+    Obey(Command),
     /// Come home: run time has stopped here.
     Leave(Time),
 }

@@ -130,7 +130,11 @@ fn obey(plane: &mut Plane, kind: ClockKind, command: &Command, at: Time) -> Opti
         Command::HandOver(next) if *next == kind => {
             return refuse(plane, command, at, "it runs under that clock already");
         }
-        Command::Step | Command::SetRate { .. } | Command::HandOver(_) | Command::Stop => None,
+        Command::Step
+        | Command::SetRate { .. }
+        | Command::Tell { .. }
+        | Command::HandOver(_)
+        | Command::Stop => None,
     };
     plane.journal().applied(at, command, was);
     match command {
@@ -147,14 +151,9 @@ fn refuse(plane: &Plane, command: &Command, at: Time, reason: &str) -> Option<Ex
 
 /// Obeys any command while all nodes are at rest.
 fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
-    if let Command::SetRate { node, hz } = command {
-        match graph.set_rate(node, *hz, at) {
-            Ok(before) => graph
-                .plane
-                .journal()
-                .applied(at, command, Some(before.to_string())),
-            Err(reason) => graph.plane.journal().refused(at, command, reason),
-        }
+    if let Some(node) = command.node() {
+        let answer = graph.obey(node, command, at);
+        graph.plane.journal().answered(at, command, answer);
         return None;
     }
     obey(&mut graph.plane, kind, command, at)

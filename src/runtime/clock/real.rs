@@ -19,7 +19,7 @@ use crate::runtime::{
     slot::Slot,
     sync::{Arc, spawn_named, thread},
     telemetry::Shared,
-    time::{Hz, Time},
+    time::Time,
 };
 
 /// Runs every node on a thread of its own.
@@ -190,11 +190,11 @@ impl Supervisor<'_> {
     }
 
     fn obey(&mut self, command: Command, at: Time) -> Option<Exit> {
-        let Command::SetRate { node, hz } = &command else {
+        let Some(node) = command.node() else {
             return obey(self.plane, ClockKind::Real, &command, at);
         };
         match self.plane.node_index(node) {
-            Ok(index) => self.mailboxes[index].post(Mail::SetRate(*hz, command)),
+            Ok(index) => self.mailboxes[index].post(Mail::Obey(command)),
             Err(reason) => self.plane.journal().refused(at, &command, reason),
         }
         None
@@ -243,7 +243,7 @@ impl Worker<'_> {
             match self.mailbox.wait_until(wall, due.min(self.until)) {
                 Some(Mail::Leave(_)) => return None,
                 Some(Mail::Begin(_)) => {}
-                Some(Mail::SetRate(hz, command)) => self.set_rate(hz, &command, wall.now()),
+                Some(Mail::Obey(command)) => self.obey(&command, wall.now()),
                 None if due > self.until => return Some(Report::Finished),
                 None => {
                     if let Some(report) = self.tick(wall, due) {
@@ -254,10 +254,10 @@ impl Worker<'_> {
         }
     }
 
-    fn set_rate(&mut self, hz: Hz, command: &Command, at: Time) {
+    fn obey(&mut self, command: &Command, at: Time) {
         self.shared.come_to(at);
-        let was = self.slot.set_hz(hz, at).to_string();
-        self.shared.journal.applied(at, command, Some(was));
+        let answer = self.slot.obey(command, at);
+        self.shared.journal.answered(at, command, answer);
     }
 
     fn tick(&mut self, wall: &Wall, due: Time) -> Option<Report> {

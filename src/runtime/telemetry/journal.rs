@@ -86,6 +86,14 @@ impl Journal {
         self.note(at, Happening::Refused { command, reason });
     }
 
+    /// A node did as `command` says, which replaced a value, or said why not.
+    pub(crate) fn answered(&self, at: Time, command: &Command, answer: Result<String, String>) {
+        match answer {
+            Ok(was) => self.applied(at, command, Some(was)),
+            Err(reason) => self.refused(at, command, reason),
+        }
+    }
+
     /// The events from number `first` on.
     pub(crate) fn since(&self, first: usize) -> Vec<Event> {
         lock(&self.0).iter().skip(first).cloned().collect()
@@ -101,7 +109,10 @@ impl Event {
             Happening::Applied { command, .. }
                 if matches!(
                     command,
-                    Command::SetRate { .. } | Command::SetDepth { .. } | Command::Stop
+                    Command::SetRate { .. }
+                        | Command::SetDepth { .. }
+                        | Command::Tell { .. }
+                        | Command::Stop
                 ) =>
             {
                 Some(TimedCommand {

@@ -141,7 +141,7 @@ impl Retelling {
             Command::Resume => status.paused = false,
             Command::Speed(speed) => status.speed = *speed,
             Command::HandOver(clock) => status.clock = *clock,
-            Command::Stop => {}
+            Command::Tell { .. } | Command::Stop => {}
         }
     }
 }

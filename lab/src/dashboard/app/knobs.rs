@@ -3,7 +3,10 @@
 use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{
     experiment::{BROKEN_HZ, Knob, TimedKnob},
-    runtime::{ClockKind, Command, Depth, Hz, Speed},
+    runtime::{
+        ClockKind, Command, Depth, Hz, Speed,
+        telemetry::{Event, Happening},
+    },
 };
 
 use super::App;
@@ -57,8 +60,8 @@ impl App {
     }
 
     /// Turns a knob of the running graph; the next session starts with it.
-    fn turn(&mut self, knob: Knob) {
-        self.set(knob);
+    pub(super) fn turn(&mut self, knob: Knob) {
+        self.set(knob.clone());
         if self.ended() {
             self.say(format!(
                 "the run is over: {knob} counts from the next one, r starts it"
@@ -76,6 +79,7 @@ impl App {
             Knob::ControlHz(hz) => self.config.control_hz = hz,
             Knob::SensorHz(hz) => self.config.sensor_hz = hz,
             Knob::QueueDepth(depth) => self.config.queue_depth = depth,
+            Knob::Policy(brain) => self.config.policy = brain,
         }
     }
 
@@ -86,9 +90,19 @@ impl App {
             match TimedKnob::of(&event) {
                 Some(_) if self.turning > 0 => self.turning -= 1,
                 Some(timed) => self.set(timed.knob),
-                None => {}
+                None => self.follow_refusal(&event),
             }
             self.events.push(event);
+        }
+    }
+
+    /// A brain that was there when a key asked for it may be gone by now.
+    fn follow_refusal(&mut self, event: &Event) {
+        if let Happening::Refused { command, reason } = &event.what
+            && matches!(command, Command::Tell { .. })
+        {
+            self.turning = self.turning.saturating_sub(1);
+            self.say(reason.clone());
         }
     }
 
@@ -151,7 +165,9 @@ impl App {
 fn parse_knob(typed: &str) -> Result<Knob, String> {
     let words: Vec<&str> = typed.split_whitespace().collect();
     match words[..] {
-        [name, value] => Knob::parse(name, value).map_err(|error| error.to_string()),
+        [name, value] => Knob::parse(name, value)
+            .map_err(|error| error.to_string())
+            .and_then(|knob| knob.pinned().map_err(|error| error.to_string())),
         _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
     }
 }

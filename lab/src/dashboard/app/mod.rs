@@ -1,5 +1,6 @@
 //! The state of the dashboard, and what the keys do to it.
 
+mod brains;
 mod knobs;
 mod recording;
 
@@ -8,7 +9,7 @@ use std::{path::PathBuf, sync::Arc};
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::{Config, Knob, SetupError, TimedKnob},
-    policy::PolicyKind,
+    policy::Brain,
     runtime::{ClockKind, Command, Fault, Time, telemetry::Event},
 };
 use thiserror::Error;
@@ -94,6 +95,8 @@ pub struct App {
     /// The settings of the next session, which are those of this one with the
     /// knobs as they were turned.
     config: Config,
+    /// What p and P go through.
+    brains: Vec<Brain>,
     /// Whether the person wants run time to stand still; the clock may not have
     /// heard of it yet.
     pause: bool,
@@ -147,6 +150,7 @@ impl App {
     /// Watches a session that has started already.
     pub fn watching(session: Session, setup: Setup) -> Self {
         Self {
+            brains: brains::available(session.config()),
             config: without_knobs(session.config().clone()),
             pause: false,
             turning: 0,
@@ -288,7 +292,7 @@ impl App {
             Action::Record => self.toggle_recording(),
             Action::Restart => return self.restart(),
             Action::Seed(way) => return self.change_seed(way),
-            Action::Policy(way) => return self.change_policy(way),
+            Action::Policy(way) => self.change_policy(way),
             Action::NextPane => self.focus = self.focus.next(),
             Action::Focus(pane) => self.focus = pane,
             Action::Zoom => self.zoomed = !self.zoomed,
@@ -377,14 +381,6 @@ impl App {
         }
     }
 
-    fn change_policy(&mut self, way: Way) -> Result<(), LabError> {
-        let all = PolicyKind::ALL;
-        let index = all.iter().position(|kind| *kind == self.config.policy);
-        let step = if way == Way::Up { 1 } else { all.len() - 1 };
-        self.config.policy = all[(index.unwrap_or(0) + step) % all.len()];
-        self.restart()
-    }
-
     /// Ends this session and starts one with the knobs as they stand.
     fn restart(&mut self) -> Result<(), LabError> {
         let ended = self.session.finish();
@@ -426,5 +422,6 @@ fn mark(event: &Event) -> Option<String> {
         Knob::ControlHz(hz) => format!("control {hz}"),
         Knob::SensorHz(hz) => format!("sensor {hz}"),
         Knob::QueueDepth(depth) => format!("depth {depth}"),
+        Knob::Policy(brain) => brain.name().to_owned(),
     })
 }

@@ -38,7 +38,7 @@ pub enum Action {
     Restart,
     /// Start again with a neighbouring seed.
     Seed(Way),
-    /// Start again with a neighbouring policy.
+    /// Swap the brain for a neighbouring one.
     Policy(Way),
     /// Focus the next pane.
     NextPane,
@@ -167,7 +167,7 @@ pub const LAB: Table<Action> = Table(&[
             (Key::Char('p'), Action::Policy(Way::Up)),
             (Key::Char('P'), Action::Policy(Way::Down)),
         ],
-        "start again with the next policy, the previous one",
+        "swap the brain for the next one, the previous one",
         Some("policy"),
     ),
     row(

@@ -1,0 +1,246 @@
+//! Nodes can be told something while they run, and a policy node becomes another
+//! brain: between ticks, in the log, and the same again when executed again.
+
+mod common;
+
+use std::{thread, time::Duration};
+
+use common::{GO_ON, RunBytes, applied, at, collect, hz, refused, run_timed, secs, tell};
+use ratelab::{
+    cartpole::POLICY,
+    experiment::{Config, Experiment, TimedKnob, parse_knobs},
+    policy::{Brain, Scripted},
+    runtime::{
+        ClockKind, Command, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand, VirtualClock,
+        clock, telemetry::Event,
+    },
+};
+
+/// Keeps the last word, refuses "no" and panics at "boom".
+struct Listener(String);
+
+impl Node for Listener {
+    fn tick(&mut self, _: Time) -> Tick {
+        GO_ON
+    }
+
+    fn told(&mut self, what: &str) -> Result<String, String> {
+        match what {
+            "boom" => panic!("boom it is"),
+            "no" => Err("not that".to_owned()),
+            _ => Ok(std::mem::replace(&mut self.0, what.to_owned())),
+        }
+    }
+}
+
+fn listener() -> Graph {
+    let mut graph = Graph::new();
+    let silent = Listener("nothing".to_owned());
+    graph.node("a", hz(100.0), 0, |_| silent).expect("graph");
+    graph
+        .node("deaf", hz(100.0), 1, |_| |_| GO_ON)
+        .expect("graph");
+    graph
+}
+
+#[test]
+fn a_node_does_as_it_is_told_under_either_clock_and_the_log_says_so() {
+    let said = || vec![at(0.01, tell("a", "one")), at(0.02, tell("a", "two"))];
+    for real in [false, true] {
+        let mut graph = listener();
+        if real {
+            run_timed(&mut RealClock::default(), &mut graph, said(), secs(0.05));
+        } else {
+            run_timed(&mut VirtualClock, &mut graph, said(), secs(0.05));
+        }
+        let events = graph.observer().events(0);
+        let lines: Vec<String> = events.iter().map(ToString::to_string).collect();
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].ends_with("a: one (was nothing)"), "{lines:?}");
+        assert!(lines[1].ends_with("a: two (was one)"), "{lines:?}");
+        let again: Vec<TimedCommand> = events.iter().filter_map(Event::replayable).collect();
+        assert_eq!(again.len(), 2);
+        assert!(real || again == said(), "{again:?}");
+    }
+}
+
+#[test]
+fn what_a_node_will_not_do_is_refused_with_its_reason() {
+    let said = vec![
+        at(0.01, tell("a", "no")),
+        at(0.01, tell("deaf", "one")),
+        at(0.01, tell("nobody", "one")),
+    ];
+    let mut graph = listener();
+    run_timed(&mut VirtualClock, &mut graph, said, secs(0.05));
+    let refused = refused(&graph.observer().events(0));
+    let reasons: Vec<&str> = refused.iter().map(|(_, reason)| &**reason).collect();
+    let expected = [
+        "not that",
+        "this node takes no orders",
+        "there is no node \"nobody\"",
+    ];
+    assert_eq!(reasons, expected);
+}
+
+#[test]
+fn a_node_that_panics_over_what_it_is_told_is_a_fault_with_its_name() {
+    for kind in [ClockKind::Virtual, ClockKind::Real] {
+        let mut graph = listener();
+        let (_commands, mut inbox) = Inbox::new(vec![at(0.01, tell("a", "boom"))]);
+        let mut real = RealClock::default();
+        let end = clock::run(&mut graph, &mut inbox, secs(0.2), kind, &mut real);
+        let fault = end.expect_err("a fault");
+        assert_eq!(fault.node, "a");
+        assert!(fault.cause.to_string().contains("boom it is"), "{fault}");
+    }
+}
+
+fn knobs(text: &str) -> Vec<TimedKnob> {
+    parse_knobs(text).expect("knobs")
+}
+
+fn actor() -> String {
+    format!("{}/tests/brains/actor.pt", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn policies(run: &RunBytes) -> Vec<String> {
+    let events = applied(&run.summary.events).into_iter();
+    events
+        .map(|(at, command)| format!("{at} {command}"))
+        .collect()
+}
+
+#[test]
+fn a_run_that_swaps_brains_is_the_same_every_time_and_when_executed_again() {
+    let actor = actor();
+    let config = Config {
+        control_hz: hz(25.0),
+        end: secs(4.0),
+        knobs: knobs(&format!(
+            "0.5 policy lqr\n1 policy random\n1.1 policy scripted\n3 policy {actor}\n3.1 policy lqr"
+        )),
+        ..Config::default()
+    };
+    let run = || collect(Experiment::new(&config).expect("experiment"));
+    let first = run();
+    assert_eq!(policies(&first).len(), 5, "{:?}", policies(&first));
+    assert_eq!(first.bytes(), run().bytes());
+    let bare = Config {
+        knobs: Vec::new(),
+        ..config.clone()
+    };
+    let mut again = Experiment::new(&bare).expect("experiment");
+    let events = first.summary.events.iter();
+    again.schedule(events.filter_map(Event::replayable).collect());
+    assert_eq!(collect(again).bytes(), first.bytes());
+    assert_ne!(
+        collect(Experiment::new(&bare).expect("experiment")).bytes(),
+        first.bytes()
+    );
+    let turned = first.summary.knobs();
+    assert_eq!(turned[0], config.knobs[0]);
+    let last_file = turned[3].knob.brain().expect("a brain");
+    assert_eq!(last_file, &actor.parse::<Brain>().expect("a brain"));
+}
+
+#[test]
+fn a_swap_to_the_same_brain_changes_nothing() {
+    let config = |knobs| Config {
+        knobs,
+        control_hz: hz(10.0),
+        ..Config::default()
+    };
+    let swapped = config(knobs("2.503 policy scripted"));
+    let run = |config| collect(Experiment::new(config).expect("experiment")).bytes();
+    assert_eq!(run(&swapped), run(&config(Vec::new())));
+}
+
+#[test]
+fn a_brain_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
+    let config = Config {
+        knobs: knobs("9 policy no/such.pt"),
+        ..Config::default()
+    };
+    let error = Experiment::new(&config)
+        .err()
+        .expect("no experiment")
+        .to_string();
+    assert!(error.starts_with("no/such.pt: expected"), "{error}");
+    assert!(config.pinned().is_err());
+}
+
+#[test]
+fn a_pinned_configuration_names_the_content_of_every_file() {
+    let actor = actor();
+    let config = Config {
+        policy: actor.parse().expect("a brain"),
+        knobs: knobs(&format!("1 policy lqr\n2 policy {actor}")),
+        ..Config::default()
+    };
+    let pinned = config.pinned().expect("pinned");
+    let texts: Vec<String> = pinned.brains().map(ToString::to_string).collect();
+    assert_eq!(texts[1], "lqr");
+    assert!(
+        texts[0].contains("@sha256:") && texts[0] == texts[2],
+        "{texts:?}"
+    );
+    let json = serde_json::to_string(&pinned).expect("JSON");
+    assert_eq!(
+        serde_json::from_str::<Config>(&json).expect("a configuration"),
+        pinned
+    );
+}
+
+#[test]
+fn a_swap_that_fails_leaves_the_brain_as_it_is() {
+    let config = Config {
+        end: secs(2.0),
+        ..Config::default()
+    };
+    let mut experiment = Experiment::new(&config).expect("experiment");
+    experiment.schedule(vec![at(1.0, tell(POLICY, "no/such.pt"))]);
+    let run = collect(experiment);
+    let [(_, reason)] = &refused(&run.summary.events)[..] else {
+        panic!("{:?}", run.summary.events);
+    };
+    assert!(reason.contains("no/such.pt"), "{reason}");
+    let plain = collect(Experiment::new(&config).expect("experiment"));
+    assert_eq!(run.bytes(), plain.bytes());
+}
+
+#[test]
+fn a_brain_of_the_callers_own_is_not_swapped() {
+    let experiment = Experiment::with_policy(&Config::default(), Box::new(Scripted));
+    let mut experiment = experiment.expect("experiment");
+    experiment.schedule(vec![at(1.0, tell(POLICY, "lqr"))]);
+    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let (_, reason) = &refused(&summary.events)[0];
+    assert!(reason.contains("cannot be swapped"), "{reason}");
+}
+
+#[test]
+fn brains_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: secs(0.6),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(&config).expect("experiment");
+    let commands = experiment.commands();
+    let person = thread::spawn(move || {
+        for brain in ["lqr", "scripted", "lqr"] {
+            thread::sleep(Duration::from_millis(100));
+            commands.send(tell(POLICY, brain)).expect("a run");
+        }
+    });
+    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    person.join().expect("a person");
+    assert!(summary.verdict.balanced());
+    let brains = |(_, command)| match command {
+        Command::Tell { what, .. } => what,
+        other => panic!("{other}"),
+    };
+    let told: Vec<String> = applied(&summary.events).into_iter().map(brains).collect();
+    assert_eq!(told, ["lqr", "scripted", "lqr"]);
+}
