@@ -363,3 +363,32 @@ fn replay_in_a_terminal_needs_one() {
         "{output:?}"
     );
 }
+
+#[test]
+fn a_run_that_swaps_brains_is_verified_and_a_brain_that_changed_is_named() {
+    let folder = folder();
+    let fixture = |name: &str| {
+        let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/brains");
+        tests.join(name)
+    };
+    let brain = path(&folder, "actor.pt");
+    fs::copy(fixture("actor.pt"), &brain).expect("copied");
+    let knobs = path(&folder, "swaps.knobs");
+    let swaps = format!("0.5 policy lqr\n1 policy {brain}\n1.1 policy scripted\n");
+    fs::write(&knobs, swaps).expect("written");
+    let file = record(&folder, "swaps.rrd", &["--knobs", &knobs]);
+    let output = run(&["verify", &file]);
+    assert!(stdout(&output).contains("identical"), "{output:?}");
+    fs::copy(fixture("half.pt"), &brain).expect("copied");
+    let said = complaint(&run(&["verify", &file]), 1);
+    assert!(
+        said.contains("actor.pt") && said.contains("SHA-256"),
+        "{said}"
+    );
+    fs::remove_file(&brain).expect("removed");
+    let said = complaint(&run(&["verify", &file]), 1);
+    assert!(
+        said.contains("actor.pt") && said.contains("found neither"),
+        "{said}"
+    );
+}

@@ -138,7 +138,7 @@ fn smoke_is_two_seconds_of_virtual_time() {
 
 #[test]
 fn bad_input_is_one_line_that_names_option_value_and_range() {
-    let cases: [(&[&str], &[&str]); 14] = [
+    let cases: [(&[&str], &[&str]); 16] = [
         (
             &["--control-hz", "-5"],
             &["--control-hz", "-5", "0.001 to 10000"],
@@ -162,6 +162,11 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
         (
             &["--policy", "alexnet"],
             &["--policy", "alexnet", "lqr or a file of weights"],
+        ),
+        (&["--policy", "/"], &["--policy /", "found a directory"]),
+        (
+            &["--policy", "../tests/brains/asks.pt"],
+            &["asks.pt", "never code", "posix.system"],
         ),
         (&["--speed", "1000"], &["--speed", "1000", "0.1 to 100"]),
         (&["--smoke", "--clock", "real"], &["--smoke", "virtual"]),

@@ -458,3 +458,31 @@ fn figures(summary: &Summary) -> (Verdict, u64, u64, Duration, [u64; 4]) {
         ],
     )
 }
+
+#[test]
+fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
+    let config = Config {
+        end: Time::MAX,
+        speed: Speed::REAL_TIME,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::default()).expect("session");
+    let key = KeyEvent::new(KeyCode::Char('P'), KeyModifiers::SHIFT);
+    app.key(&key).expect("no fault");
+    let policy = |app: &App| app.shown().map(|shown| shown.picture.policy.clone());
+    while policy(&app).is_none_or(|policy| policy == "scripted") {
+        std::thread::sleep(Duration::from_millis(1));
+        app.sample().expect("no fault");
+    }
+    // The last of those that are built in: no folder of brains is here.
+    assert_eq!(policy(&app).as_deref(), Some("lqr"));
+    let ended = app.finish().ended.expect("no fault");
+    assert!(ended.summary.verdict.balanced());
+    let turned: Vec<String> = ended
+        .summary
+        .knobs()
+        .iter()
+        .map(|k| k.knob.to_string())
+        .collect();
+    assert_eq!(turned, ["policy lqr"]);
+}

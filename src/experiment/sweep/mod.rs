@@ -90,7 +90,7 @@ pub enum SweepError {
     #[error("{}: {source}", say(cell))]
     Setup {
         /// Which.
-        cell: Cell,
+        cell: Box<Cell>,
         /// Why.
         source: SetupError,
     },
@@ -98,7 +98,7 @@ pub enum SweepError {
     #[error("{}: {source}", say(cell))]
     Fault {
         /// Which.
-        cell: Cell,
+        cell: Box<Cell>,
         /// Why.
         source: Fault,
     },
@@ -189,15 +189,16 @@ impl Sweep {
 
     /// Runs one cell.
     fn execute(&self, cell: &Cell, shelf: &Shelf) -> Result<Outcome, SweepError> {
+        let which = || Box::new(cell.clone());
         let experiment = Experiment::with_shelf(&self.config(cell), shelf.clone());
-        let experiment = experiment.map_err(|source| {
-            let cell = cell.clone();
-            SweepError::Setup { cell, source }
+        let experiment = experiment.map_err(|source| SweepError::Setup {
+            cell: which(),
+            source,
         })?;
         let summary = experiment.run(&mut RealClock::default());
-        let summary = summary.map_err(|source| {
-            let cell = cell.clone();
-            SweepError::Fault { cell, source }
+        let summary = summary.map_err(|source| SweepError::Fault {
+            cell: which(),
+            source,
         })?;
         Ok(Outcome::from(&summary))
     }
