@@ -200,8 +200,11 @@ fn what_is_no_file_of_weights_is_refused_with_what_was_expected_and_found() {
     }
 }
 
-/// A safetensors file of float32 tensors.
-fn safetensors(folder: &Path, tensors: &[(&str, &[usize], f32)]) -> String {
+/// Name and shape of a float32 tensor, and the number that it is full of.
+type Filled<'t> = (&'t str, &'t [usize], f32);
+
+/// A safetensors file of these tensors.
+fn safetensors(folder: &Path, tensors: &[Filled]) -> String {
     use safetensors::{Dtype, serialize, tensor::TensorView};
     let bytes = |shape: &[usize], value: f32| -> Vec<u8> {
         (0..shape.iter().product())
@@ -228,7 +231,7 @@ fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     let folder = TempDir::new().expect("folder");
     let weight = |shape: &'static [usize], value| ("actor_mean.0.weight", shape, value);
     let bias = |shape: &'static [usize], value| ("actor_mean.0.bias", shape, value);
-    let cases: [(&[(&str, &[usize], f32)], &str); 7] = [
+    let cases: [(&[Filled], &str); 7] = [
         (
             &[("critic", &[1], 0.0)],
             "expected a tensor \"actor_mean.0.weight\", found \"critic\"",
