@@ -178,14 +178,14 @@ fn what_is_no_file_of_weights_is_refused_with_what_was_expected_and_found() {
         ("/dev/zero".to_owned(), "no ordinary file"),
         (huge.display().to_string(), "1099511627776 bytes"),
         (file("empty.pt", b""), "0 bytes are all there is"),
-        (file("text.pt", b"no weights at all"), "found neither"),
+        (file("text.pt", b"no weights at all"), "found none"),
         (
             file("half.pt", &whole[..whole.len() / 2]),
             "found a zip that is none",
         ),
         (
             file("half.safetensors", &safe[..safe.len() / 2]),
-            "found neither",
+            "found none of them",
         ),
         (fixture("asks.pt"), "asks for \"posix.system\""),
         (fixture("legacy.pt"), "before 1.6"),
@@ -299,15 +299,32 @@ fn every_brain_in_policies_balances_every_start_and_is_small() {
     }
 }
 
-/// Steps that an agent trained by the course makes before it falls, seeds 0 to 9.
+/// An agent that was trained by the course, in all its formats: its folder.
+fn course() -> Option<PathBuf> {
+    let folder = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("SKIPPED: set RATELAB_FIXTURES to the folder of ppo_agent.pt");
+    }
+    folder
+}
+
+/// The formats of it that can be run here.
+fn formats() -> Vec<&'static str> {
+    let mut formats = vec!["pt", "safetensors"];
+    if cfg!(feature = "onnx") && std::env::var_os("ORT_DYLIB_PATH").is_some() {
+        formats.push("onnx");
+    } else {
+        eprintln!("SKIPPED in part: set ORT_DYLIB_PATH to an ONNX Runtime library");
+    }
+    formats
+}
+
+/// Steps that the agent makes before it falls, seeds 0 to 9.
 const COURSE_STEPS: [u64; 10] = [293, 164, 263, 280, 195, 172, 246, 165, 163, 228];
 
 #[test]
 fn an_agent_trained_by_the_course_runs_as_it_does_there() {
-    let Some(folder) = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from) else {
-        eprintln!("SKIPPED: set RATELAB_FIXTURES to the folder of ppo_agent.pt");
-        return;
-    };
+    let Some(folder) = course() else { return };
     let steps = |format: &str, rate: f64| -> Vec<u64> {
         let path = folder.join(format!("ppo_agent.{format}"));
         let config = |seed| Config {
@@ -325,7 +342,40 @@ fn an_agent_trained_by_the_course_runs_as_it_does_there() {
         };
         (0..10).map(run).collect()
     };
-    assert_eq!(steps("pt", 50.0), COURSE_STEPS);
-    assert_eq!(steps("safetensors", 50.0), COURSE_STEPS);
-    assert_eq!(steps("pt", 25.0), steps("safetensors", 25.0));
+    for format in formats() {
+        assert_eq!(steps(format, 50.0), COURSE_STEPS, "{format}");
+        assert_eq!(steps(format, 25.0), steps("pt", 25.0), "{format}");
+    }
+}
+
+#[test]
+fn an_agent_trained_by_the_course_answers_the_same_from_any_format() {
+    let Some(folder) = course() else { return };
+    let answers = |format: &str| -> Vec<f32> {
+        let path = folder.join(format!("ppo_agent.{format}"));
+        let mut policy = policy(path.to_str().expect("UTF-8"));
+        observations()
+            .iter()
+            .map(|seen| policy.act(seen).0)
+            .collect()
+    };
+    for format in formats() {
+        let pairs = answers(format).into_iter().zip(answers("pt"));
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        println!("{format}: largest difference {worst:e}");
+        assert!(worst < 1e-6, "{format}: {worst:e}");
+    }
+}
+
+#[test]
+fn an_onnx_file_that_cannot_be_run_is_refused_with_what_it_takes() {
+    let folder = TempDir::new().expect("folder");
+    let path = folder.path().join("broken.onnx");
+    fs::write(&path, b"\x08\x08\x12\x07pytorch and no more").expect("written");
+    let error = refusal(path.to_str().expect("UTF-8"));
+    assert!(error.contains("ONNX Runtime"), "{error}");
+    if error.contains("was not found") {
+        assert!(error.contains("pip install onnxruntime"), "{error}");
+        assert!(error.contains("ORT_DYLIB_PATH"), "{error}");
+    }
 }

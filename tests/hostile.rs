@@ -162,7 +162,7 @@ fn hurt(index: usize, random: &mut Pcg64) -> Vec<u8> {
     ];
     let name = names[index % names.len()];
     let mut whole = content(name);
-    if name.ends_with(".pt") && index % 4 != 0 {
+    if name.ends_with(".pt") && !index.is_multiple_of(4) {
         let mut entries = entries(&whole);
         let victim = match random.next_u64() % 4 {
             0 => (random.next_u64() % entries.len() as u64) as usize,
@@ -171,7 +171,7 @@ fn hurt(index: usize, random: &mut Pcg64) -> Vec<u8> {
         mutate(&mut entries[victim].1, random);
         return zipped(&entries);
     }
-    if name.ends_with(".safetensors") && index % 2 == 0 {
+    if name.ends_with(".safetensors") && index.is_multiple_of(2) {
         let rest = whole.split_off(600);
         mutate(&mut whole, random);
         whole.extend(rest);

@@ -244,3 +244,20 @@ fn brains_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     let told: Vec<String> = applied(&summary.events).into_iter().map(brains).collect();
     assert_eq!(told, ["lqr", "scripted", "lqr"]);
 }
+
+#[test]
+fn a_timed_swap_to_a_regulator_that_cannot_be_is_refused_before_the_run() {
+    let config = Config {
+        control_hz: hz(0.001),
+        knobs: knobs("9 policy lqr"),
+        ..Config::default()
+    };
+    let error = Experiment::new(&config)
+        .err()
+        .expect("no experiment")
+        .to_string();
+    assert!(
+        error.starts_with("lqr: ") && error.contains("0.001 Hz"),
+        "{error}"
+    );
+}

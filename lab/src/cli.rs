@@ -175,7 +175,7 @@ pub struct GraphArgs {
     pub queue_depth: Depth,
 
     /// The brain: scripted, zero, random, lqr, or a file of weights (.pt,
-    /// .safetensors).
+    /// .safetensors, .onnx).
     #[arg(long, value_name = "POLICY", default_value = "scripted")]
     pub policy: Brain,
 

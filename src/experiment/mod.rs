@@ -90,14 +90,18 @@ impl Experiment {
     /// [`SetupError`] if the plant or the graph cannot be made, or a brain cannot
     /// be had.
     pub fn new(config: &Config) -> Result<Self, SetupError> {
-        Self::with_shelf(config, Shelf::of(config.brains())?)
+        Self::with_shelf(config, Shelf::default())
     }
 
     /// The same with brains that were read before.
     ///
     /// # Errors
     /// [`SetupError`] as for [`new`](Self::new).
-    pub fn with_shelf(config: &Config, shelf: Shelf) -> Result<Self, SetupError> {
+    pub fn with_shelf(config: &Config, mut shelf: Shelf) -> Result<Self, SetupError> {
+        for brain in config.knob_brains() {
+            // What cannot be had later is said now.
+            shelf.fetch(brain)?.policy(config.setting())?;
+        }
         let brain = Swappable::new(&config.policy, shelf, config.setting())?;
         Self::with_policy(config, Box::new(brain))
     }

@@ -9,6 +9,7 @@ use super::{
     BrainFile, Digest, LARGEST_FILE, Lqr, LqrError, Policy, PolicyKind, Random, Scripted,
     UnknownPolicy, Zero,
     network::{Mlp, Network, WeightsError, read_weights},
+    onnx::{Model, OnnxError, is_onnx},
 };
 use crate::runtime::Hz;
 
@@ -82,11 +83,13 @@ impl Brain {
 
 fn load(file: &BrainFile) -> Result<LoadedBrain, BrainErrorKind> {
     let (content, digest) = file.read()?;
-    let weights = read_weights(&content)?;
-    Ok(LoadedBrain {
-        brain: Brain::File(BrainFile::new(file.path(), Some(digest))),
-        content: Content::Network(Arc::new(weights)),
-    })
+    let content = if is_onnx(&content) {
+        Content::Graph(Model::open(&content)?)
+    } else {
+        Content::Network(Arc::new(read_weights(&content)?))
+    };
+    let brain = Brain::File(BrainFile::new(file.path(), Some(digest)));
+    Ok(LoadedBrain { brain, content })
 }
 
 impl From<PolicyKind> for Brain {
@@ -136,6 +139,7 @@ pub struct LoadedBrain {
 enum Content {
     BuiltIn(PolicyKind),
     Network(Arc<Mlp>),
+    Graph(Model),
 }
 
 impl LoadedBrain {
@@ -160,6 +164,7 @@ impl LoadedBrain {
                 })?;
                 Box::new(lqr)
             }
+            Content::Graph(model) => model.policy(self.brain.name()),
             Content::Network(weights) => Box::new(Network::new(self.brain.name(), weights.clone())),
         })
     }
@@ -205,6 +210,9 @@ pub enum BrainErrorKind {
     /// Its content is no brain for this robot.
     #[error(transparent)]
     Weights(#[from] WeightsError),
+    /// Its content is no graph for this robot, or there is nothing to run it.
+    #[error(transparent)]
+    Onnx(#[from] OnnxError),
     /// The regulator could not be worked out.
     #[error(transparent)]
     Lqr(#[from] LqrError),

@@ -94,11 +94,11 @@ impl Slot {
 
     /// Lets the node work. A panic in it is an error like any other.
     pub(crate) fn tick(&mut self, now: Time) -> Tick {
+        let outcome = match self.panicked.take() {
+            Some(panicked) => Ok(Err(panicked.into())),
+            None => catch_unwind(AssertUnwindSafe(|| self.node.tick(now))),
+        };
         bump(&self.entry.ticks);
-        if let Some(panicked) = self.panicked.take() {
-            return Err(Box::new(panicked));
-        }
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.node.tick(now)));
         outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
     }
 

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WeightsError {
     /// It is no kind of file that is read.
-    #[error("expected a PyTorch checkpoint (.pt) or safetensors, found neither: {0}")]
+    #[error("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {0}")]
     Format(String),
     /// A checkpoint of the time before PyTorch wrote zips.
     #[error(

@@ -30,7 +30,7 @@ fn check_header(content: &[u8]) -> Result<(), WeightsError> {
     };
     let length = u64::from_le_bytes(*length);
     if header.first() != Some(&b'{') {
-        refuse("it begins like neither".to_owned())
+        refuse("it begins like none".to_owned())
     } else if length > LONGEST_HEADER {
         refuse(format!(
             "as safetensors its header has {length} bytes, more than {LONGEST_HEADER}"

@@ -14,7 +14,7 @@ use crate::dashboard::ladder::Way;
 const FOLDER: &str = "policies";
 
 /// Kinds of files that brains come in.
-const EXTENSIONS: [&str; 2] = ["pt", "safetensors"];
+const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
 
 /// What there is to choose from: the brains that are built in, those that
 /// `config` names, and the files in [`FOLDER`] below the current folder.

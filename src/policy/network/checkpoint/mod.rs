@@ -5,6 +5,7 @@
 //! nothing else ([`pickle`], [`value`]); it calls no code because it has none to
 //! call.
 
+mod bytes;
 mod pickle;
 mod value;
 

@@ -12,6 +12,7 @@ use std::{collections::HashMap, fmt::Display};
 
 use super::{
     super::{WeightsError, error::quoted},
+    bytes::{Bytes, Done, nonsense, utf8},
     value::{Callable, Place, Storage, TensorView, Value},
 };
 
@@ -26,7 +27,7 @@ impl<'a> Pickle<'a> {
     /// Carries out the pickle `bytes`, which is to make a dictionary.
     pub(super) fn read(bytes: &'a [u8]) -> Result<Self, WeightsError> {
         let machine = Machine {
-            rest: bytes,
+            rest: Bytes(bytes),
             values: Vec::new(),
             stack: Vec::new(),
             marks: Vec::new(),
@@ -62,18 +63,12 @@ impl<'a> Pickle<'a> {
 
 struct Machine<'a> {
     /// Instructions to come.
-    rest: &'a [u8],
+    rest: Bytes<'a>,
     values: Vec<Value<'a>>,
     stack: Vec<Place>,
     /// How high the stack was at each mark.
     marks: Vec<usize>,
     memo: HashMap<u32, Place>,
-}
-
-type Done<T = ()> = Result<T, WeightsError>;
-
-fn nonsense<T>(why: impl Display) -> Done<T> {
-    Err(WeightsError::Pickle(why.to_string()))
 }
 
 fn forbidden<T>(what: impl Display) -> Done<T> {
@@ -83,7 +78,7 @@ fn forbidden<T>(what: impl Display) -> Done<T> {
 impl<'a> Machine<'a> {
     fn run(mut self) -> Done<Pickle<'a>> {
         loop {
-            match self.byte()? {
+            match self.rest.byte()? {
                 b'.' => break,
                 instruction => self.step(instruction)?,
             }
@@ -103,8 +98,8 @@ impl<'a> Machine<'a> {
 
     fn step(&mut self, instruction: u8) -> Done {
         match instruction {
-            0x80 => self.take(1).map(drop),              // PROTO
-            0x95 => self.take(8).map(drop),              // FRAME
+            0x80 => self.rest.take(1).map(drop),         // PROTO
+            0x95 => self.rest.take(8).map(drop),         // FRAME
             b'}' => self.push(Value::Dict(Vec::new())),  // EMPTY_DICT
             b']' => self.push(Value::List(Vec::new())),  // EMPTY_LIST
             b')' => self.push(Value::Tuple(Vec::new())), // EMPTY_TUPLE
@@ -167,9 +162,9 @@ impl<'a> Machine<'a> {
     /// BINPUT, LONG_BINPUT, MEMOIZE, BINGET, LONG_BINGET.
     fn remember(&mut self, instruction: u8) -> Done {
         let number = match instruction {
-            b'q' | b'h' => u32::from(self.byte()?),
+            b'q' | b'h' => u32::from(self.rest.byte()?),
             0x94 => self.memo.len() as u32,
-            _ => u32::from_le_bytes(self.array()?),
+            _ => u32::from_le_bytes(self.rest.array()?),
         };
         if matches!(instruction, b'h' | b'j') {
             let Some(place) = self.memo.get(&number) else {
@@ -186,12 +181,12 @@ impl<'a> Machine<'a> {
     /// BININT1, BININT2, BININT, LONG1, BINFLOAT.
     fn number(&mut self, instruction: u8) -> Done {
         let value = match instruction {
-            b'K' => i64::from(self.byte()?),
-            b'M' => i64::from(u16::from_le_bytes(self.array()?)),
-            b'J' => i64::from(i32::from_le_bytes(self.array()?)),
+            b'K' => i64::from(self.rest.byte()?),
+            b'M' => i64::from(u16::from_le_bytes(self.rest.array()?)),
+            b'J' => i64::from(i32::from_le_bytes(self.rest.array()?)),
             0x8a => self.long()?,
             _ => {
-                self.take(8)?;
+                self.rest.take(8)?;
                 return self.push(Value::Float);
             }
         };
@@ -200,8 +195,8 @@ impl<'a> Machine<'a> {
 
     /// An integer of a given number of bytes, with its sign in the last.
     fn long(&mut self) -> Done<i64> {
-        let size = usize::from(self.byte()?);
-        let given = self.take(size)?;
+        let size = usize::from(self.rest.byte()?);
+        let given = self.rest.take(size)?;
         let sign = if given.last().is_some_and(|last| *last >= 0x80) {
             0xff
         } else {
@@ -218,17 +213,17 @@ impl<'a> Machine<'a> {
     /// BINUNICODE, SHORT_BINUNICODE.
     fn text(&mut self, instruction: u8) -> Done {
         let size = match instruction {
-            b'X' => u32::from_le_bytes(self.array()?) as usize,
-            _ => usize::from(self.byte()?),
+            b'X' => u32::from_le_bytes(self.rest.array()?) as usize,
+            _ => usize::from(self.rest.byte()?),
         };
-        let text = utf8(self.take(size)?)?;
+        let text = utf8(self.rest.take(size)?)?;
         self.push(Value::Text(text))
     }
 
     /// GLOBAL, STACK_GLOBAL: the only way to name something to call.
     fn name(&mut self, instruction: u8) -> Done {
         let (module, name) = match instruction {
-            b'c' => (self.line()?, self.line()?),
+            b'c' => (self.rest.line()?, self.rest.line()?),
             _ => {
                 let words = self.pop_many(2)?;
                 match (&self.values[words[0]], &self.values[words[1]]) {
@@ -352,37 +347,6 @@ impl<'a> Machine<'a> {
             _ => nonsense("a mark is missing"),
         }
     }
-
-    fn take(&mut self, count: usize) -> Done<&'a [u8]> {
-        match self.rest.split_at_checked(count) {
-            Some((taken, rest)) => {
-                self.rest = rest;
-                Ok(taken)
-            }
-            None => nonsense("it ends in the middle"),
-        }
-    }
-
-    fn byte(&mut self) -> Done<u8> {
-        self.take(1).map(|taken| taken[0])
-    }
-
-    fn array<const N: usize>(&mut self) -> Done<[u8; N]> {
-        let taken = self.take(N)?;
-        taken
-            .try_into()
-            .or_else(|_| nonsense("it ends in the middle"))
-    }
-
-    fn line(&mut self) -> Done<&'a str> {
-        let end = self.rest.iter().position(|byte| *byte == b'\n');
-        let line = self.take(end.map_or(usize::MAX, |end| end + 1))?;
-        utf8(&line[..line.len() - 1])
-    }
-}
-
-fn utf8(bytes: &[u8]) -> Done<&str> {
-    std::str::from_utf8(bytes).or_else(|_| nonsense("a string that is not UTF-8"))
 }
 
 fn size(number: i64) -> Done<usize> {
