@@ -6,8 +6,8 @@
 //! run as a value, configuration in and summary out, and many of them as a sweep;
 //! [`stability`] is what linear theory says before any of them is run.
 //!
-//! The library knows no terminal and no file format: those are the business of
-//! the `ratelab` command.
+//! The library knows no terminal and no recordings: those are the business of the
+//! `ratelab` command. The one kind of file that it reads is the weights of a brain.
 
 pub mod cartpole;
 pub mod experiment;

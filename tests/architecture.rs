@@ -1,5 +1,5 @@
 //! The rooms of the house stay apart: the runtime knows no robot, the library
-//! knows no terminal, no command line and no file format.
+//! knows no terminal, no command line and no recorder.
 
 use std::{
     fs,

@@ -18,7 +18,7 @@ pub const LARGEST_WIDTH: usize = 1_024;
 /// action, in single precision as PyTorch computes it.
 ///
 /// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a
-/// `weight` of shape [out, in] and a `bias` of shape [out]. The width is that of
+/// `weight` of shape `[out, in]` and a `bias` of shape `[out]`. The width is that of
 /// the file, [`LARGEST_WIDTH`] at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
