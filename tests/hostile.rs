@@ -300,6 +300,20 @@ fn tensors_larger_than_their_storage_or_than_memory_are_refused() {
 }
 
 #[test]
+fn a_storage_much_larger_than_its_tensor_takes_no_more_than_itself() {
+    let mut entries = entries(&content("actor.pt"));
+    let storage = entries
+        .iter_mut()
+        .find(|(name, _)| name.ends_with("data/0"));
+    let (_, numbers) = storage.expect("a storage");
+    numbers.resize(15 << 20, 0);
+    let content = zipped(&entries);
+    assert!(content.len() as u64 <= LARGEST_FILE);
+    let peak = peak(|| assert!(read_weights(&content).is_ok()));
+    assert!(peak < MOST_MEMORY / 2, "{peak} bytes");
+}
+
+#[test]
 fn a_zip_with_entries_without_end_is_refused_in_little_memory() {
     let mut content = content("actor.pt");
     let entry = content

@@ -76,7 +76,8 @@ impl BrainFile {
         if about.len() > LARGEST_FILE {
             return Err(BrainErrorKind::TooLarge(about.len()));
         }
-        let mut content = Vec::new();
+        // No more than that, as it is small enough.
+        let mut content = Vec::with_capacity(about.len() as usize);
         let file = File::open(&self.path).map_err(BrainErrorKind::Unreadable)?;
         // It may have grown since.
         file.take(LARGEST_FILE)

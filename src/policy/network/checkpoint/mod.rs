@@ -91,7 +91,9 @@ impl<'a> Checkpoint<'a> {
         let path = format!("{}{name}", self.folder);
         let entry = self.archive.by_name(&path);
         let entry = entry.map_err(|why| about(&zip_text(&why)))?;
-        let mut content = Vec::new();
+        // What the entry says of its size may be wrong, so it is only a hint.
+        let hint = entry.size().min(longest) as usize;
+        let mut content = Vec::with_capacity(hint);
         let read = entry.take(longest + 1).read_to_end(&mut content);
         read.map_err(|why| about(&why.to_string().escape_debug().to_string()))?;
         if content.len() as u64 > longest {
