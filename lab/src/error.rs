@@ -2,6 +2,7 @@
 
 use std::{path::Path, process::ExitCode};
 
+use exercises::practice::{AnswersError, Failure};
 use ratelab::{experiment::SetupError, runtime::Fault};
 use thiserror::Error;
 
@@ -36,6 +37,15 @@ pub enum Error {
         /// What was found.
         why: VerifyError,
     },
+    /// An exercise cannot be measured.
+    #[error("{0}")]
+    Exercise(#[from] Failure),
+    /// The file of predictions cannot be used.
+    #[error("{0}")]
+    Answers(#[from] AnswersError),
+    /// An exercise measured something else than it promises.
+    #[error("{0} measurements do not hold: the runtime is not what the exercises are about")]
+    Broken(usize),
     /// The rerun viewer cannot be opened.
     #[error("{0}")]
     Viewer(String),
@@ -61,7 +71,7 @@ impl Error {
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::BadInput(_) | Self::Read(_) => ExitCode::from(2),
+            Self::BadInput(_) | Self::Read(_) | Self::Answers(_) => ExitCode::from(2),
             _ => ExitCode::FAILURE,
         }
     }

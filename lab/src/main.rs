@@ -4,6 +4,7 @@ mod cli;
 mod csv;
 mod dashboard;
 mod error;
+mod exercise;
 mod lab;
 mod metrics;
 mod options;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
             Some(Command::Replay(args)) => replay::replay(args),
             Some(Command::Info { file }) => review::info(file),
             Some(Command::Verify { files }) => review::verify_all(files),
+            Some(Command::Exercise(args)) => exercise::exercise(args),
             Some(Command::Keys) => lab::keys(),
         },
         Err(error) => cli::explain(&error),

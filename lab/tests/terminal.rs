@@ -3,6 +3,7 @@
 
 use std::{
     io::{Read, Write},
+    path::Path,
     process::Command,
     sync::mpsc::{Receiver, channel},
     thread,
@@ -26,6 +27,10 @@ struct Lab {
 
 impl Lab {
     fn open(args: &[&str], rows: u16, cols: u16) -> Self {
+        Self::open_in(&std::env::temp_dir(), args, rows, cols)
+    }
+
+    fn open_in(folder: &Path, args: &[&str], rows: u16, cols: u16) -> Self {
         let size = PtySize {
             rows,
             cols,
@@ -35,6 +40,7 @@ impl Lab {
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
         command.args(args);
         command.env("TERM", "xterm-256color");
+        command.cwd(folder);
         let child = pair.slave.spawn_command(command).expect("ratelab starts");
         drop(pair.slave);
         let mut reader = pair.master.try_clone_reader().expect("output");
@@ -240,7 +246,7 @@ fn w_records_the_session_and_leaving_says_where() {
 
 #[test]
 fn a_recording_plays_in_the_panes_of_the_lab() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = root.join("recordings/fall-5hz.rrd").display().to_string();
     let mut lab = Lab::open(&["replay", "--terminal", &file], 45, 160);
     lab.wait_for("replay");
@@ -263,4 +269,24 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     let (status, parser) = lab.close();
     assert!(status.success());
     assert_given_back(&parser);
+}
+
+#[test]
+fn an_exercise_is_done_in_the_lab() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let mut lab = Lab::open_in(folder.path(), &["--ascii"], 45, 160);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("e");
+    lab.wait_for("A deeper queue");
+    lab.type_keys("2\r");
+    lab.wait_for("does the deep queue save");
+    lab.type_keys("many\r");
+    lab.wait_for("does not begin with a number");
+    lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}0 because stale is stale\r");
+    lab.wait_for("You predicted 0");
+    lab.type_keys("\u{1b}");
+    lab.wait_for("you predicted 0");
+    lab.type_keys("\u{1b}");
+    lab.type_keys("q");
+    assert!(lab.close().0.success());
 }

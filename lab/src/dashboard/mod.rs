@@ -6,6 +6,7 @@
 //! ```
 
 mod app;
+mod desk;
 mod figures;
 mod history;
 pub mod keys;

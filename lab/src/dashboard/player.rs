@@ -237,6 +237,7 @@ impl Model for Player {
             scrubber: Some(self.scrubber()),
             footer: Footer::Hints(REPLAY.hints()),
             help: self.help.then(|| REPLAY.rows()),
+            page: None,
             notice: self.notice.as_deref(),
         })
     }

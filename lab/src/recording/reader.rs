@@ -161,6 +161,17 @@ impl Recording {
         Ok(recording)
     }
 
+    /// All messages of the topic called `name`, as they were published.
+    pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
+        let topics = self.origin.shape.topics.iter().zip(&self.topics);
+        let tracks = topics.filter(|(topic, _)| topic.name == name);
+        let messages = tracks.flat_map(|(_, track)| {
+            let indices = 0..track.heads.len();
+            indices.filter_map(|index| track.message(index))
+        });
+        messages.collect()
+    }
+
     /// Whether the file is as its recorder left it.
     pub fn is_whole(&self) -> bool {
         self.damage.is_none() && self.outcome.is_some()

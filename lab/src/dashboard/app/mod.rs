@@ -1,5 +1,6 @@
 //! The state of the dashboard, and what the keys do to it.
 
+mod exercises;
 mod knobs;
 mod recording;
 
@@ -15,6 +16,7 @@ use thiserror::Error;
 
 use super::{
     Model,
+    desk::Desk,
     history::History,
     keys::{Action, LAB},
     ladder::Way,
@@ -114,6 +116,10 @@ pub struct App {
     /// The first that ended early.
     unrecorded: Option<RecordError>,
     picture: Option<Arc<Picture>>,
+    /// The exercises, while they are open.
+    desk: Option<Desk>,
+    /// Whether the session is a rescue by hand, to be judged.
+    by_hand: bool,
     /// The pane that keys of focus and zoom mean.
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
@@ -160,6 +166,8 @@ impl App {
             recorded: Vec::new(),
             unrecorded: None,
             picture: None,
+            desk: None,
+            by_hand: false,
             focus: Pane::Graph,
             zoomed: false,
             help: false,
@@ -219,7 +227,8 @@ impl Model for App {
         self.session.poll()?;
         self.follow_events();
         self.follow_recording();
-        let new = self.history.add(self.sampler.picture(&mut self.session));
+        let told = self.desk.as_mut().is_some_and(Desk::poll);
+        let new = told | self.history.add(self.sampler.picture(&mut self.session));
         self.picture = self.history.shown();
         Ok(new)
     }
@@ -244,6 +253,7 @@ impl Model for App {
                 None => Footer::Hints(LAB.hints()),
             },
             help: self.help.then(|| LAB.rows()),
+            page: self.desk.as_ref().map(Desk::page),
             notice: self.notice.as_deref(),
         })
     }
@@ -258,6 +268,9 @@ impl Model for App {
         if self.help && action != Some(Action::Quit) {
             self.help = false; // Any key closes it.
             return Ok(());
+        }
+        if self.desk.is_some() && !is_chord(key) {
+            return self.at_desk(key);
         }
         let done = action.map_or(Ok(()), |action| self.act(action));
         self.picture = self.history.shown();
@@ -286,6 +299,7 @@ impl App {
             Action::SpeedOne => self.set_speed(1.0),
             Action::OtherClock => self.other_clock(),
             Action::Record => self.toggle_recording(),
+            Action::Exercises => self.open_exercises(),
             Action::Restart => return self.restart(),
             Action::Seed(way) => return self.change_seed(way),
             Action::Policy(way) => return self.change_policy(way),
@@ -395,7 +409,7 @@ impl App {
         self.sampler = Sampler::default();
         self.history = History::default();
         self.events.clear();
-        (self.pause, self.turning) = (false, 0);
+        (self.pause, self.turning, self.by_hand) = (false, 0, false);
         Ok(())
     }
 }

@@ -46,6 +46,8 @@ pub enum Action {
     Focus(Pane),
     /// Record to a file, or stop recording.
     Record,
+    /// Open the exercises.
+    Exercises,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
     /// Show or hide the keys.
@@ -126,6 +128,11 @@ pub const LAB: Table<Action> = Table(&[
         &[(Key::Char('w'), Action::Record)],
         "record to a file in the folder recordings, or stop recording",
         Some("record"),
+    ),
+    row(
+        &[(Key::Char('e'), Action::Exercises)],
+        "open the exercises: predict, then see",
+        Some("exercises"),
     ),
     row(
         &[(Key::Char('c'), Action::OtherClock)],

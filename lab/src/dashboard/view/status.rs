@@ -187,7 +187,7 @@ mod tests {
             back: Some((3, 120)),
             ..ended
         };
-        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120      0.84 s sim      1 s wall  seed 0  policy scripted  recording");
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
     }
 
     #[test]
