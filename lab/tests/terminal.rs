@@ -279,7 +279,7 @@ fn an_exercise_is_done_in_the_lab() {
     lab.type_keys("e");
     lab.wait_for("A deeper queue");
     lab.type_keys("2\r");
-    lab.wait_for("does the deep queue save");
+    lab.wait_for("how many of the three runs");
     lab.type_keys("many\r");
     lab.wait_for("does not begin with a number");
     lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}0 because stale is stale\r");
