@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{centred, clip, frame, plain, put, row},
+    pane::{broken, centred, clip, frame, plain, put, row},
     theme::Theme,
 };
 
@@ -78,12 +78,6 @@ pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
         row(inner, bottom.saturating_sub(1)),
         buf,
     );
-}
-
-/// `line` in lines that fit. One with columns in it keeps its blanks.
-fn broken(line: &str, room: usize) -> Vec<String> {
-    let lines = textwrap::wrap(line, room).into_iter();
-    lines.map(|line| line.into_owned()).collect()
 }
 
 /// The end of `text`, in `room` letters.

@@ -88,6 +88,12 @@ pub fn centred(width: usize, height: usize, area: Rect) -> Rect {
     }
 }
 
+/// `text` in lines of `room` columns, broken between words where there are any.
+pub fn broken(text: &str, room: usize) -> Vec<String> {
+    let lines = textwrap::wrap(text, room.max(1)).into_iter();
+    lines.map(Cow::into_owned).collect()
+}
+
 /// Columns that `text` takes.
 pub fn width(text: &str) -> usize {
     Span::raw(text).width()
