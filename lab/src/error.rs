@@ -37,6 +37,14 @@ pub enum Error {
         /// What was found.
         why: VerifyError,
     },
+    /// Some of several recordings are not what comes of running them again.
+    #[error("{failed} of {of} recordings were not verified")]
+    Failed {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// An exercise cannot be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),

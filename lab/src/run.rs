@@ -45,6 +45,8 @@ pub struct Notes {
     pub realtime: Option<Result<(), String>>,
     /// Rows that the CSV writer lost.
     pub csv_lost: u64,
+    /// Why it is not known how the run ended, if it is not.
+    pub open: Option<String>,
 }
 
 /// Runs the graph as asked, prints and writes what it came to.
@@ -65,9 +67,20 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     });
     let csv_lost = csv.map_or(Ok(0), |(writer, path)| {
         writer.finish().map_err(|why| write_error(&path, why))
-    })?;
-    outputs.tell(args, &outcome?, realtime, csv_lost)?;
-    recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?))
+    });
+    let told = outcome
+        .map_err(Error::from)
+        .and_then(|summary| outputs.tell(args, &summary, realtime, csv_lost?));
+    let recorded = recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?));
+    both(told, recorded)
+}
+
+/// One of two failures, and the other printed.
+fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error> {
+    if let (Err(error), Err(_)) = (&first, &second) {
+        eprintln!("error: {error}");
+    }
+    second.and(first)
 }
 
 /// Begins to record, if that was asked for.
@@ -79,15 +92,17 @@ fn record(
     let Some(file) = &args.record else {
         return Ok(None);
     };
-    let path = Destination::new(file.clone()).next(config);
-    let recorder = Recorder::from_the_start(&path, &Source::of(experiment, config));
-    recorder.map(Some).map_err(|why| record_error(&path, &why))
+    let source = Source::of(experiment, config);
+    let begin = |path: &Path| Recorder::from_the_start(path, &source);
+    let begun = Destination::new(file.clone()).claim(config, begin);
+    let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
+    Ok(Some(recorder))
 }
 
 /// A recording that cannot begin.
 pub fn record_error(path: &Path, why: &io::Error) -> Error {
     match why.kind() {
-        io::ErrorKind::AlreadyExists => Error::BadInput(format!(
+        io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
             "--record {}: there is such a file, and recordings overwrite none: \
              choose another name",
             path.display()
@@ -113,7 +128,9 @@ pub fn tell_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
 fn stop_on_signal(commands: Sender<Command>) {
     let asked = AtomicBool::new(false);
     let installed = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) || commands.send(Command::Stop).is_err() {
+        // A run that is over is being written down, which the first one lets be.
+        let _ = commands.send(Command::Stop);
+        if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
@@ -164,6 +181,7 @@ impl Outputs {
             smoke: args.smoke,
             realtime: realtime.map(|asked| asked.map(drop)),
             csv_lost,
+            open: None,
         };
         let metrics = metrics::json(summary, &notes);
         if let Some((file, path)) = self.metrics {

@@ -46,11 +46,16 @@ use super::{
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// Sends the layout for a run of the graph in `start`, taken before its run.
+/// Sends the layout for a run of the graph in `start`, taken before its run, of
+/// which `clock` runs the first part that is recorded.
 /// Comes before the recording itself.
-pub fn send(rec: &RecordingStream, start: &Snapshot) -> RecordingStreamResult<()> {
+pub fn send(
+    rec: &RecordingStream,
+    start: &Snapshot,
+    clock: ClockKind,
+) -> RecordingStreamResult<()> {
     let mut properties = Properties::default();
-    let root = layout(&mut properties, start);
+    let root = layout(&mut properties, start, clock);
     let time = TimePanel::new()
         .with_state(PanelState::Collapsed)
         .with_timeline(RUN_TIME)
@@ -65,7 +70,7 @@ pub fn send(rec: &RecordingStream, start: &Snapshot) -> RecordingStreamResult<()
     properties.send_with(&blueprint, rec)
 }
 
-fn layout(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
+fn layout(properties: &mut Properties, start: &Snapshot, clock: ClockKind) -> ContainerLike {
     let top = Horizontal::new([world(properties), graph()]).with_column_shares([2.0, 1.3]);
     let middle = Vertical::new([
         latency(properties),
@@ -73,7 +78,7 @@ fn layout(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
         drops(properties, start),
     ]);
     let mut right = vec![histogram(properties), modes(properties), events(properties)];
-    if start.status.clock == ClockKind::Real {
+    if clock == ClockKind::Real {
         right.insert(0, lateness(properties, start));
     }
     let bottom = Horizontal::new([

@@ -29,8 +29,8 @@ impl App {
         if let Some(recorder) = self.session.recorder() {
             recorder.end(Ending::Off);
             self.record = false;
-            self.finish_recording();
         }
+        self.finish_recordings();
         self.notice = None;
         let recorded = self.recorded.last()?;
         Some(Desk::judging(&recorded.path))

@@ -25,7 +25,7 @@ use super::{
     session::{Ended, Session, Setup},
     view::{Footer, Shown, StatusExtra},
 };
-use crate::recording::{Destination, RecordError, Recorded};
+use crate::recording::{Destination, RecordError, Recorded, Recorder};
 
 /// Run time that the angle chart shows (s).
 pub const TRACE_S: f64 = 10.0;
@@ -111,6 +111,8 @@ pub struct App {
     destination: Destination,
     /// Whether the person wants sessions recorded.
     record: bool,
+    /// Recordings that were told to end, and have to write a little yet.
+    completing: Vec<Recorder>,
     /// Recordings that are complete.
     recorded: Vec<Recorded>,
     /// The first that ended early.
@@ -141,7 +143,7 @@ impl App {
     /// [`LabError`] if it cannot be started.
     pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
         let mut destination = setup.record.clone().unwrap_or_default();
-        let record = setup.record.as_ref().map(|_| destination.next(config));
+        let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
         Ok(Self {
             destination,
@@ -163,6 +165,7 @@ impl App {
             history: History::default(),
             destination: Destination::default(),
             record: false,
+            completing: Vec::new(),
             recorded: Vec::new(),
             unrecorded: None,
             picture: None,
@@ -202,7 +205,7 @@ impl App {
     /// Ends the session in order: what it came to, and what became of recordings.
     pub fn finish(mut self) -> Left {
         let ended = self.session.finish();
-        self.finish_recording();
+        self.finish_recordings();
         Left {
             ended,
             recorded: self.recorded,
@@ -226,7 +229,7 @@ impl Model for App {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.session.poll()?;
         self.follow_events();
-        self.follow_recording();
+        self.follow_recordings();
         let told = self.desk.as_mut().is_some_and(Desk::poll);
         let new = told | self.history.add(self.sampler.picture(&mut self.session));
         self.picture = self.history.shown();
@@ -402,9 +405,9 @@ impl App {
     /// Ends this session and starts one with the knobs as they stand.
     fn restart(&mut self) -> Result<(), LabError> {
         let ended = self.session.finish();
-        self.finish_recording();
+        self.follow_recordings();
         ended?;
-        let record = self.next_recording();
+        let record = self.record.then_some(&mut self.destination);
         self.session = Session::start(&self.config, &self.setup, record)?;
         self.sampler = Sampler::default();
         self.history = History::default();
