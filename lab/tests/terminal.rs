@@ -84,19 +84,43 @@ impl Lab {
 
     /// Reads the screen until it shows `text`.
     fn wait_for(&mut self, text: &str) {
+        let came = self.read_until(|screen| screen.contains(text));
+        assert!(
+            came,
+            "{text:?} never came; the screen shows\n{}",
+            self.screen()
+        );
+    }
+
+    /// Reads the screen until it shows `text` no more.
+    fn wait_without(&mut self, text: &str) {
+        let went = self.read_until(|screen| !screen.contains(text));
+        assert!(went, "{text:?} stayed; the screen shows\n{}", self.screen());
+    }
+
+    /// Reads until the screen is as wanted; false if it is not in good time.
+    fn read_until(&mut self, wanted: impl Fn(&str) -> bool) -> bool {
         let deadline = Instant::now() + PATIENCE;
-        while !self.screen().contains(text) {
+        while !wanted(&self.screen()) {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.output.recv_timeout(left) {
-                Ok(chunk) => self.parser.process(&chunk),
-                Err(_) => panic!("{text:?} never came; the screen shows\n{}", self.screen()),
+                Ok(chunk) if !left.is_zero() => self.parser.process(&chunk),
+                _ => return false,
             }
         }
+        true
     }
 
     /// Reads what is left and waits for the end.
     fn close(mut self) -> (ExitStatus, vt100::Parser) {
-        while let Ok(chunk) = self.output.recv_timeout(PATIENCE) {
+        let deadline = Instant::now() + PATIENCE;
+        let left = || deadline.saturating_duration_since(Instant::now());
+        while let Ok(chunk) = self.output.recv_timeout(left()) {
+            assert!(
+                !left().is_zero(),
+                "it does not end; the screen shows\n{}",
+                self.screen()
+            );
             self.parser.process(&chunk);
         }
         let parser = std::mem::replace(&mut self.parser, vt100::Parser::new(1, 1, 0));
@@ -287,6 +311,8 @@ fn an_exercise_is_done_in_the_lab() {
     lab.type_keys("\u{1b}");
     lab.wait_for("you predicted 0");
     lab.type_keys("\u{1b}");
+    // Sent at once, the two would be one key: Alt-q.
+    lab.wait_without("you predicted 0");
     lab.type_keys("q");
     assert!(lab.close().0.success());
 }

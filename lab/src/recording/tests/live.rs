@@ -3,7 +3,9 @@
 use std::{fs, path::Path, thread, time::Duration};
 
 use ratelab::{
+    cartpole::{Action, Observation},
     experiment::{Config, Experiment, Knob},
+    policy::Policy,
     runtime::{ClockKind, Command, Depth, Hz, RealClock, Time, TimedCommand, telemetry::Happening},
 };
 
@@ -143,7 +145,7 @@ fn ten_seconds_take_half_a_megabyte_and_their_batches_are_put_together() {
     };
     record(&config, &path).0.expect("no fault");
     let bytes = fs::metadata(&path).expect("file").len();
-    assert!(bytes <= 500_000, "{bytes} bytes");
+    assert!(bytes <= 512 << 10, "{bytes} bytes");
 }
 
 #[test]
@@ -222,4 +224,36 @@ fn wall_time_goes_on_while_run_time_pauses() {
     assert!(jump && before.len() > 10 && after.len() > 10, "{times:?}");
     let pause = offset(&after[0]) - offset(&before[0]);
     assert!(pause > 400_000_000, "a pause of {pause} ns");
+}
+
+/// A policy that has enough after some decisions.
+struct Breaks(u32);
+
+impl Policy for Breaks {
+    fn name(&self) -> &str {
+        "breaks"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        self.0 = self.0.saturating_sub(1);
+        Action(if self.0 > 0 { 0.0 } else { f32::NAN })
+    }
+}
+
+#[test]
+fn the_recording_of_a_run_that_fails_is_complete() {
+    let folder = folder();
+    let path = folder.path().join("failed.rrd");
+    let config = Config::default();
+    let experiment = Experiment::with_policy(&config, Box::new(Breaks(10)));
+    let experiment = experiment.expect("experiment");
+    let recorder = recorder(&experiment, &config, &path);
+    let outcome = experiment.run(&mut RealClock::default());
+    recorder.end(Ending::of(&outcome));
+    recorder.finish().expect("recorded");
+    let recording = read(&path);
+    assert!(recording.is_whole());
+    let said = format!("{:?}", recording.outcome);
+    assert!(said.contains("must be finite"), "{said}");
+    assert_eq!(recording.messages::<Action>("/action").len(), 9);
 }
