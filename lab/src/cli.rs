@@ -8,7 +8,7 @@ use ratelab::{
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
-use crate::error::Error;
+use crate::{error::Error, sweep::SweepArgs};
 
 /// See why robot software is a graph of nodes at fixed rates: a MuJoCo
 /// cart-pole, balanced by three nodes that only talk through topics.
@@ -36,6 +36,8 @@ pub enum Command {
     Lab(LabArgs),
     /// Run the graph without a dashboard and print what it came to.
     Run(RunArgs),
+    /// Run rates, depths and seeds on all cores: how often does the pole stay up?
+    Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
     /// Print what is in a recording.
@@ -279,7 +281,8 @@ fn seed(text: &str) -> Result<u64, String> {
     text.trim().parse().map_err(|_| expected())
 }
 
-fn duration(text: &str) -> Result<Time, String> {
+/// A run time in seconds.
+pub fn duration(text: &str) -> Result<Time, String> {
     number(text, "seconds", 1e-3, LONGEST_S)
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }

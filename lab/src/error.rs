@@ -3,7 +3,11 @@
 use std::{path::Path, process::ExitCode};
 
 use exercises::practice::{AnswersError, Failure};
-use ratelab::{experiment::SetupError, runtime::Fault};
+use ratelab::{
+    experiment::{SetupError, sweep::SweepError},
+    runtime::Fault,
+    stability::StabilityError,
+};
 use thiserror::Error;
 
 use crate::{
@@ -23,6 +27,20 @@ pub enum Error {
     /// MuJoCo or the graph could not be set up.
     #[error("{0}")]
     Setup(#[from] SetupError),
+    /// A sweep could not be run, or one of its runs failed.
+    #[error("{0}")]
+    Sweep(#[from] SweepError),
+    /// Ctrl-C ended a sweep.
+    #[error("stopped after {done} of {cells} runs: the result is of these")]
+    Stopped {
+        /// Runs that were made.
+        done: usize,
+        /// Runs that were to be made.
+        cells: usize,
+    },
+    /// Linear theory has no answer where it should have one.
+    #[error("{0}")]
+    Theory(StabilityError),
     /// A recording ended early; the run did not.
     #[error("{0}")]
     Record(#[from] RecordError),
@@ -79,7 +97,12 @@ impl Error {
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::BadInput(_) | Self::Read(_) | Self::Answers(_) => ExitCode::from(2),
+            Self::BadInput(_)
+            | Self::Read(_)
+            | Self::Answers(_)
+            | Self::Sweep(SweepError::Empty(_) | SweepError::TooMany(_) | SweepError::Endless) => {
+                ExitCode::from(2)
+            }
             _ => ExitCode::FAILURE,
         }
     }

@@ -58,7 +58,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let recorder = record(args, &experiment, &config)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
-    let csv = outputs.csv.take();
+    let csv = outputs.take_csv();
     let csv = csv.map(|(file, path)| (csv::Writer::start(file, &experiment), path));
     let outcome = experiment.run(&mut real);
     let recorded = recorder.map(|recorder| {
@@ -148,13 +148,20 @@ pub struct Outputs {
 impl Outputs {
     /// Opens what is asked for; refuses, and leaves nothing behind, if it cannot.
     pub fn prepare(args: &RunArgs) -> Result<Self, Error> {
-        let folders = args.out.iter().flat_map(|folder| folder.ancestors());
+        Self::open(args.out.as_deref(), METRICS, args.csv.as_deref())
+    }
+
+    /// The same for metrics called `name` in the folder `out`, and rows in `csv`.
+    pub fn open(out: Option<&Path>, name: &str, csv: Option<&Path>) -> Result<Self, Error> {
+        let folders = out.into_iter().flat_map(Path::ancestors);
         let made: Vec<&Path> = folders.take_while(|folder| !folder.exists()).collect();
-        let metrics = args.out.as_deref().map(prepare_metrics).transpose()?;
-        let csv = match &args.csv {
+        let metrics = out
+            .map(|folder| prepare_metrics(folder, name))
+            .transpose()?;
+        let csv = match csv {
             None => None,
             Some(path) => match File::create(path) {
-                Ok(file) => Some((file, path.clone())),
+                Ok(file) => Some((file, path.to_owned())),
                 Err(why) => {
                     drop(metrics);
                     // Bad input leaves nothing behind, not even empty folders.
@@ -184,23 +191,32 @@ impl Outputs {
             open: None,
         };
         let metrics = metrics::json(summary, &notes);
-        if let Some((file, path)) = self.metrics {
-            write_metrics(file, &path, &metrics)?;
-        }
+        self.write(&metrics)?;
         if args.json {
             say(&metrics)
         } else {
             say(&report::text(summary, &notes))
         }
     }
+
+    /// The file for rows, once.
+    pub fn take_csv(&mut self) -> Option<(File, PathBuf)> {
+        self.csv.take()
+    }
+
+    /// Writes `metrics`, if there is a file for them.
+    pub fn write(self, metrics: &str) -> Result<(), Error> {
+        self.metrics
+            .map_or(Ok(()), |(file, path)| write_metrics(file, &path, metrics))
+    }
 }
 
 /// Makes the folder and a hidden file in it, which becomes the metrics when
 /// they are complete.
-fn prepare_metrics(folder: &Path) -> Result<(NamedTempFile, PathBuf), Error> {
+fn prepare_metrics(folder: &Path, name: &str) -> Result<(NamedTempFile, PathBuf), Error> {
     fs::create_dir_all(folder)
         .and_then(|()| NamedTempFile::new_in(folder))
-        .map(|file| (file, folder.join(METRICS)))
+        .map(|file| (file, folder.join(name)))
         .map_err(|why| Error::file("--out", folder, &why))
 }
 

@@ -316,3 +316,27 @@ fn an_exercise_is_done_in_the_lab() {
     lab.type_keys("q");
     assert!(lab.close().0.success());
 }
+
+#[test]
+fn a_cell_of_the_cliff_map_runs_live() {
+    let mut lab = Lab::open(&["--queue-depth", "2"], 45, 160);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("m");
+    lab.wait_for("cliff map: scripted, sensor 50 Hz, depth 2");
+    lab.wait_for("30 Hz, seed 0");
+    lab.wait_for("3000 runs of 10 s");
+    lab.type_keys(&"\u{1b}[D".repeat(25));
+    lab.wait_for("5 Hz, seed 0");
+    lab.type_keys("\u{1b}[B");
+    lab.wait_for("5 Hz, seed 1: FELL at 1.180 s");
+    lab.type_keys("\r");
+    lab.wait_for("are the symptom");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+    let said = parser.screen().contents();
+    for line in ["seed 1", "control 5 Hz", "queue depth 2", "FELL at 1.180 s"] {
+        assert!(said.contains(line), "{line:?} is missing in\n{said}");
+    }
+}

@@ -6,6 +6,7 @@
 //! ```
 
 mod app;
+mod cliff;
 mod desk;
 mod figures;
 mod history;

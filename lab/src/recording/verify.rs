@@ -1,6 +1,11 @@
 //! Runs a recorded run again and compares, bit for bit.
 
-use std::{fmt, thread, time::Duration};
+use std::{
+    fmt,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+    time::Duration,
+};
 
 use crossbeam_channel::Sender;
 use ratelab::{
@@ -195,16 +200,16 @@ fn run_again(
     let steps = taps.steps(BACKLOG);
     drop(taps);
     let complete = whole.is_some();
-    let (stop, stop_too, stop_as_well) = (
-        experiment.commands(),
-        experiment.commands(),
-        experiment.commands(),
-    );
+    let halt = Halt {
+        found: AtomicBool::new(false),
+        commands: experiment.commands(),
+    };
     let (mut differences, outcome) = thread::scope(|scope| {
+        let halt = &halt;
         let checks = [
-            scope.spawn(move || compare(OBS, observed, observations, complete, &stop)),
-            scope.spawn(move || compare(ACTION, acted, actions, complete, &stop_too)),
-            scope.spawn(move || compare(STATE, stepped, steps, complete, &stop_as_well)),
+            scope.spawn(move || compare(OBS, observed, observations, complete, halt)),
+            scope.spawn(move || compare(ACTION, acted, actions, complete, halt)),
+            scope.spawn(move || compare(STATE, stepped, steps, complete, halt)),
         ];
         let outcome = experiment.run(&mut RealClock::default());
         let found = checks.into_iter().filter_map(|check| check.join().ok()?);
@@ -246,12 +251,19 @@ fn compare<T: Fields + Payload>(
     track: Option<&Track>,
     tap: Tap<Tapped<T>>,
     complete: bool,
-    stop: &Sender<Command>,
+    halt: &Halt,
 ) -> Option<Difference> {
     // The tap goes with the first difference: the run no longer waits for it.
-    let difference = first_difference::<T>(name, track?, &tap, complete)?;
-    let _ = stop.send(Command::Stop); // It may be over.
+    let difference = first_difference::<T>(name, track?, &tap, complete, halt)?;
+    halt.found.store(true, Ordering::Relaxed);
+    let _ = halt.commands.send(Command::Stop); // It may be over.
     Some(difference)
+}
+
+/// Ends the run when a difference is found.
+struct Halt {
+    found: AtomicBool,
+    commands: Sender<Command>,
 }
 
 fn first_difference<T: Fields + Payload>(
@@ -259,6 +271,7 @@ fn first_difference<T: Fields + Payload>(
     track: &Track,
     tap: &Tap<Tapped<T>>,
     complete: bool,
+    halt: &Halt,
 ) -> Option<Difference> {
     let mut index = 0;
     let mut row = Vec::new();
@@ -286,7 +299,9 @@ fn first_difference<T: Fields + Payload>(
         index += 1;
     }
     let missing = track.heads.get(index)?;
-    Some(nothing_there(name, missing, "computed"))
+    // A run that was ended because of another difference lacks what came after.
+    let ended = halt.found.load(Ordering::Relaxed);
+    (!ended).then(|| nothing_there(name, missing, "computed"))
 }
 
 fn nothing_there(name: &str, head: &Head, missing: &str) -> Difference {

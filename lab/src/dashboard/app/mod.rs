@@ -1,5 +1,6 @@
 //! The state of the dashboard, and what the keys do to it.
 
+mod cliff;
 mod exercises;
 mod knobs;
 mod recording;
@@ -16,9 +17,10 @@ use thiserror::Error;
 
 use super::{
     Model,
+    cliff::CliffMap,
     desk::Desk,
     history::History,
-    keys::{Action, LAB},
+    keys::{Action, LAB, MAP},
     ladder::Way,
     picture::{Picture, Trace},
     sampler::{Sampler, Watched},
@@ -122,6 +124,10 @@ pub struct App {
     desk: Option<Desk>,
     /// Whether the session is a rescue by hand, to be judged.
     by_hand: bool,
+    /// The cliff map, once it was opened.
+    map: Option<CliffMap>,
+    /// Whether it is open.
+    mapping: bool,
     /// The pane that keys of focus and zoom mean.
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
@@ -171,6 +177,8 @@ impl App {
             picture: None,
             desk: None,
             by_hand: false,
+            map: None,
+            mapping: false,
             focus: Pane::Graph,
             zoomed: false,
             help: false,
@@ -233,7 +241,8 @@ impl Model for App {
         let told = self.desk.as_mut().is_some_and(Desk::poll);
         let new = told | self.history.add(self.sampler.picture(&mut self.session));
         self.picture = self.history.shown();
-        Ok(new)
+        let mapped = self.follow_map();
+        Ok(new || mapped)
     }
 
     fn shown(&self) -> Option<Shown<'_>> {
@@ -251,11 +260,13 @@ impl Model for App {
             focus: self.focus,
             zoomed: self.zoomed,
             scrubber: None,
+            map: self.open(),
             footer: match &self.prompt {
                 Some(typed) => Footer::Prompt(typed),
+                None if self.mapping => Footer::Hints(MAP.hints()),
                 None => Footer::Hints(LAB.hints()),
             },
-            help: self.help.then(|| LAB.rows()),
+            help: self.help.then(|| self.keys()),
             page: self.desk.as_ref().map(Desk::page),
             notice: self.notice.as_deref(),
         })
@@ -275,7 +286,12 @@ impl Model for App {
         if self.desk.is_some() && !is_chord(key) {
             return self.at_desk(key);
         }
-        let done = action.map_or(Ok(()), |action| self.act(action));
+        let on_map = MAP.action(key).filter(|_| self.mapping);
+        let done = match (on_map, action) {
+            (Some(action), _) => self.act_on_map(action),
+            (None, Some(action)) => self.act(action),
+            (None, None) => Ok(()),
+        };
         self.picture = self.history.shown();
         done
     }
@@ -301,6 +317,7 @@ impl App {
             Action::Speed(way) => self.change_speed(way),
             Action::SpeedOne => self.set_speed(1.0),
             Action::OtherClock => self.other_clock(),
+            Action::Map => self.open_map(),
             Action::Record => self.toggle_recording(),
             Action::Exercises => self.open_exercises(),
             Action::Restart => return self.restart(),
@@ -313,6 +330,12 @@ impl App {
             Action::Quit => self.quit = true,
         }
         Ok(())
+    }
+
+    /// The keys and what they do, those of the map first if it is open.
+    fn keys(&self) -> Vec<(String, String)> {
+        let map = if self.mapping { MAP.rows() } else { Vec::new() };
+        map.into_iter().chain(LAB.rows()).collect()
     }
 
     fn say(&mut self, notice: impl Into<String>) {

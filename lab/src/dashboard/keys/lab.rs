@@ -44,6 +44,8 @@ pub enum Action {
     NextPane,
     /// Focus a pane.
     Focus(Pane),
+    /// Open the cliff map.
+    Map,
     /// Record to a file, or stop recording.
     Record,
     /// Open the exercises.
@@ -123,6 +125,11 @@ pub const LAB: Table<Action> = Table(&[
         ],
         "look at the oldest picture kept, the newest, what is live",
         None,
+    ),
+    row(
+        &[(Key::Char('m'), Action::Map)],
+        "the cliff map: which control rates and seeds keep the pole up",
+        Some("map"),
     ),
     row(
         &[(Key::Char('w'), Action::Record)],

@@ -4,6 +4,7 @@
 pub mod theme;
 
 mod angle;
+mod cliff;
 mod events;
 mod figures;
 mod graph;
@@ -34,6 +35,7 @@ use self::{layout::Layout, theme::Theme};
 pub use self::{page::Page, scrubber::Scrubber, status::StatusExtra};
 use super::{
     app::Pane,
+    cliff::CliffMap,
     picture::{Picture, Trace},
 };
 
@@ -53,6 +55,8 @@ pub struct Shown<'a> {
     pub zoomed: bool,
     /// The line above the last.
     pub scrubber: Option<Scrubber>,
+    /// The cliff map, over the panes.
+    pub map: Option<&'a CliffMap>,
     /// The last line.
     pub footer: Footer<'a>,
     /// The keys and what they do, over everything else.
@@ -105,6 +109,9 @@ fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buf
             let hints: Vec<(&str, &str)> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
             status::render_footer(&hints, theme, layout.footer, buf);
         }
+    }
+    if let Some(map) = shown.map {
+        cliff::render(map, theme, layout.body, buf);
     }
     if let Some(page) = &shown.page {
         page::render(page, theme, layout.body, buf);
