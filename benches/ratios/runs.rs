@@ -2,6 +2,7 @@
 
 use std::{
     hint::black_box,
+    ops::ControlFlow,
     sync::atomic::{AtomicBool, AtomicU64, Ordering},
     thread,
     time::{Duration, Instant},
@@ -10,13 +11,16 @@ use std::{
 use mujoco_rs::prelude::{MjData, MjModel};
 use ratelab::{
     cartpole::{Plant, SUBSTEPS},
-    experiment::{Config, Experiment, Summary},
+    experiment::{
+        Config, Experiment, Summary,
+        sweep::{Sweep, all_cores},
+    },
     policy::{Policy, Scripted},
     runtime::RealClock,
 };
 
 use super::{
-    contest::{Nanos, contest, nanos, time},
+    contest::{Contest, Nanos, contest, nanos, time},
     table::Table,
 };
 
@@ -62,6 +66,7 @@ pub fn measure(table: &mut Table) {
     for (what, threads) in [("runs/s on one core", 1), ("runs/s on all cores", cores)] {
         throughput(table, &floor, what, threads);
     }
+    sweep(table);
 }
 
 /// What the three nodes do, without nodes, topics and a clock: the part of a
@@ -78,7 +83,15 @@ fn robot(steps: usize) -> Nanos {
 }
 
 fn experiment() -> Experiment {
-    Experiment::new(&Config::default()).expect("experiment")
+    experiment_of(Config::default().seed)
+}
+
+fn experiment_of(seed: u64) -> Experiment {
+    let config = Config {
+        seed,
+        ..Config::default()
+    };
+    Experiment::new(&config).expect("experiment")
 }
 
 fn execute(experiment: Experiment) -> Summary {
@@ -112,6 +125,42 @@ fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
     let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
     let cells = [per_second(rates.ours), per_second(rates.floor)];
     table.cells(what, cells, rates.ratio, None);
+}
+
+/// Seeds of the sweep that is timed, for each core: about half a second.
+const SWEPT: u64 = 400;
+
+/// A sweep on all cores, beside as many lone runs per second as one core makes,
+/// times the cores. Both are at the same runs, so the ratio is that of times.
+fn sweep(table: &mut Table) {
+    let cores = all_cores().get();
+    let seeds = SWEPT * cores as u64;
+    let sweep = Sweep {
+        seeds: (0..seeds).collect(),
+        ..Sweep::of(Config::default())
+    };
+    let swept = || {
+        let whole = time(|| {
+            let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
+            assert!(swept.expect("swept").is_complete());
+        });
+        whole / seeds as f64
+    };
+    let alone = || {
+        let lone = time(|| (0..SWEPT).for_each(|seed| drop(execute(experiment_of(seed)))));
+        lone / SWEPT as f64 / cores as f64
+    };
+    let together = || time_of_one(cores, || drop(execute(experiment())));
+    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
+    let mut row = |what: String, rates: Contest| {
+        let cells = [per_second(rates.ours), per_second(rates.floor)];
+        // A share of 0.90 of what the cores could do.
+        table.cells(&what, cells, rates.ratio, Some(1.11));
+    };
+    let what = format!("sweep on all cores, beside {cores} × one core alone");
+    row(what, contest(7, swept, alone));
+    let what = "sweep on all cores, beside lone runs on all".to_owned();
+    row(what, contest(7, swept, together));
 }
 
 /// Wall time per piece of `work` while `threads` threads do nothing else.

@@ -1,6 +1,6 @@
 //! The command line: what can be asked for, and what is said to nonsense.
 
-use std::{path::PathBuf, time::Duration};
+use std::{path::PathBuf, str::FromStr, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum, error::ErrorKind};
 use ratelab::{
@@ -8,7 +8,7 @@ use ratelab::{
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
-use crate::error::Error;
+use crate::{error::Error, sweep::SweepArgs};
 
 /// See why robot software is a graph of nodes at fixed rates: a MuJoCo
 /// cart-pole, balanced by three nodes that only talk through topics.
@@ -36,6 +36,8 @@ pub enum Command {
     Lab(LabArgs),
     /// Run the graph without a dashboard and print what it came to.
     Run(RunArgs),
+    /// Run rates, depths and seeds on all cores: how often does the pole stay up?
+    Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
     /// Print what is in a recording.
@@ -50,6 +52,8 @@ pub enum Command {
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
     },
+    /// Learn by predicting: list the exercises, do one, check what they promise.
+    Exercise(ExerciseArgs),
     /// Print the keys of the lab.
     Keys,
 }
@@ -76,6 +80,55 @@ pub struct ScreenArgs {
     /// Draw with ASCII characters only.
     #[arg(long)]
     pub ascii: bool,
+}
+
+/// Which exercise, and what is predicted.
+#[derive(Debug, Args)]
+pub struct ExerciseArgs {
+    /// The number of an exercise, or check; without it they are listed.
+    #[arg(value_name = "N | check")]
+    pub what: Option<Wanted>,
+
+    /// The one exercise to check.
+    #[arg(value_name = "N", hide = true)]
+    pub number: Option<u32>,
+
+    /// Your prediction, such as "8 because …", where nobody can type it.
+    #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
+    pub predict: Option<String>,
+
+    /// Predict anew what you predicted before.
+    #[arg(long)]
+    pub redo: bool,
+
+    /// Judge this recording of a rescue by hand (exercise 5).
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["predict", "redo"])]
+    pub session: Option<PathBuf>,
+
+    /// Keep predictions in this file [default: exercises/answers.toml]
+    #[arg(long, value_name = "FILE")]
+    pub answers: Option<PathBuf>,
+}
+
+/// What is wanted of the exercises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// To do one.
+    Exercise(u32),
+    /// To have what they promise checked.
+    Check,
+}
+
+impl FromStr for Wanted {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "check" {
+            return Ok(Self::Check);
+        }
+        let number = text.parse().map(Self::Exercise);
+        number.map_err(|_| "expected the number of an exercise, or check".to_owned())
+    }
 }
 
 /// How a recording is shown.
@@ -229,7 +282,8 @@ fn seed(text: &str) -> Result<u64, String> {
     text.trim().parse().map_err(|_| expected())
 }
 
-fn duration(text: &str) -> Result<Time, String> {
+/// A run time in seconds.
+pub fn duration(text: &str) -> Result<Time, String> {
     number(text, "seconds", 1e-3, LONGEST_S)
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }

@@ -2,7 +2,12 @@
 
 use std::{path::Path, process::ExitCode};
 
-use ratelab::{experiment::SetupError, runtime::Fault};
+use exercises::practice::{AnswersError, Failure};
+use ratelab::{
+    experiment::{SetupError, sweep::SweepError},
+    runtime::Fault,
+    stability::StabilityError,
+};
 use thiserror::Error;
 
 use crate::{
@@ -22,6 +27,20 @@ pub enum Error {
     /// MuJoCo or the graph could not be set up.
     #[error("{0}")]
     Setup(#[from] SetupError),
+    /// A sweep could not be run, or one of its runs failed.
+    #[error("{0}")]
+    Sweep(#[from] SweepError),
+    /// Ctrl-C ended a sweep.
+    #[error("stopped after {done} of {cells} runs: the result is of these")]
+    Stopped {
+        /// Runs that were made.
+        done: usize,
+        /// Runs that were to be made.
+        cells: usize,
+    },
+    /// Linear theory has no answer where it should have one.
+    #[error("{0}")]
+    Theory(StabilityError),
     /// A recording ended early; the run did not.
     #[error("{0}")]
     Record(#[from] RecordError),
@@ -36,6 +55,23 @@ pub enum Error {
         /// What was found.
         why: VerifyError,
     },
+    /// Some of several recordings are not what comes of running them again.
+    #[error("{failed} of {of} recordings were not verified")]
+    Failed {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        of: usize,
+    },
+    /// An exercise cannot be measured.
+    #[error("{0}")]
+    Exercise(#[from] Failure),
+    /// The file of predictions cannot be used.
+    #[error("{0}")]
+    Answers(#[from] AnswersError),
+    /// An exercise measured something else than it promises.
+    #[error("{0} measurements do not hold: the runtime is not what the exercises are about")]
+    Broken(usize),
     /// The rerun viewer cannot be opened.
     #[error("{0}")]
     Viewer(String),
@@ -61,7 +97,11 @@ impl Error {
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::BadInput(_) | Self::Read(_) | Self::Setup(SetupError::Brain(_)) => {
+            Self::BadInput(_)
+            | Self::Read(_)
+            | Self::Answers(_)
+            | Self::Setup(SetupError::Brain(_))
+            | Self::Sweep(SweepError::Empty(_) | SweepError::TooMany(_) | SweepError::Endless) => {
                 ExitCode::from(2)
             }
             _ => ExitCode::FAILURE,

@@ -65,7 +65,7 @@ pub fn screen(args: &ScreenArgs) -> Options {
 }
 
 /// Colours unless the person wants none (<https://no-color.org>).
-fn theme(ascii: bool) -> Theme {
+pub fn theme(ascii: bool) -> Theme {
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     Theme {
         colour: !no_color,
@@ -77,8 +77,9 @@ fn theme(ascii: bool) -> Theme {
 pub fn keys() -> Result<(), Error> {
     let replay = keys::REPLAY.text();
     say(&format!(
-        "{}\nwhile a recording plays:\n{}",
+        "{}\nwhile the cliff map is open:\n{}\nwhile a recording plays:\n{}",
         keys::LAB.text(),
+        keys::MAP.text(),
         replay.trim_end()
     ))
 }

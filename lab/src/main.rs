@@ -4,6 +4,7 @@ mod cli;
 mod csv;
 mod dashboard;
 mod error;
+mod exercise;
 mod lab;
 mod metrics;
 mod options;
@@ -12,6 +13,7 @@ mod replay;
 mod report;
 mod review;
 mod run;
+mod sweep;
 
 use std::process::ExitCode;
 
@@ -25,9 +27,11 @@ fn main() -> ExitCode {
             None => lab::lab(&cli.lab),
             Some(Command::Lab(args)) => lab::lab(args),
             Some(Command::Run(args)) => run::run(args),
+            Some(Command::Sweep(args)) => sweep::sweep(args),
             Some(Command::Replay(args)) => replay::replay(args),
             Some(Command::Info { file }) => review::info(file),
             Some(Command::Verify { files }) => review::verify_all(files),
+            Some(Command::Exercise(args)) => exercise::exercise(args),
             Some(Command::Keys) => lab::keys(),
         },
         Err(error) => cli::explain(&error),

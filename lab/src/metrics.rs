@@ -99,11 +99,12 @@ fn milliseconds(distribution: &Distribution) -> Value {
 }
 
 /// Four places, as in the course's artifact.
-fn rounded(value: f64) -> f64 {
+pub fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-fn object(value: Value) -> Map<String, Value> {
+/// The members of `value`, which is an object.
+pub fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
         _ => Map::new(),

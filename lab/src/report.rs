@@ -18,7 +18,7 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
     let mut lines = vec![
         ("clock", clock(summary, notes)),
         ("rates", rates(summary)),
-        ("verdict", verdict(summary)),
+        ("verdict", verdict(summary, notes)),
         ("topics", topics(summary)),
         ("latency", latency(summary)),
     ];
@@ -101,7 +101,11 @@ fn rates(summary: &Summary) -> String {
     )
 }
 
-fn verdict(summary: &Summary) -> String {
+fn verdict(summary: &Summary, notes: &Notes) -> String {
+    if let Some(why) = &notes.open {
+        let steps = summary.steps;
+        return format!("pole up after {steps} control steps: {why}");
+    }
     format!(
         "{}: {} control steps in {:.2} s sim ({:.2} s wall)",
         summary.verdict,

@@ -1,7 +1,10 @@
 //! `ratelab info` and `ratelab verify`: what is in a recording, and whether it
 //! comes again.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use ratelab::runtime::Time;
 
@@ -52,14 +55,27 @@ fn tell(recording: &Arc<Recording>) -> String {
         ),
     ];
     let lines = lines.map(|(name, text)| report::line(name, &text));
-    let summary = report::text(&retold.summary(), &Notes::default());
+    let notes = Notes {
+        open: open(recording),
+        ..Notes::default()
+    };
+    let summary = report::text(&retold.summary(), &notes);
     format!("{}\n{summary}", lines.join("\n"))
+}
+
+/// Why a recording does not know how its run ended, if it does not.
+fn open(recording: &Recording) -> Option<String> {
+    match recording.outcome.as_ref().map(|outcome| &outcome.end) {
+        Some(End::Ended(_)) => None,
+        Some(End::Failed { fault }) => Some(format!("then {fault}")),
+        Some(End::WentOn) => Some("its recording ended then, and the run went on".to_owned()),
+        None => Some("as far as the file is good".to_owned()),
+    }
 }
 
 fn lost(outcome: Option<&Outcome>) -> String {
     match outcome {
         None => String::new(),
-        Some(outcome) if outcome.end == End::WentOn => ", and the run went on".to_owned(),
         Some(outcome) if outcome.lost > 0 => {
             format!(", {} more came too fast", outcome.lost)
         }
@@ -67,19 +83,29 @@ fn lost(outcome: Option<&Outcome>) -> String {
     }
 }
 
-/// Runs recordings again and compares; says of each what came of it, and fails
-/// as the first that failed.
-pub fn verify_all(files: &[impl AsRef<Path>]) -> Result<(), Error> {
-    let mut failed = Ok(());
+/// Runs recordings again and compares; says of each what came of it.
+pub fn verify_all(files: &[PathBuf]) -> Result<(), Error> {
+    let [file] = files else {
+        return verify_several(files);
+    };
+    verify_one(file)
+}
+
+fn verify_several(files: &[PathBuf]) -> Result<(), Error> {
+    let mut failed = 0;
     for file in files {
-        let outcome = verify_one(file.as_ref());
-        if failed.is_ok() {
-            failed = outcome;
-        } else if let Err(error) = outcome {
+        if let Err(error) = verify_one(file) {
             eprintln!("error: {error}");
+            failed += 1;
         }
     }
-    failed
+    match failed {
+        0 => Ok(()),
+        failed => Err(Error::Failed {
+            failed,
+            of: files.len(),
+        }),
+    }
 }
 
 fn verify_one(file: &Path) -> Result<(), Error> {

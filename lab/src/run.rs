@@ -45,6 +45,8 @@ pub struct Notes {
     pub realtime: Option<Result<(), String>>,
     /// Rows that the CSV writer lost.
     pub csv_lost: u64,
+    /// Why it is not known how the run ended, if it is not.
+    pub open: Option<String>,
 }
 
 /// Runs the graph as asked, prints and writes what it came to.
@@ -56,7 +58,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let recorder = record(args, &experiment, &config)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
-    let csv = outputs.csv.take();
+    let csv = outputs.take_csv();
     let csv = csv.map(|(file, path)| (csv::Writer::start(file, &experiment), path));
     let outcome = experiment.run(&mut real);
     let recorded = recorder.map(|recorder| {
@@ -65,9 +67,20 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     });
     let csv_lost = csv.map_or(Ok(0), |(writer, path)| {
         writer.finish().map_err(|why| write_error(&path, why))
-    })?;
-    outputs.tell(args, &outcome?, realtime, csv_lost)?;
-    recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?))
+    });
+    let told = outcome
+        .map_err(Error::from)
+        .and_then(|summary| outputs.tell(args, &summary, realtime, csv_lost?));
+    let recorded = recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?));
+    both(told, recorded)
+}
+
+/// One of two failures, and the other printed.
+fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error> {
+    if let (Err(error), Err(_)) = (&first, &second) {
+        eprintln!("error: {error}");
+    }
+    second.and(first)
 }
 
 /// Begins to record, if that was asked for.
@@ -79,15 +92,17 @@ fn record(
     let Some(file) = &args.record else {
         return Ok(None);
     };
-    let path = Destination::new(file.clone()).next(config);
-    let recorder = Recorder::from_the_start(&path, &Source::of(experiment, config));
-    recorder.map(Some).map_err(|why| record_error(&path, &why))
+    let source = Source::of(experiment, config);
+    let begin = |path: &Path| Recorder::from_the_start(path, &source);
+    let begun = Destination::new(file.clone()).claim(config, begin);
+    let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
+    Ok(Some(recorder))
 }
 
 /// A recording that cannot begin.
 pub fn record_error(path: &Path, why: &io::Error) -> Error {
     match why.kind() {
-        io::ErrorKind::AlreadyExists => Error::BadInput(format!(
+        io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
             "--record {}: there is such a file, and recordings overwrite none: \
              choose another name",
             path.display()
@@ -113,7 +128,9 @@ pub fn tell_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
 fn stop_on_signal(commands: Sender<Command>) {
     let asked = AtomicBool::new(false);
     let installed = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) || commands.send(Command::Stop).is_err() {
+        // A run that is over is being written down, which the first one lets be.
+        let _ = commands.send(Command::Stop);
+        if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
@@ -131,13 +148,20 @@ pub struct Outputs {
 impl Outputs {
     /// Opens what is asked for; refuses, and leaves nothing behind, if it cannot.
     pub fn prepare(args: &RunArgs) -> Result<Self, Error> {
-        let folders = args.out.iter().flat_map(|folder| folder.ancestors());
+        Self::open(args.out.as_deref(), METRICS, args.csv.as_deref())
+    }
+
+    /// The same for metrics called `name` in the folder `out`, and rows in `csv`.
+    pub fn open(out: Option<&Path>, name: &str, csv: Option<&Path>) -> Result<Self, Error> {
+        let folders = out.into_iter().flat_map(Path::ancestors);
         let made: Vec<&Path> = folders.take_while(|folder| !folder.exists()).collect();
-        let metrics = args.out.as_deref().map(prepare_metrics).transpose()?;
-        let csv = match &args.csv {
+        let metrics = out
+            .map(|folder| prepare_metrics(folder, name))
+            .transpose()?;
+        let csv = match csv {
             None => None,
             Some(path) => match File::create(path) {
-                Ok(file) => Some((file, path.clone())),
+                Ok(file) => Some((file, path.to_owned())),
                 Err(why) => {
                     drop(metrics);
                     // Bad input leaves nothing behind, not even empty folders.
@@ -164,25 +188,35 @@ impl Outputs {
             smoke: args.smoke,
             realtime: realtime.map(|asked| asked.map(drop)),
             csv_lost,
+            open: None,
         };
         let metrics = metrics::json(summary, &notes);
-        if let Some((file, path)) = self.metrics {
-            write_metrics(file, &path, &metrics)?;
-        }
+        self.write(&metrics)?;
         if args.json {
             say(&metrics)
         } else {
             say(&report::text(summary, &notes))
         }
     }
+
+    /// The file for rows, once.
+    pub fn take_csv(&mut self) -> Option<(File, PathBuf)> {
+        self.csv.take()
+    }
+
+    /// Writes `metrics`, if there is a file for them.
+    pub fn write(self, metrics: &str) -> Result<(), Error> {
+        self.metrics
+            .map_or(Ok(()), |(file, path)| write_metrics(file, &path, metrics))
+    }
 }
 
 /// Makes the folder and a hidden file in it, which becomes the metrics when
 /// they are complete.
-fn prepare_metrics(folder: &Path) -> Result<(NamedTempFile, PathBuf), Error> {
+fn prepare_metrics(folder: &Path, name: &str) -> Result<(NamedTempFile, PathBuf), Error> {
     fs::create_dir_all(folder)
         .and_then(|()| NamedTempFile::new_in(folder))
-        .map(|file| (file, folder.join(METRICS)))
+        .map(|file| (file, folder.join(name)))
         .map_err(|why| Error::file("--out", folder, &why))
 }
 

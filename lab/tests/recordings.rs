@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use tempfile::TempDir;
@@ -208,37 +208,46 @@ fn a_torn_file_is_shown_as_far_as_it_is_good() {
 
 /// The recording of a run at the wall's speed that was killed after 2.5 s.
 fn killed(folder: &TempDir) -> String {
+    killed_after(folder, Duration::from_millis(2_500)).0
+}
+
+/// The recording of a run at the wall's speed that was killed, and for how long
+/// it was made.
+fn killed_after(folder: &TempDir, time: Duration) -> (String, f64) {
     let file = path(folder, "killed.rrd");
+    let _ = fs::remove_file(&file);
+    let args = [
+        "run", "--clock", "virtual", "--speed", "1", "--record", &file,
+    ];
     let mut child = ratelab()
-        .args([
-            "run", "--clock", "virtual", "--speed", "1", "--record", &file,
-        ])
+        .args(args)
         .stdout(Stdio::null())
         .spawn()
         .expect("ratelab starts");
     while !Path::new(&file).exists() {
         thread::sleep(Duration::from_millis(1));
     }
-    thread::sleep(Duration::from_millis(2_500));
+    let began = Instant::now();
+    thread::sleep(time);
     child.kill().expect("killed");
+    let lived = began.elapsed().as_secs_f64();
     child.wait().expect("gone");
-    file
+    (file, lived)
 }
 
 #[test]
 fn of_a_run_that_is_killed_all_but_the_last_second_is_there() {
     let folder = folder();
-    let output = run(&["info", &killed(&folder)]);
-    let said = complaint(&output, 2);
-    let until = said.split_once("good up to ").expect("a time").1;
-    let until: f64 = until
-        .split(' ')
-        .next()
-        .expect("a time")
-        .parse()
-        .expect("seconds");
-    // It was killed 2.5 s after the file was made, if the machine was idle.
-    assert!(until >= 1.5, "{said}");
+    // A busy machine may keep any thread waiting, but not every time.
+    let lost = (0..5).map(|_| {
+        let (file, lived) = killed_after(&folder, Duration::from_millis(2_500));
+        let said = complaint(&run(&["info", &file]), 2);
+        let until = said.split_once("good up to ").expect("a time").1;
+        let until = until.split(' ').next().expect("a time").parse::<f64>();
+        lived - until.expect("seconds")
+    });
+    let lost: Vec<f64> = lost.take_while(|lost| *lost > 1.0).collect();
+    assert!(lost.len() < 5, "{lost:?} s were lost");
 }
 
 /// The only one for which a limit on the size of files can be set from outside.
@@ -295,7 +304,12 @@ fn all_of_several_recordings_are_verified_whatever_the_first_says() {
         stdout(&output).contains("good.rrd: identical"),
         "{output:?}"
     );
-    complaint(&output, 2);
+    let said = String::from_utf8(output.stderr.clone()).expect("UTF-8");
+    assert!(
+        said.contains("bad.rrd: ") && said.contains("1 of 2"),
+        "{said}"
+    );
+    assert_eq!(output.status.code(), Some(1));
 }
 
 /// A folder with a command `rerun` that answers `version` when it is asked, and

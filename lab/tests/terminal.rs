@@ -3,6 +3,7 @@
 
 use std::{
     io::{Read, Write},
+    path::Path,
     process::Command,
     sync::mpsc::{Receiver, channel},
     thread,
@@ -26,6 +27,10 @@ struct Lab {
 
 impl Lab {
     fn open(args: &[&str], rows: u16, cols: u16) -> Self {
+        Self::open_in(&std::env::temp_dir(), args, rows, cols)
+    }
+
+    fn open_in(folder: &Path, args: &[&str], rows: u16, cols: u16) -> Self {
         let size = PtySize {
             rows,
             cols,
@@ -35,6 +40,7 @@ impl Lab {
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
         command.args(args);
         command.env("TERM", "xterm-256color");
+        command.cwd(folder);
         let child = pair.slave.spawn_command(command).expect("ratelab starts");
         drop(pair.slave);
         let mut reader = pair.master.try_clone_reader().expect("output");
@@ -78,19 +84,43 @@ impl Lab {
 
     /// Reads the screen until it shows `text`.
     fn wait_for(&mut self, text: &str) {
+        let came = self.read_until(|screen| screen.contains(text));
+        assert!(
+            came,
+            "{text:?} never came; the screen shows\n{}",
+            self.screen()
+        );
+    }
+
+    /// Reads the screen until it shows `text` no more.
+    fn wait_without(&mut self, text: &str) {
+        let went = self.read_until(|screen| !screen.contains(text));
+        assert!(went, "{text:?} stayed; the screen shows\n{}", self.screen());
+    }
+
+    /// Reads until the screen is as wanted; false if it is not in good time.
+    fn read_until(&mut self, wanted: impl Fn(&str) -> bool) -> bool {
         let deadline = Instant::now() + PATIENCE;
-        while !self.screen().contains(text) {
+        while !wanted(&self.screen()) {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.output.recv_timeout(left) {
-                Ok(chunk) => self.parser.process(&chunk),
-                Err(_) => panic!("{text:?} never came; the screen shows\n{}", self.screen()),
+                Ok(chunk) if !left.is_zero() => self.parser.process(&chunk),
+                _ => return false,
             }
         }
+        true
     }
 
     /// Reads what is left and waits for the end.
     fn close(mut self) -> (ExitStatus, vt100::Parser) {
-        while let Ok(chunk) = self.output.recv_timeout(PATIENCE) {
+        let deadline = Instant::now() + PATIENCE;
+        let left = || deadline.saturating_duration_since(Instant::now());
+        while let Ok(chunk) = self.output.recv_timeout(left()) {
+            assert!(
+                !left().is_zero(),
+                "it does not end; the screen shows\n{}",
+                self.screen()
+            );
             self.parser.process(&chunk);
         }
         let parser = std::mem::replace(&mut self.parser, vt100::Parser::new(1, 1, 0));
@@ -240,7 +270,7 @@ fn w_records_the_session_and_leaving_says_where() {
 
 #[test]
 fn a_recording_plays_in_the_panes_of_the_lab() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = root.join("recordings/fall-5hz.rrd").display().to_string();
     let mut lab = Lab::open(&["replay", "--terminal", &file], 45, 160);
     lab.wait_for("replay");
@@ -263,4 +293,50 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     let (status, parser) = lab.close();
     assert!(status.success());
     assert_given_back(&parser);
+}
+
+#[test]
+fn an_exercise_is_done_in_the_lab() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let mut lab = Lab::open_in(folder.path(), &["--ascii"], 45, 160);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("e");
+    lab.wait_for("A deeper queue");
+    lab.type_keys("2\r");
+    lab.wait_for("how many of the three runs");
+    lab.type_keys("many\r");
+    lab.wait_for("does not begin with a number");
+    lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}0 because stale is stale\r");
+    lab.wait_for("You predicted 0");
+    lab.type_keys("\u{1b}");
+    lab.wait_for("you predicted 0");
+    lab.type_keys("\u{1b}");
+    // Sent at once, the two would be one key: Alt-q.
+    lab.wait_without("you predicted 0");
+    lab.type_keys("q");
+    assert!(lab.close().0.success());
+}
+
+#[test]
+fn a_cell_of_the_cliff_map_runs_live() {
+    let mut lab = Lab::open(&["--queue-depth", "2"], 45, 160);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("m");
+    lab.wait_for("cliff map: scripted, sensor 50 Hz, depth 2");
+    lab.wait_for("30 Hz, seed 0");
+    lab.wait_for("3000 runs of 10 s");
+    lab.type_keys(&"\u{1b}[D".repeat(25));
+    lab.wait_for("5 Hz, seed 0");
+    lab.type_keys("\u{1b}[B");
+    lab.wait_for("5 Hz, seed 1: FELL at 1.180 s");
+    lab.type_keys("\r");
+    lab.wait_for("are the symptom");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+    let said = parser.screen().contents();
+    for line in ["seed 1", "control 5 Hz", "queue depth 2", "FELL at 1.180 s"] {
+        assert!(said.contains(line), "{line:?} is missing in\n{said}");
+    }
 }

@@ -24,7 +24,7 @@ impl Answers {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => return Err(AnswersError::of(path, error)),
         };
-        toml::from_str(&text).map_err(|error| AnswersError::of(path, error))
+        toml::from_str(&text).map_err(|error| AnswersError::of(path, in_a_line(&text, &error)))
     }
 
     /// Writes the predictions to the file at `path`, all of them or, if that
@@ -57,6 +57,13 @@ impl Answers {
     pub fn clear(&mut self, exercise: &Brief) {
         self.0.remove(exercise.name);
     }
+}
+
+/// What is wrong with `text`, and in which line.
+fn in_a_line(text: &str, error: &toml::de::Error) -> String {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+    format!("line {line}: {}", error.message().replace('\n', " "))
 }
 
 /// A file of answers that cannot be used.

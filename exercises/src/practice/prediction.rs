@@ -89,7 +89,7 @@ pub enum PredictionError {
 
 /// A prediction as it stands in a file.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with a number and a reason")]
 struct Unchecked {
     number: f64,
     reason: String,

@@ -6,6 +6,8 @@
 //! ```
 
 mod app;
+mod cliff;
+mod desk;
 mod figures;
 mod history;
 pub mod keys;

@@ -235,8 +235,10 @@ impl Model for Player {
             focus: self.focus,
             zoomed: self.zoomed,
             scrubber: Some(self.scrubber()),
+            map: None,
             footer: Footer::Hints(REPLAY.hints()),
             help: self.help.then(|| REPLAY.rows()),
+            page: None,
             notice: self.notice.as_deref(),
         })
     }

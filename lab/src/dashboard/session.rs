@@ -2,8 +2,7 @@
 
 use std::{
     fs::File,
-    io,
-    path::{Path, PathBuf},
+    path::PathBuf,
     thread::JoinHandle,
     time::{Duration, Instant},
 };
@@ -18,7 +17,7 @@ use ratelab::{
 use super::{app::LabError, sampler::Watched};
 use crate::{
     csv,
-    recording::{Destination, Ending, RecordError, Recorded, Recorder, Source},
+    recording::{Destination, Ending, Recorder, Source},
 };
 
 /// Control steps that may wait for the next frame: at full speed the virtual
@@ -61,11 +60,8 @@ pub struct Session {
     began: Instant,
 }
 
-/// What became of a recording.
-pub type RecordingEnd = Result<Recorded, RecordError>;
-
 impl Session {
-    /// Starts an experiment; records it to the new file `record`, if there is to
+    /// Starts an experiment; records it to a new file at `record`, if there is to
     /// be one.
     ///
     /// # Errors
@@ -74,16 +70,17 @@ impl Session {
     pub fn start(
         config: &Config,
         setup: &Setup,
-        record: Option<PathBuf>,
+        record: Option<&mut Destination>,
     ) -> Result<Self, LabError> {
         let experiment = Experiment::new(config)?;
         let csv = setup.csv.as_ref().map(File::create).transpose();
         let csv = csv.map_err(LabError::Csv)?;
-        let recorder = record.map(|path| {
+        let recorder = record.map(|record| {
             let source = Source::of(&experiment, config);
-            Recorder::from_the_start(&path, &source).map_err(|why| LabError::Record { path, why })
+            let begun = record.claim(config, |path| Recorder::from_the_start(path, &source));
+            begun.map_err(|(path, why)| LabError::Record { path, why })
         });
-        let recorder = recorder.transpose()?;
+        let recorder = recorder.transpose()?.map(|(_, recorder)| recorder);
         let csv = csv.map(|file| csv::Writer::start(file, &experiment));
         let session = Self::of(experiment, config, setup.realtime.clone());
         Ok(Self {
@@ -173,15 +170,16 @@ impl Session {
         lost.map_err(LabError::Csv)
     }
 
-    /// Records from now on to the new file `path`.
+    /// Records from now on to a new file at `destination`; which that is.
     ///
     /// # Errors
     /// What the system says of the file.
-    pub fn record(&mut self, path: &Path) -> io::Result<()> {
-        if let Some(source) = &self.source {
-            self.recorder = Some(Recorder::midway(path, source)?);
-        }
-        Ok(())
+    pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
+        let source = self.source.as_ref().ok_or(LabError::Panicked)?;
+        let begun = destination.claim(&self.config, |path| Recorder::midway(path, source));
+        let (path, recorder) = begun.map_err(|(path, why)| LabError::Record { path, why })?;
+        self.recorder = Some(recorder);
+        Ok(path)
     }
 
     /// The recording that is being made.
@@ -189,15 +187,9 @@ impl Session {
         self.recorder.as_ref()
     }
 
-    /// What became of the recording, if that has ended since the last call.
-    pub fn recorded(&mut self) -> Option<RecordingEnd> {
-        let recorder = self.recorder.take_if(|recorder| recorder.has_ended())?;
-        Some(recorder.finish())
-    }
-
-    /// Waits for what becomes of the recording of a run that is over.
-    pub fn finish_recording(&mut self) -> Option<RecordingEnd> {
-        self.recorder.take().map(Recorder::finish)
+    /// The recorder, if it is on its way to its end, or was told to be.
+    pub fn take_recorder(&mut self) -> Option<Recorder> {
+        self.recorder.take_if(|recorder| recorder.is_ending())
     }
 }
 

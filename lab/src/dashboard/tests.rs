@@ -146,6 +146,7 @@ fn every_pane_alone_fits_the_smallest_screen() {
 #[test]
 fn no_size_and_no_theme_panics() {
     let mut app = fallen();
+    press(&mut app, "m");
     app.help = true;
     let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
     for (width, height) in
@@ -485,4 +486,44 @@ fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
         .map(|k| k.knob.to_string())
         .collect();
     assert_eq!(turned, ["policy lqr"]);
+}
+
+/// Opens the map and waits until all of it is made.
+fn with_map() -> App {
+    let mut app = ended(Config {
+        control_hz: ratelab::runtime::Hz::new(7.0).expect("rate"),
+        ..Config::default()
+    });
+    press(&mut app, "m");
+    while !screen(&app, &PLAIN, 120, 36).contains("3000 runs of 10 s") {
+        app.sample().expect("no fault");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    app
+}
+
+#[test]
+fn the_cliff_map_lies_over_the_panes() {
+    let app = with_map();
+    insta::assert_snapshot!("map_120x36", screen(&app, &PLAIN, 120, 36));
+    insta::assert_snapshot!("map_80x24", screen(&app, &PLAIN, 80, 24));
+    let poor = Theme {
+        colour: false,
+        ascii: true,
+    };
+    insta::assert_snapshot!("map_40x12", screen(&app, &poor, 40, 12));
+}
+
+#[test]
+fn the_map_is_kept_until_its_conditions_change() {
+    let mut app = with_map();
+    press(&mut app, "m");
+    assert!(!screen(&app, &PLAIN, 120, 36).contains("cliff map"));
+    press(&mut app, "m");
+    assert!(screen(&app, &PLAIN, 120, 36).contains("3000 runs of 10 s"));
+    // Keys of the lab go on to work under it.
+    press(&mut app, ">");
+    app.sample().expect("no fault");
+    assert!(screen(&app, &PLAIN, 120, 36).contains("depth 2"));
+    assert!(screen(&app, &PLAIN, 120, 36).contains("of 3000 runs"));
 }

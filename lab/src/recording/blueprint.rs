@@ -46,26 +46,52 @@ use super::{
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// Sends the layout for a run of the graph in `start`, taken before its run.
+/// Sends the layout for a run of the graph in `start`, taken before its run, of
+/// which `clock` runs the first part that is recorded.
 /// Comes before the recording itself.
-pub fn send(rec: &RecordingStream, start: &Snapshot) -> RecordingStreamResult<()> {
+pub fn send(
+    rec: &RecordingStream,
+    start: &Snapshot,
+    clock: ClockKind,
+) -> RecordingStreamResult<()> {
     let mut properties = Properties::default();
-    let root = layout(&mut properties, start);
-    let time = TimePanel::new()
-        .with_state(PanelState::Collapsed)
-        .with_timeline(RUN_TIME)
-        // At the end every view has data.
-        .with_play_state(PlayState::Following);
-    let blueprint = Blueprint::new(root)
-        .with_auto_views(false)
-        .with_auto_layout(false)
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
-        .with_time_panel(time);
-    properties.send_with(&blueprint, rec)
+    let layout = Layout {
+        root: layout(&mut properties, start, clock),
+        timeline: RUN_TIME,
+        properties,
+    };
+    layout.send(rec)
 }
 
-fn layout(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
+/// Views, and nothing else but what is needed to move through them.
+pub struct Layout {
+    /// The views.
+    pub root: ContainerLike,
+    /// What they are drawn over.
+    pub timeline: &'static str,
+    /// What the views are to look like.
+    pub properties: Properties,
+}
+
+impl Layout {
+    /// Has the viewer show it. Comes before the recording itself.
+    pub fn send(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        let time = TimePanel::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline(self.timeline)
+            // At the end every view has data.
+            .with_play_state(PlayState::Following);
+        let blueprint = Blueprint::new(self.root)
+            .with_auto_views(false)
+            .with_auto_layout(false)
+            .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
+            .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
+            .with_time_panel(time);
+        self.properties.send_with(&blueprint, rec)
+    }
+}
+
+fn layout(properties: &mut Properties, start: &Snapshot, clock: ClockKind) -> ContainerLike {
     let top = Horizontal::new([world(properties), graph()]).with_column_shares([2.0, 1.3]);
     let middle = Vertical::new([
         latency(properties),
@@ -73,7 +99,7 @@ fn layout(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
         drops(properties, start),
     ]);
     let mut right = vec![histogram(properties), modes(properties), events(properties)];
-    if start.status.clock == ClockKind::Real {
+    if clock == ClockKind::Real {
         right.insert(0, lateness(properties, start));
     }
     let bottom = Horizontal::new([
@@ -196,7 +222,7 @@ fn whole_run() -> TimeAxis {
 /// Properties of views. The SDK has no call for most of them, but knows where
 /// the viewer looks for them.
 #[derive(Default)]
-struct Properties(Vec<(EntityPath, Vec<SerializedComponentBatch>)>);
+pub struct Properties(Vec<(EntityPath, Vec<SerializedComponentBatch>)>);
 
 impl Properties {
     /// Gives `view` properties, each under the name of its archetype.
@@ -218,7 +244,7 @@ impl Properties {
     }
 
     /// Lines over time, with a fixed range of values or one that fits the data.
-    fn plot(&mut self, view: TimeSeriesView, range: Option<[f64; 2]>) -> ContainerLike {
+    pub fn plot(&mut self, view: TimeSeriesView, range: Option<[f64; 2]>) -> ContainerLike {
         let legend = PlotLegend::new().with_visible(false);
         let time = whole_run();
         let mut properties: Vec<(&str, &dyn AsComponents)> =

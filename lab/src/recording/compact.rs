@@ -7,9 +7,7 @@
 use std::{
     collections::HashMap,
     error::Error,
-    fs::{self, File},
     io::{BufReader, BufWriter},
-    path::Path,
 };
 
 use rerun::{
@@ -19,32 +17,32 @@ use rerun::{
 };
 use tempfile::NamedTempFile;
 
-use super::schema::CHECKPOINT;
+use super::{file::RecordingFile, schema::CHECKPOINT};
 
 /// Rows in a chunk from which on another is begun.
 const ROWS: usize = 4096;
 
-/// Largest file that is held in memory for this. What is longer was written in
-/// larger batches, or is large anyway.
-const LARGEST: u64 = 256 << 20;
+/// Largest file that this is done to: half an hour at the wall's pace. It is held
+/// in memory, and somebody may be waiting.
+const LARGEST: u64 = 64 << 20;
 
-/// Puts the batches of the complete recording `path` together; says how long it
-/// is then. The file is replaced as a whole or not at all.
+/// Puts the batches of a complete recording together; says how long it is then.
+/// The file is replaced as a whole or not at all.
 ///
 /// # Errors
 /// Whatever keeps it from being done; the file is as it was.
-pub fn compact(path: &Path) -> Result<u64, Box<dyn Error>> {
-    let size = fs::metadata(path)?.len();
+pub fn compact(recording: &RecordingFile) -> Result<u64, Box<dyn Error>> {
+    let (file, folder) = recording.reread()?;
+    let size = file.metadata()?.len();
     if size > LARGEST {
         return Ok(size);
     }
-    let messages = DecoderApp::decode_eager(BufReader::new(File::open(path)?))?;
+    let messages = DecoderApp::decode_eager(BufReader::new(file))?;
     let mut merged = Merged::default();
     for message in messages {
         merged.add(message?)?;
     }
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+    let file = NamedTempFile::new_in(folder)?;
     let version = rerun::build_info().version;
     let options = EncodingOptions::PROTOBUF_COMPRESSED;
     let mut encoder = Encoder::new_eager(version, options, BufWriter::new(&file))?;
@@ -54,9 +52,7 @@ pub fn compact(path: &Path) -> Result<u64, Box<dyn Error>> {
     encoder.finish()?;
     encoder.flush_blocking()?;
     drop(encoder);
-    file.as_file()
-        .set_permissions(fs::metadata(path)?.permissions())?;
-    Ok(file.persist(path)?.metadata()?.len())
+    Ok(recording.replace_by(file)?)
 }
 
 /// Messages in their order, with what can be put together put together.

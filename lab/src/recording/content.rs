@@ -8,6 +8,7 @@ use ratelab::runtime::{
 };
 use rerun::{archetypes::Scalars, log::Chunk};
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::{
     reader::{Head, Track},
@@ -34,6 +35,8 @@ pub struct Content {
     pub until: Option<Time>,
     /// How the recording ended.
     pub outcome: Option<Outcome>,
+    /// What could not be understood.
+    pub damage: Option<&'static str>,
 }
 
 impl Content {
@@ -56,10 +59,18 @@ impl Content {
             add_ticks(&mut self.ticks[index], chunk);
         }
         match entity.as_str() {
-            EVENTS => self.events.extend(json(chunk)),
+            EVENTS => {
+                for event in json(chunk) {
+                    match event {
+                        Some(event) => self.events.push(event),
+                        None => self.damage = Some("an event in it is damaged"),
+                    }
+                }
+            }
             END => {
-                self.outcome = json(chunk).next();
-                self.until = self.outcome.as_ref().map(|outcome| outcome.at);
+                self.outcome = json::<Outcome>(chunk).next().flatten();
+                let at = self.outcome.as_ref().map(|outcome| outcome.at);
+                self.until = at.or(self.until);
             }
             CHECKPOINT => {
                 let until = numbers(chunk, UNTIL).flatten().last();
@@ -82,8 +93,8 @@ impl Content {
                  a later one made it"
             ));
         }
-        let origin: Origin = serde_json::from_str(&text)
-            .map_err(|error| format!("what this recording says of itself is damaged: {error}"))?;
+        let origin: Origin =
+            parsed(&text).ok_or("what this recording says of itself is damaged")?;
         self.topics = vec![Track::default(); origin.shape.topics.len()];
         self.ticks = vec![Vec::new(); origin.shape.nodes.len()];
         self.origin = Some(origin);
@@ -157,6 +168,24 @@ fn texts(chunk: &Chunk) -> impl Iterator<Item = String> {
     rows.filter_map(|row| row.first().map(|text| text.as_str().to_owned()))
 }
 
-fn json<T: DeserializeOwned>(chunk: &Chunk) -> impl Iterator<Item = T> {
-    texts(chunk).filter_map(|text| serde_json::from_str(&text).ok())
+/// What the texts of the rows of `chunk` stand for; `None` where they do not.
+fn json<T: DeserializeOwned>(chunk: &Chunk) -> impl Iterator<Item = Option<T>> {
+    texts(chunk).map(|text| parsed(&text))
+}
+
+/// The value that `text` stands for. Its texts can be printed: a file may hold
+/// anything, what commands a terminal among it.
+fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
+    let mut value = serde_json::from_str(text).ok()?;
+    make_printable(&mut value);
+    serde_json::from_value(value).ok()
+}
+
+fn make_printable(value: &mut Value) {
+    match value {
+        Value::String(text) => *text = text.replace(char::is_control, "?"),
+        Value::Array(values) => values.iter_mut().for_each(make_printable),
+        Value::Object(map) => map.values_mut().for_each(make_printable),
+        _ => {}
+    }
 }

@@ -1,14 +1,17 @@
 //! Which file a recording goes to.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use ratelab::experiment::Config;
 
 /// Folder of recordings that were given no name.
 const FOLDER: &str = "recordings";
 
-/// Where recordings go: to a file of that name, or to one named after the run.
-/// Files that exist are never written to.
+/// Where recordings go: to a file of that name, to a folder, or to the folder
+/// [`FOLDER`]. Files that exist are never written to.
 #[derive(Clone, Debug, Default)]
 pub struct Destination {
     named: Option<PathBuf>,
@@ -17,23 +20,51 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// To `file`, or to where a run without a name goes.
-    pub fn new(file: Option<PathBuf>) -> Self {
+    /// To `place`, a file or a folder that exists, or to where a run without a
+    /// name goes.
+    pub fn new(place: Option<PathBuf>) -> Self {
         Self {
-            named: file,
+            named: place,
             used: false,
         }
     }
 
-    /// The file for the next recording of a run of `config`. A name that was
-    /// used once is numbered from then on.
-    pub fn next(&mut self, config: &Config) -> PathBuf {
+    /// Has `begin` make the file for a recording of a run of `config`. A name
+    /// that was not chosen, or was used once, is numbered until it is free.
+    ///
+    /// # Errors
+    /// What `begin` says, and of which file.
+    pub fn claim<T>(
+        &mut self,
+        config: &Config,
+        begin: impl Fn(&Path) -> io::Result<T>,
+    ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
+        let (first, chosen) = self.first(config);
+        for number in 1.. {
+            let path = numbered(&first, number);
+            match begin(&path) {
+                Ok(begun) => return Ok((path, begun)),
+                // Somebody else may have been faster.
+                Err(error) if !chosen && path.is_file() && is_taken(&error) => {}
+                Err(error) => return Err((path, error)),
+            }
+        }
+        Err((first, io::ErrorKind::AlreadyExists.into()))
+    }
+
+    /// The name to begin with, and whether it was chosen, and so must not be
+    /// changed.
+    fn first(&mut self, config: &Config) -> (PathBuf, bool) {
         match &self.named {
-            Some(file) if !std::mem::replace(&mut self.used, true) => file.clone(),
-            Some(file) => free(file),
-            None => free(&Path::new(FOLDER).join(name(config))),
+            Some(folder) if folder.is_dir() => (folder.join(name(config)), false),
+            Some(file) => (file.clone(), !std::mem::replace(&mut self.used, true)),
+            None => (Path::new(FOLDER).join(name(config)), false),
         }
     }
+}
+
+fn is_taken(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::AlreadyExists
 }
 
 /// A name after when and what is run, such as
@@ -44,40 +75,56 @@ fn name(config: &Config) -> String {
     format!("{now}_{}_{hz}Hz_seed{}.rrd", config.clock, config.seed)
 }
 
-/// `file`, or the first of `file-2`, `file-3` and so on that does not exist.
-fn free(file: &Path) -> PathBuf {
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    let numbered = (2_u32..).map(|n| file.with_file_name(format!("{stem}-{n}.{extension}")));
-    let mut names = std::iter::once(file.to_owned()).chain(numbered);
-    names
-        .find(|name| name.symlink_metadata().is_err())
-        .unwrap_or_else(|| file.to_owned())
+/// `file` with `number` before its extension; the first has none.
+fn numbered(file: &Path, number: u32) -> PathBuf {
+    if number < 2 {
+        return file.to_owned();
+    }
+    let mut name = file.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number}"));
+    if let Some(extension) = file.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    file.with_file_name(name)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
 
-    #[test]
-    fn a_name_that_is_taken_is_numbered() {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("run.rrd");
-        let mut destination = Destination::new(Some(file.clone()));
-        let config = Config::default();
-        assert_eq!(destination.next(&config), file);
-        std::fs::write(&file, "").expect("written");
-        let second = folder.path().join("run-2.rrd");
-        assert_eq!(destination.next(&config), second);
-        std::fs::write(&second, "").expect("written");
-        assert_eq!(destination.next(&config), folder.path().join("run-3.rrd"));
+    /// The name of the file that `destination` has made.
+    fn claimed(destination: &mut Destination) -> PathBuf {
+        let made = destination.claim(&Config::default(), |path| File::create_new(path));
+        made.expect("a file").0
     }
 
     #[test]
-    fn a_run_without_a_name_is_named_after_what_it_is() {
-        let path = Destination::default().next(&Config::default());
-        let name = path.to_string_lossy();
-        assert!(name.starts_with("recordings/20"), "{name}");
-        assert!(name.ends_with("_virtual_50Hz_seed0.rrd"), "{name}");
+    fn a_name_is_kept_once_and_numbered_after() {
+        let folder = tempfile::tempdir().expect("folder");
+        for (name, second) in [("run.rrd", "run-2.rrd"), ("bare", "bare-2")] {
+            let file = folder.path().join(name);
+            let mut destination = Destination::new(Some(file.clone()));
+            assert_eq!(claimed(&mut destination), file);
+            assert_eq!(claimed(&mut destination), folder.path().join(second));
+            // Chosen again by somebody else, it is theirs already.
+            let mut other = Destination::new(Some(file.clone()));
+            let refused = other.claim(&Config::default(), |path| File::create_new(path));
+            assert_eq!(refused.expect_err("taken").0, file);
+        }
+    }
+
+    #[test]
+    fn a_folder_gets_files_named_after_their_runs() {
+        let folder = tempfile::tempdir().expect("folder");
+        let mut destination = Destination::new(Some(folder.path().to_owned()));
+        for number in 1..4 {
+            let path = claimed(&mut destination);
+            assert_eq!(path.parent(), Some(folder.path()));
+            let name = path.to_string_lossy();
+            assert!(name.contains("_virtual_50Hz_seed0"), "{number}: {name}");
+        }
     }
 }

@@ -5,8 +5,8 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufWriter},
-    path::Path,
+    io::{self, BufWriter, Seek},
+    path::{Path, PathBuf},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
@@ -16,12 +16,14 @@ use rerun::{
     log::LogMsg,
     sink::{LogSink, SinkFlushError},
 };
+use tempfile::NamedTempFile;
 
 /// A file that rerun writes to, and what became of it. Clones are the same file.
 #[derive(Clone)]
 pub struct RecordingFile(Arc<Mutex<State>>);
 
 struct State {
+    path: PathBuf,
     /// The file again, to ask the system about it.
     file: File,
     /// `None` once it is complete or has failed.
@@ -38,12 +40,14 @@ impl RecordingFile {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        let file = File::create_new(path)?;
+        let mut options = File::options();
+        let file = options.read(true).write(true).create_new(true).open(path)?;
         let writer = BufWriter::new(file.try_clone()?);
         let version = rerun::build_info().version;
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let encoder = Encoder::new_eager(version, options, writer).map_err(said_by_system)?;
         Ok(Self(Arc::new(Mutex::new(State {
+            path: path.to_owned(),
             file,
             encoder: Some(encoder),
             error: None,
@@ -58,7 +62,7 @@ impl RecordingFile {
     pub fn flush(&self) -> io::Result<()> {
         let mut state = self.state();
         state.attempt(Encoder::flush_blocking);
-        if !still_there(&state.file) {
+        if !state.is_in_place() {
             state.fail(io::Error::other("the file is gone from its folder"));
         }
         state.outcome()
@@ -77,6 +81,36 @@ impl RecordingFile {
         state.encoder = None;
         state.outcome()?;
         Ok(state.file.metadata()?.len())
+    }
+
+    /// Puts `other` in the place of this file, if that is still where it was.
+    ///
+    /// # Errors
+    /// If it is not, or what the system says.
+    pub fn replace_by(&self, other: NamedTempFile) -> io::Result<u64> {
+        let state = self.state();
+        if !state.is_in_place() {
+            return Err(io::Error::other("the file is gone from its folder"));
+        }
+        let permissions = state.file.metadata()?.permissions();
+        other.as_file().set_permissions(permissions)?;
+        let other = other.persist(&state.path).map_err(|error| error.error)?;
+        Ok(other.metadata()?.len())
+    }
+
+    /// What is in the file, from its beginning, and the folder it is in.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn reread(&self) -> io::Result<(File, PathBuf)> {
+        let state = self.state();
+        let mut file = state.file.try_clone()?;
+        file.rewind()?;
+        let folder = state
+            .path
+            .parent()
+            .filter(|folder| *folder != Path::new(""));
+        Ok((file, folder.unwrap_or(Path::new(".")).to_owned()))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -105,6 +139,14 @@ impl State {
         }
     }
 
+    /// Whether the file is still what its name is of. An open file outlives its
+    /// name, and what is written to it then is lost.
+    fn is_in_place(&self) -> bool {
+        let named = same_file::Handle::from_path(&self.path);
+        let open = self.file.try_clone().and_then(same_file::Handle::from_file);
+        named.is_ok_and(|named| open.is_ok_and(|open| named == open))
+    }
+
     fn outcome(&self) -> io::Result<()> {
         match &self.error {
             Some(error) => Err(io::Error::new(error.kind(), error.to_string())),
@@ -118,19 +160,6 @@ fn said_by_system(error: EncodeError) -> io::Error {
         EncodeError::Write(error) => error,
         error => io::Error::other(error.to_string()),
     }
-}
-
-/// Whether a folder still has the file. An open file outlives its name, and
-/// what is written to it then is lost.
-#[cfg(unix)]
-fn still_there(file: &File) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    file.metadata().is_ok_and(|metadata| metadata.nlink() > 0)
-}
-
-#[cfg(not(unix))]
-fn still_there(_: &File) -> bool {
-    true // The system keeps open files where they are.
 }
 
 impl LogSink for RecordingFile {

@@ -21,7 +21,7 @@
 //! Everything is placed on `run_time` (ns since the run began), `control_step`,
 //! and under the real clock `wall_time`. A file without `/end` was torn.
 
-mod blueprint;
+pub mod blueprint;
 mod columns;
 mod compact;
 mod content;
@@ -33,7 +33,7 @@ mod properties;
 mod reader;
 mod recorder;
 mod retold;
-mod scene;
+pub mod scene;
 pub mod schema;
 #[cfg(test)]
 mod tests;
@@ -43,6 +43,7 @@ mod verify;
 mod writer;
 
 pub use destination::Destination;
+pub use file::RecordingFile;
 pub use reader::{ReadError, Recording};
 pub use recorder::{Ending, RecordError, Recorded, Recorder, Source};
 pub use retold::Retold;

@@ -1,7 +1,8 @@
 //! From a file back to what happened.
 
 use std::{
-    fs, io,
+    fs::{self, File},
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
@@ -14,8 +15,9 @@ use super::{
     schema::{Origin, Outcome},
 };
 
-/// Largest file that is read: a day at 50 Hz has less than a tenth of it.
-const LARGEST: u64 = 4 << 30;
+/// Largest file that is read: half a day at 50 Hz. It takes some twice as much
+/// memory.
+const LARGEST: u64 = 1 << 30;
 
 /// Why a file is not read.
 #[derive(Debug, Error)]
@@ -140,11 +142,9 @@ impl Recording {
             let added = quietly(|| Some(content.add(&chunk)));
             added.unwrap_or_else(|| Err("this recording is damaged".to_owned()))?;
         }
+        let begun = content.origin.is_some();
         let (Some(origin), Some(until)) = (content.origin, content.until) else {
-            return Err(match chunks.damage {
-                Some(damage) => format!("this recording is damaged at its beginning: {damage}"),
-                None => "this is a rerun recording, but not one that ratelab made".to_owned(),
-            });
+            return Err(nothing_whole(begun, chunks.damage));
         };
         let mut recording = Self {
             path: path.to_owned(),
@@ -154,11 +154,28 @@ impl Recording {
             events: content.events,
             until,
             outcome: content.outcome,
-            damage: chunks.damage,
+            damage: chunks.damage.or(content.damage),
             origin,
         };
         recording.check();
         Ok(recording)
+    }
+
+    /// All messages of the topic called `name`, as they were published.
+    pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
+        let messages = self.track(name).into_iter().flat_map(|track| {
+            let indices = 0..track.heads.len();
+            indices.filter_map(|index| track.message(index))
+        });
+        messages.collect()
+    }
+
+    /// The messages of the topic called `name`, as numbers.
+    pub fn track(&self, name: &str) -> Option<&Track> {
+        let mut topics = self.origin.shape.topics.iter().zip(&self.topics);
+        topics
+            .find(|(topic, _)| topic.name == name)
+            .map(|(_, track)| track)
     }
 
     /// Whether the file is as its recorder left it.
@@ -200,11 +217,28 @@ impl Recording {
     }
 }
 
+/// Why nothing of a file is whole, though it begins like a recording; `begun` if
+/// it says what was run.
+fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
+    match (begun, damage) {
+        (true, _) => "this recording ends before anything in it is whole".to_owned(),
+        (false, Some(damage)) => format!("this recording is damaged at its beginning: {damage}"),
+        (false, None) => "this is a rerun recording, but not one that ratelab made".to_owned(),
+    }
+}
+
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    let size = fs::metadata(path)?.len();
-    if size > LARGEST {
-        let what = format!("{size} bytes are more than is read, {LARGEST}");
+    // Opened only if it is one: opening a pipe may wait for ever.
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("this is not a file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST {
+        let what = format!("this file is longer than what is read, {LARGEST} bytes");
         return Err(io::Error::other(what));
     }
-    fs::read(path)
+    Ok(bytes)
 }

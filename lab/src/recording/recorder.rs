@@ -4,6 +4,7 @@
 //! What came faster than it could be taken is counted.
 
 use std::{
+    cell::Cell,
     io,
     path::{Path, PathBuf},
     sync::{
@@ -115,6 +116,8 @@ impl Ending {
 pub struct Recorder {
     path: PathBuf,
     ending: Sender<Ending>,
+    /// Whether it was asked to end.
+    asked: Cell<bool>,
     lost: Arc<AtomicU64>,
     thread: JoinHandle<io::Result<Recorded>>,
 }
@@ -157,7 +160,7 @@ impl Recorder {
             let written = record(writer, &asked)?;
             Ok(Recorded {
                 // If that cannot be done, the file is complete all the same.
-                bytes: compact(&to).unwrap_or(written.bytes),
+                bytes: compact(&written.file).unwrap_or(written.bytes),
                 messages: written.messages,
                 lost: written.lost,
                 path: to,
@@ -166,6 +169,7 @@ impl Recorder {
         Ok(Self {
             path: path.to_owned(),
             ending,
+            asked: Cell::new(false),
             lost,
             thread,
         })
@@ -178,7 +182,13 @@ impl Recorder {
 
     /// Asks it to end; the first to ask is heard.
     pub fn end(&self, ending: Ending) {
+        self.asked.set(true);
         let _ = self.ending.try_send(ending);
+    }
+
+    /// Whether it was asked to end, or has ended of itself.
+    pub fn is_ending(&self) -> bool {
+        self.asked.get() || self.has_ended()
     }
 
     /// Whether it has ended, as asked or because it could not go on.

@@ -136,3 +136,21 @@ pub fn write_ticks(
     ];
     rec.send_columns(entity, stamps.columns(), columns)
 }
+
+#[cfg(test)]
+mod tests {
+    use ratelab::runtime::{Depth, Patience, Time, Topic};
+
+    use super::Track;
+
+    #[test]
+    fn what_comes_too_fast_is_counted() {
+        let topic = Topic::new("/test", Depth::ONE);
+        let mut track = Track::new(topic.tap(3, Patience::default()));
+        let publisher = topic.publisher();
+        (0..10).for_each(|at| publisher.publish((), Time::from_nanos(at), None));
+        assert_eq!((track.drain(), track.lost()), (3, 7));
+        assert_eq!(track.take(Time::from_nanos(1)).len(), 2);
+        assert_eq!((track.waiting(), track.written), (1, 2));
+    }
+}

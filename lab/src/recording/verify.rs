@@ -1,7 +1,13 @@
 //! Runs a recorded run again and compares, bit for bit.
 
-use std::{fmt, thread, time::Duration};
+use std::{
+    fmt,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+    time::Duration,
+};
 
+use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::mujoco_version,
     experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError, TimedKnob},
@@ -15,12 +21,16 @@ use thiserror::Error;
 
 use super::{
     reader::{Head, Recording, Track},
-    schema::{End, platform},
+    schema::{End, Outcome, platform},
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.
 const GRACE: Duration = Duration::from_secs(1);
+
+/// Run time for which a run may say nothing: that of the slowest sensor there
+/// can be.
+const SILENCE: Duration = Duration::from_secs(1_000);
 
 /// Messages that may wait to be compared.
 const BACKLOG: usize = 1024;
@@ -34,6 +44,9 @@ pub enum VerifyError {
          threads run: the same run does not come twice, so there is nothing to verify"
     )]
     RealClock(&'static str),
+    /// There is nothing in it.
+    #[error("there is nothing in it to verify: no message of {0} was recorded")]
+    Nothing(&'static str),
     /// The run that comes of it is another one.
     #[error("{difference}{}", if_made_elsewhere(.made))]
     Differs {
@@ -109,15 +122,21 @@ fn thousands(number: usize) -> String {
 }
 
 /// Runs what `recording` says was run, with the commands that were given, and
-/// compares every message.
+/// compares every message and how the run ended. Ticks are not compared: what
+/// they did is in the messages.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or cannot be told.
 pub fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
     refuse_real_clock(recording)?;
-    let again = Again::run(recording)?;
-    let mut differences = again.differences;
-    differences.extend(again.end);
+    let tracks = [OBS, ACTION, STATE].map(|name| (name, recording.track(name)));
+    for (name, track) in tracks {
+        // A policy too slow for a short recording is silent in it.
+        if track.is_none_or(|track| name != ACTION && track.heads.is_empty()) {
+            return Err(VerifyError::Nothing(name));
+        }
+    }
+    let mut differences = run_again(recording, tracks.map(|(_, track)| track))?;
     differences.sort_by_key(|difference| difference.at);
     match differences.into_iter().next() {
         Some(difference) => Err(VerifyError::Differs {
@@ -125,8 +144,12 @@ pub fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
             made: made_elsewhere(recording),
         }),
         None => Ok(Identical {
-            topics: recording.topics.len(),
-            messages: recording.topics.iter().map(|t| t.heads.len()).sum(),
+            topics: tracks.len(),
+            messages: tracks
+                .iter()
+                .flat_map(|(_, track)| track)
+                .map(|t| t.heads.len())
+                .sum(),
         }),
     }
 }
@@ -159,68 +182,71 @@ fn made_elsewhere(recording: &Recording) -> Option<String> {
     })
 }
 
-/// What came of running it again.
-struct Again {
-    differences: Vec<Difference>,
-    end: Option<Difference>,
+/// Runs it again; what is different.
+fn run_again(
+    recording: &Recording,
+    [observed, acted, stepped]: [Option<&Track>; 3],
+) -> Result<Vec<Difference>, VerifyError> {
+    let whole = recording
+        .outcome
+        .as_ref()
+        .filter(|outcome| outcome.end != End::WentOn);
+    let config = config_again(recording, whole);
+    let turned = recording.events.iter().filter_map(TimedKnob::of);
+    let turned: Vec<TimedKnob> = turned.collect();
+    let swaps = turned.iter().filter_map(|timed| timed.knob.brain());
+    // What cannot be had any more is said before anything is compared.
+    let shelf = Shelf::of(config.brains().chain(swaps)).map_err(SetupError::from)?;
+    let mut experiment = Experiment::with_shelf(&config, shelf)?;
+    let commands = recording.events.iter().filter_map(Event::replayable);
+    experiment.schedule(commands.collect());
+    let taps = experiment.taps();
+    let observations = taps.observations(BACKLOG);
+    let actions = taps.actions(BACKLOG);
+    let steps = taps.steps(BACKLOG);
+    drop(taps);
+    let complete = whole.is_some();
+    let halt = Halt {
+        found: AtomicBool::new(false),
+        commands: experiment.commands(),
+    };
+    let (mut differences, outcome) = thread::scope(|scope| {
+        let halt = &halt;
+        let checks = [
+            scope.spawn(move || compare(OBS, observed, observations, complete, halt)),
+            scope.spawn(move || compare(ACTION, acted, actions, complete, halt)),
+            scope.spawn(move || compare(STATE, stepped, steps, complete, halt)),
+        ];
+        let outcome = experiment.run(&mut RealClock::default());
+        let found = checks.into_iter().filter_map(|check| check.join().ok()?);
+        (found.collect::<Vec<_>>(), outcome)
+    });
+    if differences.is_empty() {
+        let ended = outcome.map(|summary| summary.end());
+        differences.extend(whole.and_then(|outcome| compare_end(&outcome.end, outcome.at, &ended)));
+    }
+    Ok(differences)
 }
 
-impl Again {
-    fn run(recording: &Recording) -> Result<Self, VerifyError> {
-        let whole = match recording.outcome.as_ref().map(|outcome| &outcome.end) {
-            Some(End::Ended(_) | End::Failed { .. }) => recording.outcome.as_ref(),
-            _ => None,
-        };
-        let given = &recording.origin.config;
-        let config = Config {
-            clock: ClockKind::Virtual,
-            speed: Speed::FlatOut,
-            think: Duration::ZERO,
-            knobs: Vec::new(),
-            end: match whole {
-                // What ended early then may not end at all now.
-                Some(outcome) => given.end.min(outcome.at + GRACE),
-                None => recording.until,
-            },
-            ..given.clone()
-        };
-        let turned = recording.events.iter().filter_map(TimedKnob::of);
-        let turned: Vec<TimedKnob> = turned.collect();
-        let swaps = turned.iter().filter_map(|timed| timed.knob.brain());
-        // What cannot be had any more is said before anything is compared.
-        let shelf = Shelf::of(config.brains().chain(swaps)).map_err(SetupError::from)?;
-        let mut experiment = Experiment::with_shelf(&config, shelf)?;
-        let commands = recording.events.iter().filter_map(Event::replayable);
-        experiment.schedule(commands.collect());
-        let taps = experiment.taps();
-        let observations = taps.observations(BACKLOG);
-        let actions = taps.actions(BACKLOG);
-        let steps = taps.steps(BACKLOG);
-        drop(taps);
-        let track = |name: &str| {
-            let topics = &recording.origin.shape.topics;
-            let index = topics.iter().position(|topic| topic.name == name);
-            index.map(|index| &recording.topics[index])
-        };
-        let complete = whole.is_some();
-        let (differences, outcome) = thread::scope(|scope| {
-            let checks = [
-                scope.spawn(|| compare(OBS, track(OBS), observations, complete)),
-                scope.spawn(|| compare(ACTION, track(ACTION), actions, complete)),
-                scope.spawn(|| compare(STATE, track(STATE), steps, complete)),
-            ];
-            let outcome = experiment.run(&mut RealClock::default());
-            let found = checks.into_iter().filter_map(|check| check.join().ok()?);
-            (found.collect(), outcome)
-        });
-        let ended = match outcome {
-            Ok(summary) => Ok(summary.end()),
-            Err(fault) => Err(fault),
-        };
-        Ok(Self {
-            differences,
-            end: whole.and_then(|outcome| compare_end(&outcome.end, outcome.at, &ended)),
-        })
+/// What to run: no longer than there is something to compare with, and what
+/// ended early may not end at all now.
+fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
+    let given = &recording.origin.config;
+    let stamps = recording
+        .topics
+        .iter()
+        .filter_map(|topic| topic.heads.last());
+    let last = stamps.map(|head| head.stamp).max().unwrap_or(Time::ZERO);
+    Config {
+        clock: ClockKind::Virtual,
+        speed: Speed::FlatOut,
+        think: Duration::ZERO,
+        knobs: Vec::new(),
+        end: match whole {
+            Some(outcome) => given.end.min(outcome.at.min(last + SILENCE) + GRACE),
+            None => recording.until.min(last),
+        },
+        ..given.clone()
     }
 }
 
@@ -231,9 +257,28 @@ fn compare<T: Fields + Payload>(
     track: Option<&Track>,
     tap: Tap<Tapped<T>>,
     complete: bool,
+    halt: &Halt,
 ) -> Option<Difference> {
-    // The tap goes with the first difference, and the run no longer waits for it.
-    let track = track?;
+    // The tap goes with the first difference: the run no longer waits for it.
+    let difference = first_difference::<T>(name, track?, &tap, complete, halt)?;
+    halt.found.store(true, Ordering::Relaxed);
+    let _ = halt.commands.send(Command::Stop); // It may be over.
+    Some(difference)
+}
+
+/// Ends the run when a difference is found.
+struct Halt {
+    found: AtomicBool,
+    commands: Sender<Command>,
+}
+
+fn first_difference<T: Fields + Payload>(
+    name: &str,
+    track: &Track,
+    tap: &Tap<Tapped<T>>,
+    complete: bool,
+    halt: &Halt,
+) -> Option<Difference> {
     let mut index = 0;
     let mut row = Vec::new();
     let first = track.heads.first().map(|head| head.seq);
@@ -260,7 +305,9 @@ fn compare<T: Fields + Payload>(
         index += 1;
     }
     let missing = track.heads.get(index)?;
-    Some(nothing_there(name, missing, "computed"))
+    // A run that was ended because of another difference lacks what came after.
+    let ended = halt.found.load(Ordering::Relaxed);
+    (!ended).then(|| nothing_there(name, missing, "computed"))
 }
 
 fn nothing_there(name: &str, head: &Head, missing: &str) -> Difference {

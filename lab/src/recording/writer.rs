@@ -63,8 +63,10 @@ impl Attached {
     }
 }
 
-/// How much was written.
+/// What was written.
 pub struct Written {
+    /// The file.
+    pub file: RecordingFile,
     /// Size of the file.
     pub bytes: u64,
     /// Messages in it.
@@ -107,7 +109,8 @@ impl Writer {
             observer,
             ..
         } = source;
-        let rec = begin(&file, &origin, &start).map_err(io::Error::other)?;
+        let rec =
+            begin(&file, &origin, &start, observer.status().clock).map_err(io::Error::other)?;
         let nodes = origin.shape.nodes.iter();
         let mut writer = Self {
             nodes: nodes.map(|node| schema::node_entity(&node.name)).collect(),
@@ -123,7 +126,7 @@ impl Writer {
             last_batch: Instant::now(),
             lost,
         };
-        writer.anchor(&[]);
+        writer.anchor();
         let scene = writer.scene.begin(&writer.rec, &start, &writer.now());
         scene.map_err(io::Error::other)?;
         writer.batch(Time::MAX)?;
@@ -159,6 +162,7 @@ impl Writer {
         self.rec.disconnect();
         Ok(Written {
             bytes: self.file.complete()?,
+            file: self.file,
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
         })
@@ -206,11 +210,24 @@ impl Writer {
         self.last_batch = Instant::now();
         let events = self.observer.events(self.events);
         self.events += events.len();
-        self.anchor(&events);
-        self.write(until, &events)
+        self.write_parts(until, &events)
             .and_then(|()| self.checkpoint())
             .map_err(io::Error::other)?;
         self.flush()
+    }
+
+    /// Writes what came before an event that moves the wall by the old one, and
+    /// what came after it by the new.
+    fn write_parts(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
+        let mut rest = events;
+        while let Some(index) = rest.iter().position(moves_the_wall) {
+            let (before, after) = rest.split_at(index + 1);
+            self.write(before[index].at.min(until), before)?;
+            self.epoch = None;
+            rest = after;
+        }
+        self.anchor();
+        self.write(until, rest)
     }
 
     /// Says up to where everything is in the file, should it be torn later.
@@ -226,11 +243,10 @@ impl Writer {
     /// Run time stands still at a pause and passes otherwise under another
     /// clock, so after either wall time is found anew: to the time since the
     /// last tick, some 20 ms.
-    fn anchor(&mut self, events: &[Event]) {
-        let status = self.observer.status();
-        if status.clock == ClockKind::Virtual {
+    fn anchor(&mut self) {
+        if self.observer.status().clock == ClockKind::Virtual {
             self.epoch = None;
-        } else if self.epoch.is_none() || events.iter().any(moves_the_wall) {
+        } else if self.epoch.is_none() {
             let now = Duration::from_nanos(self.observer.now().as_nanos());
             self.epoch = SystemTime::now().checked_sub(now);
         }
@@ -312,6 +328,7 @@ fn begin(
     file: &RecordingFile,
     origin: &schema::Origin,
     start: &Snapshot,
+    clock: ClockKind,
 ) -> RecordingStreamResult<RecordingStream> {
     let config = &origin.config;
     let name = format!(
@@ -329,7 +346,7 @@ fn begin(
     // Nothing can be read without this, and columns overtake what is logged.
     properties::send_origin(&rec, origin)?;
     let _ = rec.flush_blocking();
-    blueprint::send(&rec, start)?;
+    blueprint::send(&rec, start, clock)?;
     name_fields::<Observation>(&rec, &schema::topic_entity(OBS))?;
     name_fields::<Action>(&rec, &schema::topic_entity(ACTION))?;
     name_fields::<ControlStep>(&rec, &schema::topic_entity(STATE))?;

@@ -17,7 +17,7 @@ mod virtual_time;
 mod wall;
 
 pub use real::RealClock;
-pub use realtime::{Realtime, RealtimeError};
+pub use realtime::{Realtime, RealtimeError, give_way};
 pub use virtual_time::VirtualClock;
 
 use super::{

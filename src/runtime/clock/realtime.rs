@@ -1,4 +1,5 @@
-//! What the operating system grants to threads that must wake on time.
+//! What the operating system grants to threads that must wake on time, and to
+//! those that must not be in their way.
 
 use thiserror::Error;
 
@@ -24,8 +25,8 @@ mod system {
         prctl,
     };
     use thread_priority::{
-        RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
-        set_thread_priority_and_policy, thread_native_id,
+        NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority,
+        ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
     };
 
     use super::{Realtime, RealtimeError};
@@ -70,6 +71,15 @@ mod system {
         }
     }
 
+    /// Lets the calling thread, and those that it starts, run only where no other
+    /// thread wants the core. Where the system knows no such thing they run as
+    /// any other.
+    pub fn give_way() {
+        let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
+        // No right is needed to have less of a claim.
+        let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
+    }
+
     fn raise_priority() -> Result<(), thread_priority::Error> {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
         let priority = ThreadPriority::Crossplatform(
@@ -100,6 +110,11 @@ mod system {
     }
 
     pub(crate) fn prepare_thread(_: Option<&Realtime>) {}
+
+    /// Lets the calling thread, and those that it starts, run only where no other
+    /// thread wants the core; on this system, as any other.
+    pub fn give_way() {}
 }
 
+pub use system::give_way;
 pub(crate) use system::prepare_thread;

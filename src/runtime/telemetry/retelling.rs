@@ -8,7 +8,6 @@ use super::{
 };
 use crate::runtime::{
     command::Command,
-    depth::Depth,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -18,10 +17,6 @@ use crate::runtime::{
     time::Time,
     topic::TopicCounters,
 };
-
-/// Losses that one message can bring to light: a queue made shallower from the
-/// deepest that there is. More is nonsense in a record, and not worth counting.
-const MOST_AT_ONCE: u64 = Depth::MAX.get() as u64;
 
 /// The counters of a run, moved by a record of it and not by nodes.
 ///
@@ -50,7 +45,8 @@ struct RetoldTopic {
     entry: TopicEntry,
     /// How old messages were when each subscription read them.
     ages: Vec<Recorder>,
-    dropped: u64,
+    /// Messages lost by the newest one; `None` before the first.
+    dropped: Option<u64>,
 }
 
 impl Retelling {
@@ -202,7 +198,7 @@ impl RetoldTopic {
                 subscriptions,
             },
             ages,
-            dropped: 0,
+            dropped: None,
         }
     }
 
@@ -214,11 +210,12 @@ impl RetoldTopic {
         // A record knows the losses of all readers together.
         if let Some(reader) = self.entry.subscriptions.first() {
             reader.mark.dropped.store(dropped, Ordering::Relaxed);
-            for _ in self.dropped..dropped.min(self.dropped.saturating_add(MOST_AT_ONCE)) {
-                reader.mark.drops.count(stamp);
-            }
+            // What was lost before the record begins, was lost then.
+            let lost = dropped.saturating_sub(self.dropped.unwrap_or(dropped));
+            let lost = u32::try_from(lost).unwrap_or(u32::MAX);
+            reader.mark.drops.count_many(stamp, lost);
         }
-        self.dropped = dropped;
+        self.dropped = Some(dropped);
     }
 
     fn read_by(&mut self, node: usize, now: Time) {

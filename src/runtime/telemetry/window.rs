@@ -28,14 +28,16 @@ pub(crate) struct RateWindow {
 impl RateWindow {
     /// Counts one event at `stamp`.
     pub(crate) fn count(&self, stamp: Time) {
+        self.count_many(stamp, 1);
+    }
+
+    /// Counts so many events at `stamp`.
+    pub(crate) fn count_many(&self, stamp: Time, events: u32) {
         let number = slice_number(stamp);
         let slice = &self.slices[slot(number)];
         let word = slice.load(Ordering::Relaxed);
-        let count = if word >> 32 == number {
-            word + 1
-        } else {
-            (number << 32) + 1
-        };
+        let before = if word >> 32 == number { word as u32 } else { 0 };
+        let count = number << 32 | u64::from(before.saturating_add(events));
         slice.store(count, Ordering::Relaxed);
     }
 

@@ -1,6 +1,8 @@
 //! The state of the dashboard, and what the keys do to it.
 
 mod brains;
+mod cliff;
+mod exercises;
 mod knobs;
 mod recording;
 
@@ -16,15 +18,17 @@ use thiserror::Error;
 
 use super::{
     Model,
+    cliff::CliffMap,
+    desk::Desk,
     history::History,
-    keys::{Action, LAB},
+    keys::{Action, LAB, MAP},
     ladder::Way,
     picture::{Picture, Trace},
     sampler::{Sampler, Watched},
     session::{Ended, Session, Setup},
     view::{Footer, Shown, StatusExtra},
 };
-use crate::recording::{Destination, RecordError, Recorded};
+use crate::recording::{Destination, RecordError, Recorded, Recorder};
 
 /// Run time that the angle chart shows (s).
 pub const TRACE_S: f64 = 10.0;
@@ -112,11 +116,21 @@ pub struct App {
     destination: Destination,
     /// Whether the person wants sessions recorded.
     record: bool,
+    /// Recordings that were told to end, and have to write a little yet.
+    completing: Vec<Recorder>,
     /// Recordings that are complete.
     recorded: Vec<Recorded>,
     /// The first that ended early.
     unrecorded: Option<RecordError>,
     picture: Option<Arc<Picture>>,
+    /// The exercises, while they are open.
+    desk: Option<Desk>,
+    /// Whether the session is a rescue by hand, to be judged.
+    by_hand: bool,
+    /// The cliff map, once it was opened.
+    map: Option<CliffMap>,
+    /// Whether it is open.
+    mapping: bool,
     /// The pane that keys of focus and zoom mean.
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
@@ -138,7 +152,7 @@ impl App {
     /// [`LabError`] if it cannot be started.
     pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
         let mut destination = setup.record.clone().unwrap_or_default();
-        let record = setup.record.as_ref().map(|_| destination.next(config));
+        let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
         Ok(Self {
             destination,
@@ -161,9 +175,14 @@ impl App {
             history: History::default(),
             destination: Destination::default(),
             record: false,
+            completing: Vec::new(),
             recorded: Vec::new(),
             unrecorded: None,
             picture: None,
+            desk: None,
+            by_hand: false,
+            map: None,
+            mapping: false,
             focus: Pane::Graph,
             zoomed: false,
             help: false,
@@ -198,7 +217,7 @@ impl App {
     /// Ends the session in order: what it came to, and what became of recordings.
     pub fn finish(mut self) -> Left {
         let ended = self.session.finish();
-        self.finish_recording();
+        self.finish_recordings();
         Left {
             ended,
             recorded: self.recorded,
@@ -222,10 +241,12 @@ impl Model for App {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.session.poll()?;
         self.follow_events();
-        self.follow_recording();
-        let new = self.history.add(self.sampler.picture(&mut self.session));
+        self.follow_recordings();
+        let told = self.desk.as_mut().is_some_and(Desk::poll);
+        let new = told | self.history.add(self.sampler.picture(&mut self.session));
         self.picture = self.history.shown();
-        Ok(new)
+        let mapped = self.follow_map();
+        Ok(new || mapped)
     }
 
     fn shown(&self) -> Option<Shown<'_>> {
@@ -243,11 +264,14 @@ impl Model for App {
             focus: self.focus,
             zoomed: self.zoomed,
             scrubber: None,
+            map: self.open(),
             footer: match &self.prompt {
                 Some(typed) => Footer::Prompt(typed),
+                None if self.mapping => Footer::Hints(MAP.hints()),
                 None => Footer::Hints(LAB.hints()),
             },
-            help: self.help.then(|| LAB.rows()),
+            help: self.help.then(|| self.keys()),
+            page: self.desk.as_ref().map(Desk::page),
             notice: self.notice.as_deref(),
         })
     }
@@ -263,7 +287,15 @@ impl Model for App {
             self.help = false; // Any key closes it.
             return Ok(());
         }
-        let done = action.map_or(Ok(()), |action| self.act(action));
+        if self.desk.is_some() && !is_chord(key) {
+            return self.at_desk(key);
+        }
+        let on_map = MAP.action(key).filter(|_| self.mapping);
+        let done = match (on_map, action) {
+            (Some(action), _) => self.act_on_map(action),
+            (None, Some(action)) => self.act(action),
+            (None, None) => Ok(()),
+        };
         self.picture = self.history.shown();
         done
     }
@@ -289,7 +321,9 @@ impl App {
             Action::Speed(way) => self.change_speed(way),
             Action::SpeedOne => self.set_speed(1.0),
             Action::OtherClock => self.other_clock(),
+            Action::Map => self.open_map(),
             Action::Record => self.toggle_recording(),
+            Action::Exercises => self.open_exercises(),
             Action::Restart => return self.restart(),
             Action::Seed(way) => return self.change_seed(way),
             Action::Policy(way) => self.change_policy(way),
@@ -300,6 +334,12 @@ impl App {
             Action::Quit => self.quit = true,
         }
         Ok(())
+    }
+
+    /// The keys and what they do, those of the map first if it is open.
+    fn keys(&self) -> Vec<(String, String)> {
+        let map = if self.mapping { MAP.rows() } else { Vec::new() };
+        map.into_iter().chain(LAB.rows()).collect()
     }
 
     fn say(&mut self, notice: impl Into<String>) {
@@ -384,14 +424,14 @@ impl App {
     /// Ends this session and starts one with the knobs as they stand.
     fn restart(&mut self) -> Result<(), LabError> {
         let ended = self.session.finish();
-        self.finish_recording();
+        self.follow_recordings();
         ended?;
-        let record = self.next_recording();
+        let record = self.record.then_some(&mut self.destination);
         self.session = Session::start(&self.config, &self.setup, record)?;
         self.sampler = Sampler::default();
         self.history = History::default();
         self.events.clear();
-        (self.pause, self.turning) = (false, 0);
+        (self.pause, self.turning, self.by_hand) = (false, 0, false);
         Ok(())
     }
 }

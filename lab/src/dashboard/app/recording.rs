@@ -1,47 +1,55 @@
-//! Recording the session, on and off.
+//! Recording sessions, on and off.
 
 use super::App;
-use crate::{
-    dashboard::session::RecordingEnd,
-    recording::{Ending, Recorder},
-};
+use crate::recording::{Ending, Recorder};
 
 impl App {
     /// Begins to record, or ends it.
     pub(super) fn toggle_recording(&mut self) {
-        if let Some(recorder) = self.session.recorder() {
+        if self.ended() {
+            self.record = !self.record;
+            self.say(if self.record {
+                "the run is over: r starts one that is recorded"
+            } else {
+                "the run is over, and the next is not recorded"
+            });
+        } else if let Some(recorder) = self.session.recorder() {
             recorder.end(Ending::Off);
             self.record = false;
-        } else if self.ended() {
-            self.say("the run is over: r starts another, which w then records");
+            self.follow_recordings();
         } else {
-            let path = self.destination.next(&self.config);
-            match self.session.record(&path) {
-                Ok(()) => {
+            match self.session.record(&mut self.destination) {
+                Ok(path) => {
                     self.record = true;
                     self.say(format!("recording to {}", path.display()));
                 }
-                Err(why) => self.say(format!("cannot record to {}: {why}", path.display())),
+                Err(error) => self.say(error.to_string()),
             }
         }
     }
 
-    /// Sees whether the recording has ended.
-    pub(super) fn follow_recording(&mut self) {
-        if let Some(end) = self.session.recorded() {
-            self.note_recorded(end);
+    /// Sees whether recordings have ended, which takes them a moment.
+    pub(super) fn follow_recordings(&mut self) {
+        self.completing.extend(self.session.take_recorder());
+        let done = self
+            .completing
+            .extract_if(.., |recorder| recorder.has_ended());
+        for recorder in done.collect::<Vec<_>>() {
+            self.note_recorded(recorder);
         }
     }
 
-    /// Waits for the recording of a session that is over.
-    pub(super) fn finish_recording(&mut self) {
-        if let Some(end) = self.session.finish_recording() {
-            self.note_recorded(end);
+    /// Waits for all recordings of sessions that are over.
+    pub(super) fn finish_recordings(&mut self) {
+        self.completing.extend(self.session.take_recorder());
+        for recorder in std::mem::take(&mut self.completing) {
+            self.note_recorded(recorder);
         }
     }
 
-    fn note_recorded(&mut self, end: RecordingEnd) {
-        match end {
+    /// Notes what became of a recording that was told to end.
+    fn note_recorded(&mut self, recorder: Recorder) {
+        match recorder.finish() {
             Ok(recorded) => {
                 self.say(format!("recorded {}", recorded.path.display()));
                 self.recorded.push(recorded);
@@ -57,10 +65,5 @@ impl App {
     /// Whether a recording is made, and what of it was lost.
     pub(super) fn recording(&self) -> Option<u64> {
         self.session.recorder().map(Recorder::lost)
-    }
-
-    /// The file to record the next session to, if that is wanted.
-    pub(super) fn next_recording(&mut self) -> Option<std::path::PathBuf> {
-        self.record.then(|| self.destination.next(&self.config))
     }
 }

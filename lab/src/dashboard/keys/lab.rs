@@ -44,8 +44,12 @@ pub enum Action {
     NextPane,
     /// Focus a pane.
     Focus(Pane),
+    /// Open the cliff map.
+    Map,
     /// Record to a file, or stop recording.
     Record,
+    /// Open the exercises.
+    Exercises,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
     /// Show or hide the keys.
@@ -123,9 +127,19 @@ pub const LAB: Table<Action> = Table(&[
         None,
     ),
     row(
+        &[(Key::Char('m'), Action::Map)],
+        "the cliff map: which control rates and seeds keep the pole up",
+        Some("map"),
+    ),
+    row(
         &[(Key::Char('w'), Action::Record)],
         "record to a file in the folder recordings, or stop recording",
         Some("record"),
+    ),
+    row(
+        &[(Key::Char('e'), Action::Exercises)],
+        "open the exercises: predict, then see",
+        Some("exercises"),
     ),
     row(
         &[(Key::Char('c'), Action::OtherClock)],

@@ -2,6 +2,7 @@
 //! say of them, what `ratelab keys` prints and the README shows.
 
 mod lab;
+mod map;
 mod replay;
 
 use std::fmt::Write;
@@ -9,6 +10,7 @@ use std::fmt::Write;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 pub use lab::{Action, LAB};
+pub use map::{Action as MapAction, MAP};
 pub use replay::{Action as ReplayAction, REPLAY};
 
 /// Keys and what they mean.
@@ -96,12 +98,16 @@ impl<A: Copy> Table<A> {
         self.0.iter().map(row).collect()
     }
 
-    /// What the footer says: keys that type something, and what for.
+    /// What the footer says: keys that type something, or those of a row without
+    /// any, and what for.
     pub fn hints(&self) -> Vec<(String, &'static str)> {
         let hint = |binding: &Binding<A>| {
             let typed = binding.keys.iter().map(|(key, _)| key);
             let typed = typed.filter(|key| matches!(key, Key::Char(_)));
-            let labels: Vec<String> = typed.map(|key| key.label()).collect();
+            let mut labels: Vec<String> = typed.map(|key| key.label()).collect();
+            if labels.is_empty() {
+                labels = binding.labels();
+            }
             binding.footer.map(|text| (labels.join(" "), text))
         };
         self.0.iter().filter_map(hint).collect()
@@ -160,19 +166,21 @@ mod tests {
     #[test]
     fn no_key_of_a_screen_has_two_meanings() {
         no_key_has_two_meanings(&LAB);
+        no_key_has_two_meanings(&MAP);
         no_key_has_two_meanings(&REPLAY);
     }
 
     #[test]
     fn every_action_can_be_reached_by_each_of_its_keys() {
         every_action_can_be_reached(&LAB);
+        every_action_can_be_reached(&MAP);
         every_action_can_be_reached(&REPLAY);
     }
 
     #[test]
     fn the_readme_shows_these_tables() {
         let readme = include_str!("../../../../README.md");
-        for table in [LAB.markdown(), REPLAY.markdown()] {
+        for table in [LAB.markdown(), MAP.markdown(), REPLAY.markdown()] {
             assert!(readme.contains(&table), "README.md is to hold:\n{table}");
         }
     }

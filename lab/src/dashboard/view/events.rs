@@ -9,7 +9,7 @@ use ratatui::{
 use ratelab::runtime::telemetry::{Event, Happening};
 
 use super::{
-    pane::{self, clip, frame, plain, put, row},
+    pane::{broken, clip, frame, plain, put, row},
     theme::Theme,
 };
 use crate::dashboard::picture::{VerdictKind, VerdictPicture};
@@ -93,22 +93,11 @@ fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<St
 
 /// `texts` in lines that fit under the headline, broken between words.
 fn wrapped(texts: &[String], width: u16, theme: &Theme) -> Vec<String> {
-    let room = usize::from(width).saturating_sub(2);
-    let mut lines = Vec::new();
-    for text in texts {
-        let mut line = String::new();
-        for word in plain(text, theme).split_whitespace() {
-            if !line.is_empty() && pane::width(&line) + 1 + pane::width(word) > room {
-                lines.push(std::mem::take(&mut line));
-            }
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line += &clip(word, room, theme);
-        }
-        lines.push(line);
-    }
-    lines
+    let room = usize::from(width).saturating_sub(2).max(1);
+    texts
+        .iter()
+        .flat_map(|text| broken(&plain(text, theme), room))
+        .collect()
 }
 
 /// An event with its time in a column of its own.

@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{clamp, clip, frame, plain, put, row, width},
+    pane::{centred, clip, frame, plain, put, row, width},
     theme::Theme,
 };
 
@@ -59,18 +59,6 @@ pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Bu
     if cut && fit > 0 {
         let more = theme.glyph("…", "...");
         put(more, theme.faint(), 1, row(inner, fit - 1), buf);
-    }
-}
-
-/// A box of that size, or as much of it as there is room for.
-fn centred(width: usize, height: usize, area: Rect) -> Rect {
-    let width = clamp(width).min(area.width);
-    let height = clamp(height).min(area.height);
-    Rect {
-        x: area.x + (area.width - width) / 2,
-        y: area.y + (area.height - height) / 2,
-        width,
-        height,
     }
 }
 

@@ -4,12 +4,14 @@
 pub mod theme;
 
 mod angle;
+mod cliff;
 mod events;
 mod figures;
 mod graph;
 mod help;
 mod histogram;
 mod layout;
+mod page;
 mod pane;
 mod plant;
 #[cfg(test)]
@@ -30,9 +32,10 @@ use ratatui::{
 use ratelab::runtime::telemetry::Event;
 
 use self::{layout::Layout, theme::Theme};
-pub use self::{scrubber::Scrubber, status::StatusExtra};
+pub use self::{page::Page, scrubber::Scrubber, status::StatusExtra};
 use super::{
     app::Pane,
+    cliff::CliffMap,
     picture::{Picture, Trace},
 };
 
@@ -52,10 +55,14 @@ pub struct Shown<'a> {
     pub zoomed: bool,
     /// The line above the last.
     pub scrubber: Option<Scrubber>,
+    /// The cliff map, over the panes.
+    pub map: Option<&'a CliffMap>,
     /// The last line.
     pub footer: Footer<'a>,
     /// The keys and what they do, over everything else.
     pub help: Option<Vec<(String, String)>>,
+    /// A page of text over everything but the help.
+    pub page: Option<Page>,
     /// The last thing that the dashboard itself had to say.
     pub notice: Option<&'a str>,
 }
@@ -102,6 +109,12 @@ fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buf
             let hints: Vec<(&str, &str)> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
             status::render_footer(&hints, theme, layout.footer, buf);
         }
+    }
+    if let Some(map) = shown.map {
+        cliff::render(map, theme, layout.body, buf);
+    }
+    if let Some(page) = &shown.page {
+        page::render(page, theme, layout.body, buf);
     }
     if let Some(rows) = &shown.help {
         help::render(rows, theme, layout.body, buf);

@@ -75,6 +75,25 @@ pub fn clamp(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX)
 }
 
+/// A box of that size in the middle of `area`, or as much of it as there is
+/// room for.
+pub fn centred(width: usize, height: usize, area: Rect) -> Rect {
+    let width = clamp(width).min(area.width);
+    let height = clamp(height).min(area.height);
+    Rect {
+        x: area.x + (area.width - width) / 2,
+        y: area.y + (area.height - height) / 2,
+        width,
+        height,
+    }
+}
+
+/// `text` in lines of `room` columns, broken between words where there are any.
+pub fn broken(text: &str, room: usize) -> Vec<String> {
+    let lines = textwrap::wrap(text, room.max(1)).into_iter();
+    lines.map(Cow::into_owned).collect()
+}
+
 /// Columns that `text` takes.
 pub fn width(text: &str) -> usize {
     Span::raw(text).width()

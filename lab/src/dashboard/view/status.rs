@@ -42,12 +42,12 @@ pub fn render_status(
         state(picture, extra, theme),
     ];
     parts.extend(extra.recording.map(|lost| recording(lost, theme)));
+    let told = !extra.replay; // A recording has the time of its run only.
+    let wall = told.then(|| (format!("{:>5} s wall", picture.wall_s), Style::new()));
+    let seconds = picture.now.as_secs_f64();
+    parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
+    parts.extend(wall);
     parts.extend([
-        (
-            format!("{:>8.2} s sim", picture.now.as_secs_f64()),
-            Style::new(),
-        ),
-        (format!("{:>5} s wall", picture.wall_s), Style::new()),
         (format!("seed {}", picture.seed), Style::new()),
         (format!("policy {}", picture.policy), Style::new()),
     ]);
@@ -187,7 +187,7 @@ mod tests {
             back: Some((3, 120)),
             ..ended
         };
-        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120      0.84 s sim      1 s wall  seed 0  policy scripted  recording");
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub struct Histogram {
     counts: Vec<u64>,
     /// Width of a bar as it was last logged (ms); zero before that.
     width: usize,
-    next: Time,
+    next: Option<Time>,
 }
 
 impl Histogram {
@@ -34,7 +34,7 @@ impl Histogram {
         Self {
             counts: Vec::new(),
             width: 0,
-            next: Time::ZERO + PERIOD,
+            next: None,
         }
     }
 
@@ -48,12 +48,14 @@ impl Histogram {
         let mut stamps = progress.stamps();
         let mut rows = Vec::new();
         for message in progress.steps {
-            while self.next < message.stamp {
-                self.widen(rec, progress, self.next)?;
-                stamps.push(self.next, progress.step_at(self.next));
+            let mut next = self.next.unwrap_or(message.stamp + PERIOD);
+            while next < message.stamp {
+                self.widen(rec, progress, next)?;
+                stamps.push(next, progress.step_at(next));
                 rows.push(self.heights());
-                self.next = self.next + PERIOD;
+                next = next + PERIOD;
             }
+            self.next = Some(next);
             self.count(&message.data);
         }
         log_heights(rec, &stamps, rows)

@@ -27,6 +27,8 @@ const WINDOW: Duration = Duration::from_secs(1);
 /// any batch.
 pub struct Traffic {
     topics: Vec<Counter>,
+    /// Run time of the first message; `None` before there is one.
+    begun: Option<Time>,
     next: Time,
 }
 
@@ -52,6 +54,7 @@ impl Traffic {
         });
         Self {
             topics: topics.collect(),
+            begun: None,
             next: Time::ZERO,
         }
     }
@@ -78,6 +81,11 @@ impl Traffic {
         if let Some(topic) = topic {
             topic.messages.extend(messages);
         }
+        let first = messages.first().map(|(stamp, _)| *stamp);
+        if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
+            self.begun = Some(first);
+            self.next = Time::ZERO + PERIOD * (periods(first) + 1);
+        }
     }
 
     /// Logs the samples that are due by `until`, up to which all messages are
@@ -90,11 +98,13 @@ impl Traffic {
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
         let (mut rates, mut drops) = (Vec::new(), Vec::new());
-        while self.next <= until {
+        let begun = self.begun.unwrap_or(until);
+        while self.begun.is_some() && self.next <= until {
+            let window = WINDOW.min(self.next.since(begun));
             stamps.push(self.next, progress.step_at(self.next));
             for topic in &mut self.topics {
-                topic.come_to(self.next);
-                rates.push(topic.recent as f64 / WINDOW.as_secs_f64());
+                topic.come_to(self.next, window);
+                rates.push(topic.recent as f64 / window.as_secs_f64());
                 drops.push(topic.dropped as f64);
             }
             self.next = self.next + PERIOD;
@@ -113,7 +123,7 @@ impl Traffic {
     ) -> RecordingStreamResult<()> {
         self.sample(rec, progress, at)?;
         let sampled = self.next.since(at) == PERIOD;
-        if sampled {
+        if sampled || self.begun.is_none_or(|begun| at <= begun) {
             return Ok(());
         }
         self.next = at;
@@ -121,16 +131,22 @@ impl Traffic {
     }
 }
 
+/// Whole periods that passed by `at`.
+fn periods(at: Time) -> u32 {
+    let whole = at.since(Time::ZERO).as_nanos() / PERIOD.as_nanos();
+    u32::try_from(whole).unwrap_or(u32::MAX - 1)
+}
+
 impl Counter {
     /// Moves the window on, so that it ends with `now`.
-    fn come_to(&mut self, now: Time) {
+    fn come_to(&mut self, now: Time, window: Duration) {
         while let Some(&(stamp, dropped)) = self.messages.get(self.recent)
             && stamp <= now
         {
             self.dropped = dropped;
             self.recent += 1;
         }
-        let old = |(stamp, _): &mut (Time, u64)| now.since(*stamp) >= WINDOW;
+        let old = |(stamp, _): &mut (Time, u64)| now.since(*stamp) >= window;
         while self.recent > 0 && self.messages.pop_front_if(old).is_some() {
             self.recent -= 1;
         }
@@ -141,7 +157,7 @@ impl Counter {
 mod tests {
     use ratelab::runtime::Time;
 
-    use super::Traffic;
+    use super::{Traffic, WINDOW};
 
     fn ms(ms: u64) -> Time {
         Time::from_nanos(ms * 1_000_000)
@@ -154,7 +170,7 @@ mod tests {
         traffic.count("/obs", &messages);
         let counter = &mut traffic.topics[0];
         let mut seen = |at| {
-            counter.come_to(at);
+            counter.come_to(at, WINDOW);
             (counter.recent, counter.dropped)
         };
         assert_eq!(seen(ms(100)), (6, 2));

@@ -1,0 +1,58 @@
+//! The cliff map over the dashboard.
+
+use super::App;
+use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
+
+impl App {
+    /// Opens the map of the session's conditions; one that was made is kept.
+    pub(super) fn open_map(&mut self) {
+        self.mapping = true;
+        self.follow_conditions();
+    }
+
+    /// Begins a new map where the conditions are no longer those of the old one.
+    fn follow_conditions(&mut self) {
+        let config = &self.config;
+        if self.map.as_ref().is_none_or(|map| !map.is_of(config)) {
+            self.map = Some(CliffMap::around(config));
+        }
+    }
+
+    /// Keeps up with the map; says whether it shows something new.
+    pub(super) fn follow_map(&mut self) -> bool {
+        if self.mapping {
+            self.follow_conditions();
+        }
+        match self.map.as_mut().map_or(Ok(false), CliffMap::follow) {
+            Ok(new) => new && self.mapping,
+            Err(error) => {
+                (self.map, self.mapping) = (None, false);
+                self.say(format!("no map: {error}"));
+                true
+            }
+        }
+    }
+
+    /// The map, if it is open.
+    pub(super) fn open(&self) -> Option<&CliffMap> {
+        self.map.as_ref().filter(|_| self.mapping)
+    }
+
+    /// Does what a key of the map asks for.
+    pub(super) fn act_on_map(&mut self, action: MapAction) -> Result<(), LabError> {
+        let Some(map) = &mut self.map else {
+            return Ok(());
+        };
+        match action {
+            MapAction::Rate(way) => map.move_rate(way),
+            MapAction::Seed(way) => map.move_seed(way),
+            MapAction::Close => self.mapping = false,
+            MapAction::Run => {
+                (self.config.control_hz, self.config.seed) = map.chosen();
+                self.mapping = false;
+                return self.restart();
+            }
+        }
+        Ok(())
+    }
+}

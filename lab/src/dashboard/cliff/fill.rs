@@ -1,0 +1,79 @@
+//! Runs made in the background, in nobody's way.
+
+use std::{
+    num::NonZeroUsize,
+    ops::ControlFlow,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+};
+
+use crossbeam_channel::{Receiver, TryRecvError, unbounded};
+use ratelab::{
+    experiment::sweep::{Cell, Outcome, Sweep, SweepError},
+    runtime::clock::give_way,
+};
+
+/// A run and what it came to.
+pub type Made = (Cell, Outcome);
+
+/// A sweep on one thread, which runs where the graph and the screen leave a core
+/// idle. Ends when dropped.
+pub struct Fill {
+    made: Receiver<Result<Made, SweepError>>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Fill {
+    /// Begins to run the cells of `sweep`.
+    pub fn start(sweep: Sweep) -> Self {
+        // No more can wait than there are cells.
+        let (sender, made) = unbounded();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = stop.clone();
+        // Nobody waits for its end: where everything is busy it may take long.
+        thread::spawn(move || {
+            give_way();
+            let swept = sweep.run(NonZeroUsize::MIN, |cell, outcome| {
+                let told = sender.send(Ok((cell.clone(), *outcome)));
+                if stopped.load(Ordering::Relaxed) || told.is_err() {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            });
+            if let Err(error) = swept {
+                let _ = sender.send(Err(error)); // Nobody may be left to tell.
+            }
+        });
+        Self { made, stop }
+    }
+
+    /// A run that was made, if one waits to be looked at.
+    ///
+    /// # Errors
+    /// [`SweepError`] if one failed, which is the last.
+    pub fn next(&self) -> Result<Option<Made>, SweepError> {
+        match self.made.try_recv() {
+            Ok(made) => made.map(Some),
+            Err(TryRecvError::Empty | TryRecvError::Disconnected) => Ok(None),
+        }
+    }
+
+    /// One that makes nothing.
+    #[cfg(test)]
+    pub fn nobody() -> Self {
+        Self {
+            made: crossbeam_channel::never(),
+            stop: Arc::default(),
+        }
+    }
+}
+
+impl Drop for Fill {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,282 @@
+//! The cliff map: a column per control rate, a row per seed, over the panes.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::{Modifier, Style},
+    text::Span,
+    widgets::{Clear, Widget},
+};
+
+use super::{
+    pane::{clamp, clip, frame, put, row, width},
+    theme::Theme,
+};
+use crate::{dashboard::cliff::CliffMap, sweep::shade::Shade};
+
+/// The most rows of seeds that are shown at a time.
+const MOST_SEEDS: usize = 24;
+
+/// Rows besides those of seeds: the line of all seeds, and what is said of the
+/// place, in two lines.
+const OTHERS: usize = 3;
+
+/// What the overlay is called.
+const TITLE: &str = "cliff map";
+
+/// What stands before the cells of all seeds.
+const ALL: &str = "all";
+
+/// Draws `map` in the lower right corner of `area`.
+pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let grid = Grid::new(map, area.intersection(buf.area));
+    Clear.render(grid.place, buf);
+    let (done, all) = map.progress();
+    let progress = if done < all {
+        format!("{done} of {all} runs")
+    } else {
+        format!("{all} runs of {} s", map.sweep().base.end.as_secs_f64())
+    };
+    let mut name = title(map);
+    if width(&name) + width(&progress) + 4 > usize::from(grid.place.width) {
+        TITLE.clone_into(&mut name); // How far it is matters more.
+    }
+    let right = Span::styled(progress, theme.faint());
+    let inner = frame(&name, right, theme, true, grid.place, buf);
+    grid.draw_axis(theme, inner, buf);
+    grid.draw_all(theme, inner, buf);
+    let seeds = grid.seeds();
+    for (number, seed) in seeds.clone().enumerate() {
+        let line = row(inner, grid.digits + 1 + number);
+        grid.draw_seed(seed, theme, line, buf);
+    }
+    let below = grid.digits + 1 + seeds.len();
+    for (number, text) in said(map).iter().enumerate() {
+        let text = clip(text, usize::from(inner.width), theme);
+        put(&text, Style::new(), 0, row(inner, below + number), buf);
+    }
+}
+
+fn title(map: &CliffMap) -> String {
+    let sweep = map.sweep();
+    format!(
+        "{TITLE}: {}, sensor {}, depth {}",
+        sweep.policies[0], sweep.sensor_hz[0], sweep.queue_depths[0]
+    )
+}
+
+/// What there is to say of the place: its run, and all of its rate.
+fn said(map: &CliffMap) -> [String; 2] {
+    let (rate, seed) = map.at();
+    let (hz, number) = map.chosen();
+    let run = match map.outcome(rate, seed) {
+        None => "not run yet".to_owned(),
+        Some(outcome) => {
+            let latency = outcome.mean_latency_s.map_or(String::new(), |latency| {
+                format!(", latency {:.1} ms", latency * 1e3)
+            });
+            format!("{}{latency}", outcome.verdict)
+        }
+    };
+    let (balanced, runs) = map.survival(rate);
+    [
+        format!("{hz}, seed {number}: {run}"),
+        format!("{hz}: {balanced} of {runs} seeds balanced"),
+    ]
+}
+
+/// Where the cells are.
+struct Grid<'a> {
+    map: &'a CliffMap,
+    /// The whole overlay.
+    place: Rect,
+    /// Columns before the cells.
+    label: usize,
+    /// Columns of a cell.
+    cell: usize,
+    /// Rows of the control rates, which are written downwards.
+    digits: usize,
+}
+
+impl<'a> Grid<'a> {
+    fn new(map: &'a CliffMap, area: Rect) -> Self {
+        let last = map.sweep().seeds.last().copied().unwrap_or_default();
+        // A sign, the number, a blank.
+        let label = last.to_string().len().max(ALL.len()) + 2;
+        let rates = map.rates();
+        let labels = rates.iter().map(|hz| hz.get().to_string().len());
+        let digits = labels.max().unwrap_or(1);
+        let room = usize::from(area.width).saturating_sub(label + 2);
+        let cell = if 2 * rates.len() <= room { 2 } else { 1 };
+        let wide = label + cell * rates.len() + 2;
+        let high = digits + MOST_SEEDS.min(map.sweep().seeds.len()) + OTHERS + 2;
+        let (wide, high) = (clamp(wide).min(area.width), clamp(high).min(area.height));
+        Self {
+            map,
+            place: Rect {
+                x: area.right() - wide,
+                y: area.bottom() - high,
+                width: wide,
+                height: high,
+            },
+            label,
+            cell,
+            digits,
+        }
+    }
+
+    /// The seeds in sight, around that of the place.
+    fn seeds(&self) -> std::ops::Range<usize> {
+        let count = self.map.sweep().seeds.len();
+        let room = usize::from(self.place.height.saturating_sub(2));
+        let room = room.saturating_sub(self.digits + OTHERS).min(count);
+        let first = self.map.at().1.saturating_sub(room / 2).min(count - room);
+        first..first + room
+    }
+
+    /// The control rates, written downwards; the one of the place stands out.
+    fn draw_axis(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+        put("Hz", theme.faint(), 1, row(inner, self.digits - 1), buf);
+        for (rate, hz) in self.map.rates().iter().enumerate() {
+            let chosen = rate == self.map.at().0;
+            let style = if chosen {
+                theme.strong().add_modifier(Modifier::REVERSED)
+            } else {
+                theme.faint()
+            };
+            let text = format!("{:>width$}", hz.get(), width = self.digits);
+            for (number, letter) in text.chars().enumerate() {
+                let letter = format!("{letter:<cell$}", cell = self.cell);
+                put(&letter, style, self.column(rate), row(inner, number), buf);
+            }
+        }
+    }
+
+    /// How many of all seeds stayed up, by rate.
+    fn draw_all(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+        let line = row(inner, self.digits);
+        put(ALL, theme.strong(), 1, line, buf);
+        for rate in 0..self.map.rates().len() {
+            let (balanced, runs) = self.map.survival(rate);
+            self.put_cell(Shade::of(balanced, runs), rate, false, theme, line, buf);
+        }
+    }
+
+    fn draw_seed(&self, seed: usize, theme: &Theme, line: Rect, buf: &mut Buffer) {
+        let here = seed == self.map.at().1;
+        let number = self.map.sweep().seeds[seed].to_string();
+        let style = if here { theme.strong() } else { theme.faint() };
+        let start = (self.label - 1).saturating_sub(width(&number));
+        put(&number, style, start, line, buf);
+        if here {
+            put(theme.glyph("▸", ">"), theme.strong(), 0, line, buf);
+        }
+        for rate in 0..self.map.rates().len() {
+            let outcome = self.map.outcome(rate, seed);
+            let balanced = outcome.map_or(0, |o| usize::from(o.verdict.balanced()));
+            let shade = Shade::of(balanced, usize::from(outcome.is_some()));
+            let chosen = here && rate == self.map.at().0;
+            self.put_cell(shade, rate, chosen, theme, line, buf);
+        }
+    }
+
+    fn put_cell(
+        &self,
+        shade: Shade,
+        rate: usize,
+        chosen: bool,
+        theme: &Theme,
+        line: Rect,
+        buf: &mut Buffer,
+    ) {
+        let mut style = shade.style(theme);
+        if chosen {
+            style = style.add_modifier(Modifier::REVERSED);
+        }
+        let text = shade.glyph(theme).repeat(self.cell);
+        put(&text, style, self.column(rate), line, buf);
+    }
+
+    fn column(&self, rate: usize) -> usize {
+        self.label + rate * self.cell
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::render;
+    use crate::dashboard::{
+        cliff::sample::half_filled,
+        ladder::Way,
+        view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            theme::Theme,
+        },
+    };
+
+    fn drawn(width: u16, height: u16, theme: &Theme) -> ratatui::buffer::Buffer {
+        let map = half_filled();
+        screen(width, height, |area, buf| render(&map, theme, area, buf))
+    }
+
+    #[test]
+    fn rates_go_across_and_seeds_down() {
+        insta::assert_snapshot!(text(&drawn(80, 14, &RICH)), @"
+        ┌cliff map: scripted, sensor 50 Hz, depth 1──────1500 of 3000 runs┐
+        │                       1 1 1 1 1 1 1 1 1 1 2 2 2 2 2 2 2 2 2 2 3 │
+        │ Hz  1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 │
+        │ all ··········▒▒▒▒████████████████                              │
+        │ 100 ··········████████████████████                              │
+        │ 101 ··············████████████████                              │
+        │ 102 ··············████████████████                              │
+        │▸103 ··········████████████████████                              │
+        │ 104 ··············████████████████                              │
+        │ 105 ··············████████████████                              │
+        │ 106 ··········████████████████████                              │
+        │7 Hz, seed 103: BALANCED (pole up the whole run), latency 77.9 ms│
+        │7 Hz: 34 of 100 seeds balanced                                   │
+        └─────────────────────────────────────────────────────────────────┘
+        ");
+    }
+
+    #[test]
+    fn where_it_is_narrow_a_cell_is_one_column() {
+        insta::assert_snapshot!(text(&drawn(40, 10, &POOR)), @"
+        +cliff map---------1500 of 3000 runs+
+        |              111111111122222222223|
+        | Hz  123456789012345678901234567890|
+        | all .....==########               |
+        | 102 .......########               |
+        |>103 .....##########               |
+        | 104 .......########               |
+        |7 Hz, seed 103: BALANCED (pole u...|
+        |7 Hz: 34 of 100 seeds balanced     |
+        +-----------------------------------+
+        ");
+    }
+
+    #[test]
+    fn colour_tells_up_from_down_and_so_does_the_glyph() {
+        let buf = drawn(80, 14, &RICH);
+        let up = styled(&buf, RICH.good());
+        assert!(up.chars().all(|glyph| "▒▓█".contains(glyph)), "{up}");
+        let down = styled(&buf, RICH.alarm_line());
+        assert!(down.chars().all(|glyph| "·░".contains(glyph)), "{down}");
+    }
+
+    #[test]
+    fn the_place_stays_in_sight() {
+        let mut map = half_filled();
+        for _ in 0..200 {
+            map.move_seed(Way::Up);
+        }
+        let buf = screen(80, 14, |area, buf| render(&map, &RICH, area, buf));
+        assert!(text(&buf).contains("▸199"), "{}", text(&buf));
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let map = half_filled();
+        torture(|theme, area, buf| render(&map, theme, area, buf));
+    }
+}

@@ -1,0 +1,148 @@
+//! A page of text over everything else.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style,
+    text::Span,
+    widgets::{Clear, Widget},
+};
+
+use super::{
+    pane::{broken, centred, clip, frame, plain, put, row},
+    theme::Theme,
+};
+
+/// Columns of text at the most, and those of the box around it.
+const WIDEST: usize = 80;
+const EDGES: usize = 4;
+
+/// Rows of the box, and of the line that says what may be done.
+const BORDERS: usize = 2;
+const HINT: usize = 1;
+
+/// What is on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// What it is called.
+    pub title: String,
+    /// Paragraphs, broken to fit.
+    pub text: String,
+    /// What is being typed beneath, if something is.
+    pub typed: Option<String>,
+    /// What may be done.
+    pub hint: &'static str,
+    /// Lines above the first that is shown.
+    pub scroll: usize,
+}
+
+/// Draws `page` in the middle of `area`, as high as its text.
+pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let area = area.intersection(buf.area);
+    let room = usize::from(area.width).saturating_sub(EDGES).min(WIDEST);
+    if room == 0 {
+        return;
+    }
+    let text = plain(&page.text, theme);
+    let lines: Vec<_> = text.lines().flat_map(|line| broken(line, room)).collect();
+    let typed = usize::from(page.typed.is_some()) * 2;
+    let place = centred(room + EDGES, lines.len() + typed + HINT + 1 + BORDERS, area);
+    Clear.render(place, buf);
+    let inner = frame(&page.title, Span::default(), theme, true, place, buf);
+    let below = typed + HINT + 1;
+    let shown = usize::from(inner.height).saturating_sub(below);
+    // The last lines stay in sight, however far one goes.
+    let first = page.scroll.min(lines.len().saturating_sub(shown));
+    for (at, line) in lines.iter().skip(first).take(shown).enumerate() {
+        put(line, Style::new(), 1, row(inner, at), buf);
+    }
+    let bottom = usize::from(inner.height);
+    if let Some(typed) = &page.typed {
+        let mark = theme.glyph("▏", "_");
+        let typed = tail(&plain(typed, theme), room.saturating_sub(3));
+        put(
+            &format!("> {typed}{mark}"),
+            theme.strong(),
+            1,
+            row(inner, bottom.saturating_sub(3)),
+            buf,
+        );
+    }
+    let more = lines.len() > first + shown;
+    let hint = if more { "PgDn for more  " } else { "" }.to_owned() + page.hint;
+    let hint = clip(&hint, room, theme);
+    put(
+        &hint,
+        theme.faint(),
+        1,
+        row(inner, bottom.saturating_sub(1)),
+        buf,
+    );
+}
+
+/// The end of `text`, in `room` letters.
+fn tail(text: &str, room: usize) -> String {
+    let hidden = text.chars().count().saturating_sub(room);
+    text.chars().skip(hidden).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Page, render};
+    use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text, torture};
+
+    fn page() -> Page {
+        Page {
+            title: "2 A deeper queue".to_owned(),
+            text: "The policy is slowed to 5 Hz, where it loses the pole and most readings.\n\n\
+                   How many of the three runs does the deep queue save?"
+                .to_owned(),
+            typed: Some("0 because what is old is old".to_owned()),
+            hint: "a number and why, then Enter  Esc back",
+            scroll: 0,
+        }
+    }
+
+    #[test]
+    fn text_is_broken_and_what_is_typed_stays_in_sight() {
+        let drawn =
+            |width, height| screen(width, height, |area, buf| render(&page(), &RICH, area, buf));
+        insta::assert_snapshot!(text(&drawn(50, 12)), @"
+        ┌2 A deeper queue────────────────────────────────┐
+        │ The policy is slowed to 5 Hz, where it loses   │
+        │ the pole and most readings.                    │
+        │                                                │
+        │ How many of the three runs does the deep queue │
+        │ save?                                          │
+        │                                                │
+        │ > 0 because what is old is old▏                │
+        │                                                │
+        │ a number and why, then Enter  Esc back         │
+        └────────────────────────────────────────────────┘
+        ");
+        insta::assert_snapshot!(text(&drawn(36, 9)), @"
+        ┌2 A deeper queue──────────────────┐
+        │ The policy is slowed to 5 Hz,    │
+        │ where it loses the pole and most │
+        │ readings.                        │
+        │                                  │
+        │ > 0 because what is old is old▏  │
+        │                                  │
+        │ PgDn for more  a number and why… │
+        └──────────────────────────────────┘
+        ");
+        let poor = screen(50, 12, |area, buf| render(&page(), &POOR, area, buf));
+        assert!(text(&poor).is_ascii());
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        torture(|theme, area, buf| render(&page(), theme, area, buf));
+        let far = Page {
+            scroll: usize::MAX,
+            typed: None,
+            ..page()
+        };
+        torture(|theme, area, buf| render(&far, theme, area, buf));
+    }
+}

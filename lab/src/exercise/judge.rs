@@ -1,0 +1,69 @@
+//! A rescue by hand, judged from what was recorded of it.
+
+use std::path::Path;
+
+use exercises::{
+    practice::Exercise,
+    rescue::judge::{Lacking, Rescued, Session, judge},
+};
+use ratelab::{
+    cartpole::ControlStep,
+    experiment::{STATE, Verdict},
+    runtime::Message,
+};
+
+use crate::{
+    error::Error,
+    recording::{ReadError, Recording, schema::End},
+    review::defect,
+    run::say,
+};
+
+/// Number of the exercise that is done by hand.
+pub const RESCUE: u32 = 5;
+
+/// Judges the session in `file`, and says so.
+pub fn judge_command(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
+    let brief = exercise.brief();
+    if brief.number != RESCUE {
+        return Err(Error::BadInput(format!(
+            "--session is for exercise {RESCUE}: {} is not done in a session",
+            brief.title
+        )));
+    }
+    let recording = Recording::read(file)?;
+    let name = file.display();
+    match judge_recording(&recording) {
+        Ok(rescued) => say(&format!("✓ {name}: {rescued}"))?,
+        Err(lacking) => say(&format!("✖ {name}: not a rescue yet: {lacking}"))?,
+    }
+    defect(&recording)
+}
+
+/// Judges the session in `file`; in words, and whether it is a rescue.
+///
+/// # Errors
+/// [`ReadError`] if the file is no recording.
+pub fn judge_file(file: &Path) -> Result<(bool, String), ReadError> {
+    let recording = Recording::read(file)?;
+    Ok(match judge_recording(&recording) {
+        Ok(rescued) => (true, rescued.to_string()),
+        Err(lacking) => (false, lacking.to_string()),
+    })
+}
+
+fn judge_recording(recording: &Recording) -> Result<Rescued, Lacking> {
+    let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
+    let verdict = match recording.outcome.as_ref().map(|outcome| &outcome.end) {
+        Some(End::Ended(end)) => end.verdict,
+        _ => Verdict::Stopped {
+            at: recording.until,
+        },
+    };
+    judge(&Session {
+        control_hz: recording.origin.config.control_hz,
+        events: &recording.events,
+        steps: &steps,
+        verdict,
+    })
+}

@@ -1,0 +1,102 @@
+//! One exercise with a learner: objective, prediction, measurement, and what
+//! became of the prediction. Nothing is revealed before there is one.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    path::Path,
+};
+
+use exercises::practice::{Answers, Brief, Exercise, Prediction};
+
+use super::WIDTH;
+use crate::{cli::ExerciseArgs, error::Error, run::say};
+
+/// Does `exercise` with the learner whose predictions are in `file`.
+pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
+    let brief = exercise.brief();
+    let given = args.predict.as_deref().map(str::parse).transpose();
+    let given = given.map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
+    let mut answers = Answers::load(file)?;
+    say(&introduction(brief))?;
+    let known = answers.get(brief).filter(|_| !args.redo).cloned();
+    let prediction = match (known, given) {
+        (Some(known), None) => known,
+        (Some(known), Some(_)) => {
+            return Err(Error::BadInput(format!(
+                "you predicted {known} already, and a second guess is none: --redo asks again"
+            )));
+        }
+        (None, Some(given)) => given,
+        (None, None) => ask(brief)?,
+    };
+    answers.set(brief, prediction.clone());
+    answers.save(file)?;
+    let findings = exercise.run()?;
+    say(&findings.table.to_string())?;
+    say(&wrapped(&findings.reconcile(brief, &prediction)))?;
+    match next(brief) {
+        Some(next) => say(&format!("\n{next}")),
+        None => Ok(()),
+    }
+}
+
+fn introduction(brief: &Brief) -> String {
+    format!(
+        "Exercise {}: {} ({})\n\n{}\n\n{}\n",
+        brief.number,
+        brief.title,
+        brief.kind,
+        wrapped(brief.objective),
+        wrapped(brief.question),
+    )
+}
+
+/// Asks until there is a prediction, a person who types it and not a script.
+fn ask(brief: &Brief) -> Result<Prediction, Error> {
+    let unit = brief.unit;
+    let typed = io::stdin().is_terminal();
+    loop {
+        if typed {
+            print!("Your prediction{}, and why: ", in_unit(unit));
+            // What cannot be printed is not asked, and the answer says so.
+            let _ = io::stdout().flush();
+        }
+        let mut line = String::new();
+        let read = io::stdin().read_line(&mut line).unwrap_or(0);
+        match line.parse() {
+            Ok(prediction) => {
+                say("")?;
+                return Ok(prediction);
+            }
+            Err(error) if typed && read > 0 => say(&format!("  {error}"))?,
+            Err(error) => return Err(Error::BadInput(format!("{error}, or --predict"))),
+        }
+    }
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in {unit}")
+    }
+}
+
+/// What to do when this is done.
+fn next(brief: &Brief) -> Option<String> {
+    if brief.number == super::judge::RESCUE {
+        let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
+                   ratelab exercise 5 --session rescue.rrd";
+        return Some(how.to_owned());
+    }
+    let next = exercises::find(brief.number + 1)?.brief();
+    Some(format!(
+        "Next: ratelab exercise {} ({})",
+        next.number, next.title
+    ))
+}
+
+/// `text` in lines that can be read.
+fn wrapped(text: &str) -> String {
+    textwrap::fill(text, WIDTH)
+}

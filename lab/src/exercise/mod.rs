@@ -1,0 +1,106 @@
+//! `ratelab exercise`: predict, run, check.
+
+mod answers;
+mod judge;
+mod learner;
+
+use exercises::{
+    ALL,
+    practice::{Answers, Exercise},
+};
+
+pub use self::{
+    answers::answers_file,
+    judge::{RESCUE, judge_file},
+};
+use crate::{
+    cli::{ExerciseArgs, Wanted},
+    error::Error,
+    run::say,
+};
+
+/// Columns of text.
+const WIDTH: usize = 80;
+
+/// Lists the exercises, does one, or checks what they promise.
+pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
+    let file = answers_file(args.answers.as_deref());
+    match (args.what, args.number) {
+        (None, _) => say(list(&Answers::load(&file)?).trim_end()),
+        (Some(Wanted::Exercise(number)), None) => match &args.session {
+            Some(session) => {
+                let exercise = find(number)?;
+                judge::judge_command(exercise, session)
+            }
+            None => learner::learn(find(number)?, args, &file),
+        },
+        (Some(Wanted::Check), None) => check(&ALL, &Answers::load(&file)?),
+        (Some(Wanted::Check), Some(number)) => check(&[find(number)?], &Answers::load(&file)?),
+        (Some(Wanted::Exercise(_)), Some(number)) => Err(Error::BadInput(format!(
+            "one exercise at a time: what is {number} for?"
+        ))),
+    }
+}
+
+fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
+    exercises::find(number).ok_or_else(|| {
+        Error::BadInput(format!(
+            "there is no exercise {number}: there are 1 to {}",
+            ALL.len()
+        ))
+    })
+}
+
+fn list(answers: &Answers) -> String {
+    let lines = ALL.iter().map(|exercise| {
+        let brief = exercise.brief();
+        let predicted = answers.get(brief).map_or(String::new(), |prediction| {
+            format!("  you predicted {} {}", prediction.number(), brief.unit)
+        });
+        let line = format!(
+            "{}  {:<26} {:<17}{predicted}",
+            brief.number,
+            brief.title,
+            brief.kind.to_string()
+        );
+        line.trim_end().to_owned() + "\n"
+    });
+    let how = "\nratelab exercise 1 begins with the first: it asks what you expect, then measures.";
+    lines.collect::<String>() + how
+}
+
+/// Measures again what each of `exercises` promises. Predictions that were not
+/// made are skipped.
+fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
+    let mut broken = 0;
+    for exercise in exercises {
+        let brief = exercise.brief();
+        let claims = exercise.check()?;
+        let failed: Vec<_> = claims.iter().filter(|claim| !claim.holds()).collect();
+        let predicted = match answers.get(brief) {
+            Some(prediction) => format!("you predicted {} {}", prediction.number(), brief.unit),
+            None => "no prediction yet, skipped".to_owned(),
+        };
+        let (sign, held) = match failed.len() {
+            0 => ("✓", format!("{} measurements hold", claims.len())),
+            n => (
+                "✖",
+                format!("{n} of {} measurements do not hold", claims.len()),
+            ),
+        };
+        say(&format!(
+            "{sign} {} {}: {held}; {}",
+            brief.number,
+            brief.title,
+            predicted.trim_end()
+        ))?;
+        for claim in &failed {
+            say(&format!("    {claim}"))?;
+        }
+        broken += failed.len();
+    }
+    match broken {
+        0 => Ok(()),
+        n => Err(Error::Broken(n)),
+    }
+}

@@ -1,0 +1,108 @@
+//! What was recorded comes again, and what differs is found.
+
+use ratelab::runtime::Time;
+
+use super::{Dice, folder, read, record, recording};
+use crate::recording::{reader::Track, schema::End, verify};
+
+#[test]
+fn any_virtual_run_comes_again_to_the_bit() {
+    let (folder, mut dice) = (folder(), Dice(1));
+    for number in 0..50 {
+        let path = folder.path().join(format!("{number}.rrd"));
+        let config = dice.config();
+        let (outcome, _) = record(&config, &path);
+        let recording = read(&path);
+        assert!(recording.is_whole());
+        let identical = verify(&recording).unwrap_or_else(|error| panic!("{config:?}: {error}"));
+        let summary = outcome.expect("no fault");
+        let published = summary.obs.published + summary.action.published + summary.steps;
+        assert_eq!(identical.messages as u64, published);
+    }
+}
+
+#[test]
+fn a_single_bit_that_differs_is_found_and_named() {
+    let (folder, mut dice) = (folder(), Dice(2));
+    let original = recording(&folder);
+    for _ in 0..60 {
+        let mut altered = original.clone();
+        let topic = dice.below(altered.topics.len());
+        let name = original.origin.shape.topics[topic].name.clone();
+        let track = &mut altered.topics[topic];
+        let index = dice.below(track.heads.len());
+        let head = &mut track.heads[index];
+        let bit = 1 << dice.below(64);
+        match dice.below(7) {
+            3 => {
+                let origin = head.origin.map_or(0, Time::as_nanos);
+                head.origin = Some(Time::from_nanos(origin ^ bit));
+            }
+            0 => head.seq ^= bit,
+            1 => head.dropped ^= bit,
+            2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
+            _ => {
+                let place = index * track.width + dice.below(track.width);
+                let value = &mut track.values[place];
+                *value = f64::from_bits(value.to_bits() ^ bit);
+            }
+        }
+        let error = verify(&altered).expect_err("a difference").to_string();
+        assert!(error.contains(&format!("{name} message")), "{error}");
+    }
+}
+
+#[test]
+fn a_message_more_or_less_is_found() {
+    let folder = folder();
+    let original = recording(&folder);
+    for topic in 0..original.topics.len() {
+        let mut short = original.clone();
+        let track = &mut short.topics[topic];
+        track.heads.pop();
+        let error = verify(&short).expect_err("one is missing").to_string();
+        assert!(
+            error.contains("recorded none, computed a message"),
+            "{error}"
+        );
+        let mut long = original.clone();
+        let track = &mut long.topics[topic];
+        track.heads.extend(track.heads.last().copied());
+        track
+            .values
+            .extend_from_within(track.values.len() - track.width..);
+        let error = verify(&long).expect_err("one is too many").to_string();
+        assert!(
+            error.contains("recorded a message, computed none"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn another_end_is_found() {
+    let folder = folder();
+    let mut altered = recording(&folder);
+    let outcome = altered.outcome.as_mut().expect("an end");
+    let End::Ended(end) = &mut outcome.end else {
+        panic!("it ended otherwise: {outcome:?}");
+    };
+    end.steps += 1;
+    let error = verify(&altered).expect_err("another end").to_string();
+    assert!(error.contains("the end of the run"), "{error}");
+}
+
+#[test]
+fn nothing_is_not_identical_with_nothing() {
+    let folder = folder();
+    let original = recording(&folder);
+    for topic in [0, 2] {
+        let mut empty = original.clone();
+        empty.topics[topic] = Track::default();
+        let error = verify(&empty).expect_err("nothing to compare").to_string();
+        assert!(error.contains("nothing in it to verify"), "{error}");
+    }
+    let mut renamed = original;
+    renamed.origin.shape.topics[1].name = "/other".to_owned();
+    assert!(verify(&renamed).is_err());
+}

@@ -1,0 +1,65 @@
+//! One line per control rate: a bar and figures.
+
+use super::{growth_text, paint, shade};
+use crate::{dashboard::view::theme::Theme, sweep::survey::Row};
+
+/// Columns of a bar.
+const BAR: usize = 24;
+
+/// The rows of one group.
+pub fn lines(rows: &[Row], theory: bool, theme: &Theme) -> Vec<String> {
+    let most = rows.iter().map(|row| figure(row).len()).max().unwrap_or(0);
+    let counts = most.max("balanced".len());
+    let mut head = format!(
+        "{:>10}  {:>counts$}  {:BAR$}  {:>10}  {:>9}",
+        "control Hz", "balanced", "", "latency ms", "lost at s"
+    );
+    if theory {
+        head += "  growth";
+    }
+    let mut lines = vec![head];
+    for row in rows {
+        let mut line = format!(
+            "{:>10}  {:>counts$}  {}  {:>10}  {:>9}",
+            row.cell.control_hz.get(),
+            figure(row),
+            bar(row, theme),
+            decimals(row.mean_latency_s.map(|s| s * 1e3), 1),
+            decimals(row.lost_at_s, 2),
+        );
+        if theory {
+            line += &format!("  {:>6}", growth_text(row.growth));
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+fn figure(row: &Row) -> String {
+    match row.runs {
+        0 => "-".to_owned(),
+        runs => format!("{} of {runs}", row.balanced),
+    }
+}
+
+/// As long as the share; only none is empty, and only all is full.
+fn bar(row: &Row, theme: &Theme) -> String {
+    let share = row.share().unwrap_or(0.0);
+    let full = match row.balanced {
+        0 => 0,
+        all if all == row.runs => BAR,
+        _ => ((share * BAR as f64).round() as usize).clamp(1, BAR - 1),
+    };
+    let shade = shade(row);
+    let rest = if row.runs == 0 {
+        " "
+    } else {
+        theme.glyph("·", ".")
+    };
+    let text = shade.glyph(theme).repeat(full) + &rest.repeat(BAR - full);
+    paint(&text, shade, theme)
+}
+
+fn decimals(value: Option<f64>, places: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.places$}"))
+}

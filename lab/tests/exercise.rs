@@ -1,0 +1,143 @@
+//! `ratelab exercise` as a learner and a script meet it.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use tempfile::TempDir;
+
+/// A learner in a folder of their own.
+struct Learner(TempDir);
+
+impl Learner {
+    fn new() -> Self {
+        Self(TempDir::new().expect("a folder"))
+    }
+
+    fn does(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+        command.arg("exercise").args(args);
+        command.current_dir(self.0.path()).stdin(Stdio::null());
+        command.output().expect("ratelab starts")
+    }
+
+    fn succeeds(&self, args: &[&str]) -> String {
+        let output = self.does(args);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    }
+
+    fn is_refused(&self, args: &[&str]) -> (String, String) {
+        let output = self.does(args);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        (said, String::from_utf8(output.stdout).expect("UTF-8"))
+    }
+}
+
+#[test]
+fn nothing_is_revealed_before_a_prediction() {
+    let learner = Learner::new();
+    for number in ["1", "2", "3", "4", "5"] {
+        let (said, shown) = learner.is_refused(&[number]);
+        assert!(said.contains("--predict"), "{said}");
+        assert!(shown.contains(&format!("Exercise {number}:")), "{shown}");
+        assert!(!shown.contains("Measured"), "{shown}");
+    }
+    for predicted in ["", "8", "eight because", "nan because it is", "8 because"] {
+        learner.is_refused(&["1", "--predict", predicted]);
+    }
+    assert!(!learner.0.path().join("answers.toml").exists());
+}
+
+#[test]
+fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
+    let learner = Learner::new();
+    let first = learner.succeeds(&["1", "--predict", "8 because half of 50 is plenty"]);
+    assert!(
+        first.contains("10 Hz    3 of 3  501 501 501       39.9 ms"),
+        "{first}"
+    );
+    assert!(
+        first.contains("You predicted 8 Hz, because half of 50 is plenty."),
+        "{first}"
+    );
+    assert!(first.contains("between 10 Hz and 5 Hz"), "{first}");
+    assert_eq!(
+        learner.succeeds(&["1"]),
+        first,
+        "not the same the second time"
+    );
+    assert!(learner.succeeds(&[]).contains("you predicted 8 Hz"));
+    // A second guess is none, but one may begin anew.
+    let (said, _) = learner.is_refused(&["1", "--predict", "6 because I know now"]);
+    assert!(said.contains("--redo"), "{said}");
+    learner.is_refused(&["1", "--redo"]);
+    let again = learner.succeeds(&["1", "--redo", "--predict", "6 because I know now"]);
+    assert!(again.contains("You predicted 6 Hz"), "{again}");
+}
+
+#[test]
+fn a_prediction_can_come_from_a_pipe() {
+    let learner = Learner::new();
+    let script = format!(
+        "echo '3 because a deep queue loses nothing' | {} exercise 2",
+        env!("CARGO_BIN_EXE_ratelab")
+    );
+    let mut sh = Command::new("sh");
+    let output = sh
+        .args(["-c", &script])
+        .current_dir(learner.0.path())
+        .output();
+    let output = output.expect("sh starts");
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(
+        said.contains("You predicted 3") && said.contains("Measured: 0"),
+        "{said}"
+    );
+}
+
+#[test]
+fn check_measures_all_that_is_promised() {
+    let learner = Learner::new();
+    let all = learner.succeeds(&["check"]);
+    assert_eq!(
+        all.matches("measurements hold; no prediction yet, skipped")
+            .count(),
+        5,
+        "{all}"
+    );
+    assert_eq!(learner.succeeds(&["check", "3"]).lines().count(), 1);
+}
+
+#[test]
+fn a_rescue_by_hand_is_judged_from_its_recording() {
+    let learner = Learner::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let judged = |name: &str| {
+        let file = root.join(name).display().to_string();
+        learner.succeeds(&["5", "--session", &file])
+    };
+    assert!(judged("rescued.rrd").contains("rescued: slowed at 0.995 s for 1.12 s"));
+    assert!(judged("balanced-50hz.rrd").contains("never slowed"));
+    assert!(judged("fall-5hz.rrd").contains("it fell at 0.840 s"));
+    let file = root.join("rescued.rrd").display().to_string();
+    learner.is_refused(&["2", "--session", &file]);
+}
+
+#[test]
+fn rubbish_is_refused_in_one_line() {
+    let learner = Learner::new();
+    for args in [&["0"][..], &["6"], &["one"], &["1", "2"], &["check", "9"]] {
+        learner.is_refused(args);
+    }
+    fs::write(learner.0.path().join("answers.toml"), "cliff = 8").expect("written");
+    let (said, _) = learner.is_refused(&["1", "--predict", "8 because"]);
+    assert!(said.contains("8 is a number without a reason"), "{said}");
+    let output = learner.does(&["1", "--predict", "8 because it is"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}

@@ -1,0 +1,242 @@
+//! `ratelab sweep` as a user meets it: what it prints, writes and refuses.
+
+use std::{
+    fs,
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn ratelab(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+    command.args(args).output().expect("ratelab starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn sweep(args: &[&str]) -> String {
+    let output = ratelab(&[&["sweep"], args].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(args: &[&str]) -> Value {
+    let said = sweep(&[&["--json"], args].concat());
+    serde_json::from_str(&said).expect("stdout is JSON and nothing else")
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).display().to_string()
+}
+
+#[test]
+fn every_cell_is_the_run_that_it_would_be_alone() {
+    let swept = json(&["--control-hz", "5..8:1.5,10", "--seeds", "1,2"]);
+    let cells = swept["cells"].as_array().expect("cells");
+    assert_eq!(cells.len(), 8);
+    for cell in cells {
+        let [hz, seed] = ["control_hz", "seed"].map(|key| cell[key].to_string());
+        let args = ["run", "--clock", "virtual", "--json", "--control-hz", &hz];
+        let output = ratelab(&[&args[..], &["--seed", &seed]].concat());
+        let alone: Value = serde_json::from_slice(&output.stdout).expect("metrics");
+        for (key, value) in cell.as_object().expect("an object") {
+            assert_eq!(&alone[key], value, "{key} at {hz} Hz, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn survival_counts_the_cells() {
+    let swept = json(&["--control-hz", "6..8", "--seeds", "0..29"]);
+    let cells = swept["cells"].as_array().expect("cells");
+    for row in swept["survival"].as_array().expect("rows") {
+        let same = |cell: &&Value| cell["control_hz"] == row["control_hz"];
+        let up = cells.iter().filter(same).filter(|c| c["balanced"] == true);
+        assert_eq!(row["balanced"], up.count());
+        assert_eq!(row["runs"], 30);
+        assert!(row.get("growth_per_s").is_none());
+    }
+    assert_eq!(swept["complete"], true);
+    assert_eq!(swept["runs"], 90);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = TempDir::new().expect("folder");
+    let once = |threads: &str| {
+        let (out, csv) = (path(&folder, threads), path(&folder, "rows.csv"));
+        let args = ["--seeds", "0..9", "--threads", threads];
+        let said = sweep(&[&args[..], &["--csv", &csv, "--out", &out]].concat());
+        let json = fs::read(format!("{out}/sweep.json")).expect("JSON");
+        (said, json, fs::read(csv).expect("rows"))
+    };
+    let alone = once("1");
+    assert!(alone == once("2"));
+    assert!(alone == once("7"));
+}
+
+#[test]
+fn rows_have_a_header_and_one_line_per_run() {
+    let folder = TempDir::new().expect("folder");
+    let csv = path(&folder, "rows.csv");
+    sweep(&["--control-hz", "5", "--seeds", "0..2", "--csv", &csv]);
+    let rows = fs::read_to_string(csv).expect("rows");
+    let rows: Vec<&str> = rows.lines().collect();
+    assert_eq!(rows.len(), 4);
+    assert_eq!(rows[0].split(',').count(), rows[1].split(',').count());
+    assert!(
+        rows[1].starts_with("scripted,50,1,5,0,pole_fell,43,0.84,0.0851"),
+        "{}",
+        rows[1]
+    );
+}
+
+#[test]
+fn the_list_shows_where_the_cliff_is_and_that_it_is_uneven() {
+    let said = sweep(&["--control-hz", "5..9,7.5,7.75", "--seeds", "0..49"]);
+    for line in [
+        "graph     policy scripted | sensor 50 Hz | queue depth 1",
+        "runs      350 of 10 s: 7 control rates × 50 seeds",
+        "cliff     none balanced up to 6 Hz, all from 9 Hz on",
+        "uneven    50 of 50 at 7.5 Hz, then 18 of 50 at 7.75 Hz: faster, yet worse",
+    ] {
+        assert!(said.contains(line), "{line:?} is missing in\n{said}");
+    }
+    assert!(!said.contains('\x1b'), "colours where nobody sees them");
+    assert!(
+        said.lines().all(|line| line.chars().count() <= 80),
+        "{said}"
+    );
+}
+
+#[test]
+fn one_seed_reads_as_plainly_as_many() {
+    let said = sweep(&["--control-hz", "5,10", "--seeds", "0"]);
+    assert!(said.contains("0 of 1  ····"), "{said}");
+    assert!(said.contains("1 of 1  ████"), "{said}");
+}
+
+#[test]
+fn several_conditions_are_a_map_of_eighty_columns() {
+    let args = ["--sensor_hz", "25,50", "--queue_depth", "1,2", "--ascii"];
+    let said = sweep(&[&args[..], &["--seeds", "0..4"]].concat());
+    assert!(said.is_ascii(), "{said}");
+    for line in ["sensor 25 depth 1", "sensor 50 depth 2", "cells     . none"] {
+        assert!(said.contains(line), "{line:?} is missing in\n{said}");
+    }
+    assert!(said.lines().all(|line| line.len() <= 80), "{said}");
+}
+
+#[test]
+fn theory_stands_beside_the_measurement() {
+    let args = [
+        "--control-hz",
+        "8,10,7.77777",
+        "--seeds",
+        "0..1",
+        "--theory",
+    ];
+    let said = sweep(&args);
+    let row = |rate: &str| {
+        let mut lines = said.lines();
+        let row = lines.find(|line| line.trim_start().starts_with(rate));
+        row.unwrap_or_else(|| panic!("{rate} is missing in\n{said}"))
+    };
+    assert!(row("8 ").ends_with("+1.71"), "{said}");
+    assert!(row("10 ").ends_with("+1.82"), "{said}");
+    assert!(row("10 ").contains("2 of 2"), "{said}");
+    assert!(row("7.77777").ends_with(" -"), "too long a hyper-period");
+    let swept = json(&args);
+    assert_eq!(swept["survival"][1]["growth_per_s"], 1.8178);
+    assert_eq!(swept["survival"][2]["growth_per_s"], Value::Null);
+}
+
+#[test]
+fn theory_is_silent_about_policies_that_it_is_not_about() {
+    let args = ["--control-hz", "10", "--seeds", "0", "--policy", "zero"];
+    let said = sweep(&[&args[..], &["--theory"]].concat());
+    assert!(said.contains(" -\n"), "{said}");
+}
+
+#[test]
+fn bad_input_is_one_line_that_names_option_and_value() {
+    let folder = TempDir::new().expect("folder");
+    let taken = path(&folder, "taken.rrd");
+    fs::write(&taken, "").expect("file");
+    let cases: [(&[&str], &[&str]); 11] = [
+        (
+            &["--control-hz", "30..1"],
+            &["--control-hz", "30..1", "smaller"],
+        ),
+        (
+            &["--control-hz", "0..5"],
+            &["--control-hz", "0.001 to 10000"],
+        ),
+        (&["--control-hz", "5,5"], &["--control-hz", "\"5\"", "once"]),
+        (&["--seeds", "-1"], &["--seeds", "-1", "whole number"]),
+        (&["--seeds", ""], &["--seeds", "whole number"]),
+        (&["--queue-depth", "0"], &["--queue-depth", "1 to 1000000"]),
+        (
+            &["--policy", "alexnet"],
+            &["--policy", "alexnet", "scripted"],
+        ),
+        (&["--policy", "zero,zero"], &["--policy", "zero", "once"]),
+        (&["--threads", "0"], &["--threads", "0", "1 to 1024"]),
+        (
+            &["--seeds", "0..99999"],
+            &["3000000 runs", "2000000 runs at most"],
+        ),
+        (
+            &["--record", &taken],
+            &["--record", "taken.rrd", "another name"],
+        ),
+    ];
+    for (args, expected) in cases {
+        let output = ratelab(&[&["sweep"], args].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?} said {said}");
+        assert_eq!(said.lines().count(), 1, "{args:?} said {said}");
+        assert!(output.stdout.is_empty(), "{args:?} printed a result");
+        for word in expected {
+            assert!(said.contains(word), "{args:?} said {said}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_what_is_done_and_says_how_much() {
+    use std::{process::Stdio, thread, time::Duration};
+    let folder = TempDir::new().expect("folder");
+    let csv = path(&folder, "rows.csv");
+    let child = Command::new(env!("CARGO_BIN_EXE_ratelab"))
+        .args(["sweep", "--control-hz", "41..50", "--seeds", "0..9999"])
+        .args(["--json", "--csv", &csv])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("ratelab starts");
+    // The file says that the handler stands.
+    while fs::metadata(&csv).is_err() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    thread::sleep(Duration::from_millis(300));
+    let pid = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(kill.expect("kill").success());
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(1));
+    let swept: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let done = swept["runs"].as_u64().expect("a number");
+    assert!(done < 100_000);
+    assert_eq!(swept["complete"], false);
+    assert_eq!(swept["cells"].as_array().expect("cells").len() as u64, done);
+    let rows = fs::read_to_string(csv).expect("rows");
+    assert_eq!(rows.lines().count() as u64, done + 1);
+    let said = text(&output.stderr);
+    assert!(said.contains(&format!("{done} of 100000 runs")), "{said}");
+}
