@@ -81,7 +81,9 @@ fn head(survey: &Survey, theme: &Theme) -> Vec<String> {
 /// What has one value.
 fn fixed(sweep: &Sweep) -> String {
     let parts = [
-        one(&sweep.policies, |policy| format!("policy {policy}")),
+        one(&sweep.policies, |policy| {
+            format!("policy {}", policy.name())
+        }),
         one(&sweep.sensor_hz, |hz| format!("sensor {hz}")),
         one(&sweep.queue_depths, |depth| format!("queue depth {depth}")),
     ];

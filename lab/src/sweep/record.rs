@@ -174,7 +174,9 @@ fn name(row: &Row) -> String {
     let cell = &row.cell;
     format!(
         "{} sensor {} depth {}",
-        cell.policy, cell.sensor_hz, cell.queue_depth
+        cell.policy.name(),
+        cell.sensor_hz,
+        cell.queue_depth
     )
 }
 

@@ -116,7 +116,7 @@ fn name(survey: &Survey, rows: &[Row]) -> String {
         return String::new();
     };
     let parts = [
-        (sweep.policies.len(), cell.policy.to_string()),
+        (sweep.policies.len(), cell.policy.name().to_owned()),
         (
             sweep.sensor_hz.len(),
             format!("sensor {}", cell.sensor_hz.get()),
