@@ -468,14 +468,14 @@ fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
         ..Config::default()
     };
     let mut app = App::new(&config, Setup::default()).expect("session");
-    let key = KeyEvent::new(KeyCode::Char('P'), KeyModifiers::SHIFT);
+    let key = KeyEvent::new(KeyCode::Char('p'), KeyModifiers::NONE);
     app.key(&key).expect("no fault");
     let policy = |app: &App| app.shown().map(|shown| shown.picture.policy.clone());
     while policy(&app).is_none_or(|policy| policy == "scripted") {
         std::thread::sleep(Duration::from_millis(1));
         app.sample().expect("no fault");
     }
-    // The last of those that are built in: no folder of brains is here.
+    // Those that drop the pole come last.
     assert_eq!(policy(&app).as_deref(), Some("lqr"));
     let ended = app.finish().ended.expect("no fault");
     assert!(ended.summary.verdict.balanced());

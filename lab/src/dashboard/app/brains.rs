@@ -26,6 +26,8 @@ pub(super) fn available(config: &Config) -> Vec<Brain> {
             brains.push(brain);
         }
     }
+    // Nobody passes by those that drop the pole on the way to one that does not.
+    brains.sort_by_key(|brain| !brain.balances());
     brains
 }
 
