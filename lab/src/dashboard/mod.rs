@@ -8,7 +8,9 @@
 mod app;
 mod cliff;
 mod desk;
+mod error;
 mod figures;
+mod focus;
 mod history;
 pub mod keys;
 mod ladder;
@@ -37,7 +39,8 @@ use ratatui::{Terminal, backend::Backend};
 use ratelab::experiment::Config;
 
 use app::App;
-pub use app::{LabError, Left};
+pub use app::Left;
+pub use error::LabError;
 use player::Player;
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;

@@ -14,7 +14,8 @@ use ratelab::{
 
 use super::{
     LabError, Model,
-    app::{Pane, TRACE_S, marks},
+    app::{TRACE_S, marks},
+    focus::Pane,
     keys::{REPLAY, ReplayAction as Action},
     ladder::{self, Way},
     picture::{Picture, Trace},

@@ -14,7 +14,7 @@ use ratelab::{
     runtime::{Command, Fault, Message, Observer, RealClock, Tap, Tapped, clock::Realtime},
 };
 
-use super::{app::LabError, sampler::Watched};
+use super::{error::LabError, sampler::Watched};
 use crate::{
     csv,
     recording::{Destination, Ending, Recorder, Source},

@@ -6,20 +6,21 @@ mod exercises;
 mod knobs;
 mod recording;
 
-use std::{path::PathBuf, sync::Arc};
+use std::sync::Arc;
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::{Config, Knob, SetupError, TimedKnob},
+    experiment::{Config, Knob, TimedKnob},
     policy::Brain,
-    runtime::{ClockKind, Command, Fault, Time, telemetry::Event},
+    runtime::{ClockKind, Command, Time, telemetry::Event},
 };
-use thiserror::Error;
 
 use super::{
     Model,
     cliff::CliffMap,
     desk::Desk,
+    error::LabError,
+    focus::Pane,
     history::History,
     keys::{Action, LAB, MAP},
     ladder::Way,
@@ -32,66 +33,6 @@ use crate::recording::{Destination, RecordError, Recorded, Recorder};
 
 /// Run time that the angle chart shows (s).
 pub const TRACE_S: f64 = 10.0;
-
-/// A part of the screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pane {
-    /// The node graph.
-    Graph,
-    /// The cart-pole.
-    Plant,
-    /// The pole's angle over time.
-    Angle,
-    /// Topics, latency, nodes.
-    Figures,
-    /// Verdict and events.
-    Events,
-}
-
-impl Pane {
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 5] = [
-        Self::Graph,
-        Self::Plant,
-        Self::Angle,
-        Self::Figures,
-        Self::Events,
-    ];
-
-    /// The one after it.
-    pub fn next(self) -> Self {
-        let index = Self::ALL.iter().position(|pane| *pane == self);
-        Self::ALL[(index.unwrap_or(0) + 1) % Self::ALL.len()]
-    }
-}
-
-/// Why the dashboard ends other than by a key.
-#[derive(Debug, Error)]
-pub enum LabError {
-    /// A node failed.
-    #[error(transparent)]
-    Fault(#[from] Fault),
-    /// A run could not be started.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// A clock's own thread panicked.
-    #[error("the clock panicked, which is a defect of ratelab: please report it")]
-    Panicked,
-    /// A recording cannot begin.
-    #[error("--record {}: {why}", path.display())]
-    Record {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        why: std::io::Error,
-    },
-    /// Control steps cannot be written.
-    #[error("--csv: {0}")]
-    Csv(std::io::Error),
-    /// The terminal cannot be read or written.
-    #[error("the terminal failed: {0}")]
-    Terminal(#[from] std::io::Error),
-}
 
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.

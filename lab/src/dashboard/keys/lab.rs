@@ -1,7 +1,7 @@
 //! The keys of the lab.
 
 use super::{END, HOME, Key, LEFT, RIGHT, TAB, Table, row};
-use crate::dashboard::{app::Pane, ladder::Way};
+use crate::dashboard::{focus::Pane, ladder::Way};
 
 /// What a person can do in the lab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use crossterm::event::KeyCode;
 
 use super::{END, HOME, Key, LEFT, RIGHT, TAB, Table, row};
-use crate::dashboard::{app::Pane, ladder::Way};
+use crate::dashboard::{focus::Pane, ladder::Way};
 
 /// What a person can do with a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use ratatui::layout::{Constraint, Layout as Split, Rect, Size};
 
-use crate::dashboard::app::Pane;
+use crate::dashboard::focus::Pane;
 
 /// The smallest screen that shows anything but its own size.
 pub const LEAST: Size = Size::new(40, 12);

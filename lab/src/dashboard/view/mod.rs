@@ -34,8 +34,8 @@ use ratelab::runtime::telemetry::Event;
 use self::{layout::Layout, theme::Theme};
 pub use self::{page::Page, scrubber::Scrubber, status::StatusExtra};
 use super::{
-    app::Pane,
     cliff::CliffMap,
+    focus::Pane,
     picture::{Picture, Trace},
 };
 

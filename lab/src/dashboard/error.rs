@@ -1,0 +1,34 @@
+//! Why the dashboard ends before a person leaves it.
+
+use std::path::PathBuf;
+
+use ratelab::{experiment::SetupError, runtime::Fault};
+use thiserror::Error;
+
+/// Why the dashboard ends other than by a key.
+#[derive(Debug, Error)]
+pub enum LabError {
+    /// A node failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+    /// A run could not be started.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A clock's own thread panicked.
+    #[error("the clock panicked, which is a defect of ratelab: please report it")]
+    Panicked,
+    /// A recording cannot begin.
+    #[error("--record {}: {why}", path.display())]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        why: std::io::Error,
+    },
+    /// Control steps cannot be written.
+    #[error("--csv: {0}")]
+    Csv(std::io::Error),
+    /// The terminal cannot be read or written.
+    #[error("the terminal failed: {0}")]
+    Terminal(#[from] std::io::Error),
+}

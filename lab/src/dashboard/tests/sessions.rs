@@ -1,0 +1,285 @@
+//! What keys do to a session, and how sessions end.
+
+use std::time::Duration;
+
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::{Terminal, backend::TestBackend};
+use ratelab::{
+    cartpole::{Action, Observation},
+    experiment::{Config, Experiment, Summary, Verdict},
+    policy::Policy,
+    runtime::{ClockKind, RealClock, Speed, Time},
+};
+
+use super::*;
+
+/// A brain that fails as soon as it is asked.
+#[derive(Clone)]
+struct Broken(fn() -> Action);
+
+impl Policy for Broken {
+    fn name(&self) -> &str {
+        "broken"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        (self.0)()
+    }
+}
+
+#[test]
+fn keys_turn_the_knobs_of_the_running_graph() {
+    let config = Config {
+        speed: Speed::times(1.0).expect("speed"),
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let (app, _) = typed(config, &chars("[[}>"));
+    let summary = app.finish().ended.expect("no fault").summary;
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(
+        turned,
+        [
+            "control-hz 40",
+            "control-hz 30",
+            "sensor-hz 60",
+            "queue-depth 2"
+        ]
+    );
+}
+
+#[test]
+fn an_exact_value_can_be_typed() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut keys = chars(":control-hz 7.5");
+    keys.push(KeyCode::Enter);
+    let (app, _) = typed(config, &keys);
+    let summary = app.finish().ended.expect("no fault").summary;
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(turned, ["control-hz 7.5"]);
+}
+
+#[test]
+fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
+    let brains = [
+        (Broken(|| Action(f32::NAN)), "must be finite"),
+        (Broken(|| panic!("out of ideas")), "panicked: out of ideas"),
+    ];
+    for (brain, said) in brains {
+        for clock in [ClockKind::Virtual, ClockKind::Real] {
+            let config = Config {
+                clock,
+                end: Time::MAX,
+                ..Config::default()
+            };
+            let brain = Box::new(brain.clone());
+            let experiment = Experiment::with_policy(&config, brain).expect("experiment");
+            let mut app = App::watching(Session::of(experiment, &config, None), Setup::default());
+            let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
+            let mut nobody = Typist {
+                keys: VecDeque::new(),
+            };
+            let quit = AtomicBool::new(false);
+            let end = run(&mut terminal, &mut nobody, &mut app, &options(), &quit);
+            let fault = end.expect_err("a fault").to_string();
+            assert!(
+                fault.contains("\"policy\"") && fault.contains(said),
+                "{fault}"
+            );
+            assert_eq!(fault.lines().count(), 1);
+        }
+    }
+}
+
+#[test]
+fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
+    // Flat out, the taps are full long before this is over.
+    let config = Config {
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let app = App::new(&config, Setup::default()).expect("session");
+    std::thread::sleep(Duration::from_secs(2));
+    app.finish().ended.expect("no fault");
+}
+
+#[test]
+fn keys_go_on_from_where_the_timed_knobs_led() {
+    let config = Config {
+        speed: Speed::times(10.0).expect("speed"),
+        end: Time::MAX,
+        knobs: ratelab::experiment::parse_knobs("0 control-hz 20").expect("knobs"),
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::default()).expect("session");
+    while app.events(Time::MAX).next().is_none() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    press(&mut app, "[");
+    let summary = app.finish().ended.expect("no fault").summary;
+    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
+    assert_eq!(turned, ["control-hz 20", "control-hz 15"]);
+}
+
+#[test]
+fn keys_count_even_before_the_graph_has_heard_of_the_last() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::default()).expect("session");
+    press(&mut app, "  cccc");
+    let summary = app.finish().ended.expect("no fault").summary;
+    let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
+    let count = |what: &str| told.iter().filter(|event| event.contains(what)).count();
+    assert_eq!(
+        (count("pause"), count("resume"), count("refused")),
+        (1, 1, 0),
+        "{told:?}"
+    );
+    assert_eq!(
+        (count("real clock"), count("virtual clock")),
+        (2, 2),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn control_c_leaves_while_a_value_is_being_typed() {
+    let mut app = ended(Config::default());
+    press(&mut app, ":con");
+    let key = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    app.key(&key).expect("obeyed");
+    assert!(app.quit);
+}
+
+#[test]
+fn a_pause_is_one_picture_however_long_it_lasts() {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::default()).expect("session");
+    press(&mut app, " ");
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < Duration::from_millis(2500) {
+        app.sample().expect("no fault");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    press(&mut app, ",");
+    let kept = app.looking_back().map_or(1, |(_, kept)| kept);
+    assert!(kept <= 4, "{kept} pictures of a graph that stood still");
+    app.finish().ended.expect("no fault");
+}
+
+#[test]
+fn the_end_of_a_ladder_says_so() {
+    let mut app = ended(Config::default());
+    app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))
+        .expect("obeyed");
+    assert!(
+        app.notice
+            .as_deref()
+            .is_some_and(|notice| notice.contains("lowest, 1"))
+    );
+}
+
+#[test]
+fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let (mut app, _) = typed(config, &[]);
+    for (key, said) in [('+', "no speed"), ('.', "cannot step")] {
+        app.key(&KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE))
+            .expect("obeyed");
+        assert!(
+            app.notice
+                .as_deref()
+                .is_some_and(|notice| notice.contains(said)),
+            "{key}"
+        );
+    }
+    app.finish().ended.expect("no fault");
+}
+
+#[test]
+fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
+    let config = Config {
+        speed: Speed::times(20.0).expect("speed"),
+        end: Time::from_nanos(6_000_000_000),
+        ..Config::default()
+    };
+    let (mut app, _) = typed(config.clone(), &chars("[[ . .. >[[[[  ]]"));
+    while !app.ended() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    let summary = app.finish().ended.expect("no fault").summary;
+    assert!(
+        summary.knobs().len() >= 8,
+        "the keys came too late to count"
+    );
+
+    let headless = Config {
+        speed: Speed::FlatOut,
+        knobs: summary.knobs(),
+        ..config
+    };
+    let again = Experiment::new(&headless).expect("experiment");
+    let again = again.run(&mut RealClock::default()).expect("run");
+    assert_eq!(figures(&again), figures(&summary));
+}
+
+/// All that a run computed, to the bit.
+fn figures(summary: &Summary) -> (Verdict, u64, u64, Duration, [u64; 4]) {
+    (
+        summary.verdict,
+        summary.steps,
+        summary.final_pole_angle.to_bits(),
+        summary.latency.sum(),
+        [
+            summary.obs.published,
+            summary.obs.dropped,
+            summary.action.published,
+            summary.action.dropped,
+        ],
+    )
+}
+
+#[test]
+fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
+    let config = Config {
+        end: Time::MAX,
+        speed: Speed::REAL_TIME,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::default()).expect("session");
+    let key = KeyEvent::new(KeyCode::Char('p'), KeyModifiers::NONE);
+    app.key(&key).expect("no fault");
+    let policy = |app: &App| app.shown().map(|shown| shown.picture.policy.clone());
+    while policy(&app).is_none_or(|policy| policy == "scripted") {
+        std::thread::sleep(Duration::from_millis(1));
+        app.sample().expect("no fault");
+    }
+    // Those that drop the pole come last.
+    assert_eq!(policy(&app).as_deref(), Some("lqr"));
+    let ended = app.finish().ended.expect("no fault");
+    assert!(ended.summary.verdict.balanced());
+    let turned: Vec<String> = ended
+        .summary
+        .knobs()
+        .iter()
+        .map(|k| k.knob.to_string())
+        .collect();
+    assert_eq!(turned, ["policy lqr"]);
+}
