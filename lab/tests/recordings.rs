@@ -1,5 +1,7 @@
 //! Recordings as a user meets them: made, shown, run again, torn and refused.
 
+mod common;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -9,6 +11,8 @@ use std::{
 };
 
 use tempfile::TempDir;
+
+use common::path;
 
 fn ratelab() -> Command {
     Command::new(env!("CARGO_BIN_EXE_ratelab"))
@@ -32,10 +36,6 @@ fn complaint(output: &Output, code: i32) -> String {
 
 fn folder() -> TempDir {
     TempDir::new().expect("a folder")
-}
-
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).display().to_string()
 }
 
 /// Records a virtual run with `args` to the file `name` in `folder`.

@@ -1,31 +1,18 @@
 //! `ratelab run` as a user meets it: what it prints, writes and refuses.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+mod common;
+
+use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn ratelab(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-    command.args(args).output().expect("ratelab starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
+use common::{path, ratelab, text};
 
 fn metrics(args: &[&str]) -> Value {
     let output = ratelab(&[&["run", "--clock", "virtual", "--json"], args].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("stdout is JSON and nothing else")
-}
-
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).display().to_string()
 }
 
 #[test]

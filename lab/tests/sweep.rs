@@ -1,21 +1,13 @@
 //! `ratelab sweep` as a user meets it: what it prints, writes and refuses.
 
-use std::{
-    fs,
-    process::{Command, Output},
-};
+mod common;
+
+use std::{fs, process::Command};
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn ratelab(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-    command.args(args).output().expect("ratelab starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
+use common::{path, ratelab, text};
 
 fn sweep(args: &[&str]) -> String {
     let output = ratelab(&[&["sweep"], args].concat());
@@ -27,10 +19,6 @@ fn sweep(args: &[&str]) -> String {
 fn json(args: &[&str]) -> Value {
     let said = sweep(&[&["--json"], args].concat());
     serde_json::from_str(&said).expect("stdout is JSON and nothing else")
-}
-
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).display().to_string()
 }
 
 #[test]

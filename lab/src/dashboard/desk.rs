@@ -9,7 +9,7 @@ use exercises::{
 };
 
 use super::view::Page;
-use crate::exercise::{RESCUE, answers_file, judge_file};
+use crate::exercise::{RESCUE, answers_file, judge_file, predicted};
 
 /// Lines that PgUp and PgDn move by.
 const JUMP: usize = 10;
@@ -239,11 +239,10 @@ impl Desk {
         let lines = ALL.iter().enumerate().map(|(index, exercise)| {
             let brief = exercise.brief();
             let mark = if index == marked { "▶" } else { " " };
-            let done = self.answers.get(brief).map_or(String::new(), |prediction| {
-                format!("  you predicted {} {}", prediction.number(), brief.unit)
-            });
+            let done = predicted(&self.answers, brief).unwrap_or_default();
             let (number, title) = (brief.number, brief.title);
-            format!("{mark} {number} {title} ({}){done}", brief.kind)
+            let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
+            line.trim_end().to_owned()
         });
         lines.collect::<Vec<_>>().join("\n")
     }

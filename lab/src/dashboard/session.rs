@@ -75,14 +75,14 @@ impl Session {
         let experiment = Experiment::new(config)?;
         let csv = setup.csv.as_ref().map(File::create).transpose();
         let csv = csv.map_err(LabError::Csv)?;
+        let source = Source::of(&experiment, config);
         let recorder = record.map(|record| {
-            let source = Source::of(&experiment, config);
             let begun = record.claim(config, |path| Recorder::from_the_start(path, &source));
             begun.map_err(|(path, why)| LabError::Record { path, why })
         });
         let recorder = recorder.transpose()?.map(|(_, recorder)| recorder);
         let csv = csv.map(|file| csv::Writer::start(file, &experiment));
-        let session = Self::of(experiment, config, setup.realtime.clone());
+        let session = Self::begin(experiment, config, source, setup.realtime.clone());
         Ok(Self {
             csv,
             recorder,
@@ -91,8 +91,18 @@ impl Session {
     }
 
     /// Starts `experiment`, which was made from `config`.
+    #[cfg(test)]
     pub fn of(experiment: Experiment, config: &Config, realtime: Option<Realtime>) -> Self {
         let source = Source::of(&experiment, config);
+        Self::begin(experiment, config, source, realtime)
+    }
+
+    fn begin(
+        experiment: Experiment,
+        config: &Config,
+        source: Source,
+        realtime: Option<Realtime>,
+    ) -> Self {
         let observer = experiment.observer();
         let commands = experiment.commands();
         let steps = Some(experiment.taps().steps(BACKLOG));

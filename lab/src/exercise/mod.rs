@@ -6,7 +6,7 @@ mod learner;
 
 use exercises::{
     ALL,
-    practice::{Answers, Exercise},
+    practice::{Answers, Brief, Exercise},
 };
 
 pub use self::{
@@ -54,11 +54,9 @@ fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
 fn list(answers: &Answers) -> String {
     let lines = ALL.iter().map(|exercise| {
         let brief = exercise.brief();
-        let predicted = answers.get(brief).map_or(String::new(), |prediction| {
-            format!("  you predicted {} {}", prediction.number(), brief.unit)
-        });
+        let predicted = predicted(answers, brief).unwrap_or_default();
         let line = format!(
-            "{}  {:<26} {:<17}{predicted}",
+            "{}  {:<26} {:<17}  {predicted}",
             brief.number,
             brief.title,
             brief.kind.to_string()
@@ -69,6 +67,13 @@ fn list(answers: &Answers) -> String {
     lines.collect::<String>() + how
 }
 
+/// What was predicted in an exercise, in words, if it was.
+pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
+    let prediction = answers.get(brief)?;
+    let said = format!("you predicted {} {}", prediction.number(), brief.unit);
+    Some(said.trim_end().to_owned())
+}
+
 /// Measures again what each of `exercises` promises. Predictions that were not
 /// made are skipped.
 fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
@@ -77,10 +82,7 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
         let brief = exercise.brief();
         let claims = exercise.check()?;
         let failed: Vec<_> = claims.iter().filter(|claim| !claim.holds()).collect();
-        let predicted = match answers.get(brief) {
-            Some(prediction) => format!("you predicted {} {}", prediction.number(), brief.unit),
-            None => "no prediction yet, skipped".to_owned(),
-        };
+        let predicted = predicted(answers, brief);
         let (sign, held) = match failed.len() {
             0 => ("✓", format!("{} measurements hold", claims.len())),
             n => (
@@ -92,7 +94,7 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
             "{sign} {} {}: {held}; {}",
             brief.number,
             brief.title,
-            predicted.trim_end()
+            predicted.as_deref().unwrap_or("no prediction yet, skipped")
         ))?;
         for claim in &failed {
             say(&format!("    {claim}"))?;

@@ -152,8 +152,7 @@ fn verdict_line(shown: &Shown<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) 
 /// What is being typed, its end in sight, and what may be typed if there is room.
 fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
-    let hidden = typed.chars().count().saturating_sub(room);
-    let tail: String = typed.chars().skip(hidden).collect();
+    let tail = pane::tail(typed, room);
     let hint = "   Enter turns it, Esc leaves: control-hz, sensor-hz or queue-depth, and a value";
     let spans = [
         Span::styled(": ", theme.strong()),

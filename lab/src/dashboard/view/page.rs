@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{broken, centred, clip, frame, plain, put, row},
+    pane::{broken, centred, clip, frame, plain, put, row, tail},
     theme::Theme,
 };
 
@@ -78,12 +78,6 @@ pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
         row(inner, bottom.saturating_sub(1)),
         buf,
     );
-}
-
-/// The end of `text`, in `room` letters.
-fn tail(text: &str, room: usize) -> String {
-    let hidden = text.chars().count().saturating_sub(room);
-    text.chars().skip(hidden).collect()
 }
 
 #[cfg(test)]

@@ -88,6 +88,12 @@ pub fn centred(width: usize, height: usize, area: Rect) -> Rect {
     }
 }
 
+/// The end of `text`, in `room` letters.
+pub fn tail(text: &str, room: usize) -> String {
+    let hidden = text.chars().count().saturating_sub(room);
+    text.chars().skip(hidden).collect()
+}
+
 /// `text` in lines of `room` columns, broken between words where there are any.
 pub fn broken(text: &str, room: usize) -> Vec<String> {
     let lines = textwrap::wrap(text, room.max(1)).into_iter();
