@@ -67,6 +67,13 @@ impl Inbox {
     }
 }
 
+/// Nobody commands.
+impl Default for Inbox {
+    fn default() -> Self {
+        Self::new(Vec::new()).1
+    }
+}
+
 #[cfg(not(feature = "model"))]
 impl Inbox {
     /// The next live command; `None` if the wait was over first, or at once if

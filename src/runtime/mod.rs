@@ -51,8 +51,9 @@
 //!     }
 //! })?;
 //!
-//! let (_commands, mut inbox) = Inbox::new(Vec::new());
-//! let exit = VirtualClock.run(&mut graph, &mut inbox, Time::from_secs_f64(10.0)?)?;
+//! // Nobody commands it, so its inbox stays empty.
+//! let end = Time::from_secs_f64(10.0)?;
+//! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
 //! assert_eq!(graph.observer().snapshot().topics[0].dropped(), 12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,0 +1,58 @@
+//! A node of your own: it smooths what a noisy sonar reads.
+//!
+//! A node is anything with a `tick`. The graph hands it the ends of its topics
+//! while it is being built, and it knows nothing else of the world.
+
+use std::{error::Error, ops::ControlFlow};
+
+use ratelab::runtime::{
+    Clock, Depth, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic, VirtualClock,
+};
+
+/// A low-pass filter: each tick goes a quarter of the way to the newest reading.
+struct Smooth {
+    input: Subscription<f64>,
+    output: Publisher<f64>,
+    value: f64,
+}
+
+impl Node for Smooth {
+    fn tick(&mut self, now: Time) -> Tick {
+        if let Some(reading) = self.input.latest(now) {
+            self.value += (reading.data - self.value) / 4.0;
+            // The reading's stamp goes along, so that latency can be measured.
+            let origin = Some(reading.stamp);
+            self.output.publish(self.value, now, origin);
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let raw = Topic::new("/raw", Depth::ONE);
+    let smooth = Topic::new("/smooth", Depth::ONE);
+    let mut graph = Graph::new();
+    graph.node("sonar", Hz::new(50.0)?, 0, |wiring| {
+        let raw = wiring.publisher(&raw);
+        let mut readings = [2.2, 1.9, 2.1, 1.8].into_iter().cycle();
+        move |now: Time| {
+            raw.publish(readings.next().unwrap_or(2.0), now, None);
+            Ok(ControlFlow::Continue(()))
+        }
+    })?;
+    graph.node("smooth", Hz::new(20.0)?, 1, |wiring| Smooth {
+        input: wiring.subscription(&raw),
+        output: wiring.publisher(&smooth),
+        value: 2.0,
+    })?;
+    let end = Time::from_secs_f64(1.0)?;
+    VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+
+    for topic in graph.observer().snapshot().topics {
+        let (name, published) = (&topic.name, topic.published);
+        println!("{name}: {published} messages, {} dropped", topic.dropped());
+    }
+    let last = smooth.subscribe().latest(end).ok_or("nothing came")?;
+    println!("{} m at {}", last.data, last.stamp);
+    Ok(())
+}

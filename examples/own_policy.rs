@@ -1,0 +1,43 @@
+//! A policy of your own: all the force there is, to the side the pole falls to.
+//!
+//! A policy sees an observation and answers with an action. It is put behind the
+//! policy node, and sensor and actuator never notice.
+
+use std::error::Error;
+
+use ratelab::{
+    cartpole::{Action, Observation},
+    experiment::{Config, Experiment},
+    policy::Policy,
+    runtime::{Hz, RealClock},
+};
+
+/// Pushes with all it has to where the pole will be in a quarter of a second.
+struct BangBang;
+
+impl Policy for BangBang {
+    fn name(&self) -> &str {
+        "bang-bang"
+    }
+
+    fn act(&mut self, seen: &Observation) -> Action {
+        let angle = seen.sin_theta.atan2(seen.cos_theta);
+        let soon = angle + 0.25 * seen.pole_velocity + 0.1 * seen.cart_velocity;
+        Action(soon.signum())
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    for hz in [50.0, 25.0, 10.0, 5.0] {
+        let config = Config {
+            control_hz: Hz::new(hz)?,
+            ..Config::default()
+        };
+        let experiment = Experiment::with_policy(&config, Box::new(BangBang))?;
+        // The virtual clock runs it; a real one is there for those who ask for it.
+        let summary = experiment.run(&mut RealClock::default())?;
+        let angle = summary.final_pole_angle.to_degrees();
+        println!("{hz} Hz: {}, at {angle:.1}° in the end", summary.verdict);
+    }
+    Ok(())
+}

@@ -1,0 +1,57 @@
+//! A topic type of your own: the state of a drive with two wheels.
+//!
+//! A topic carries whatever can be cloned and sent to another thread. What is to
+//! be logged as well implements [`Fields`]: then whoever keeps the log need not
+//! know what a wheel is.
+
+use std::{error::Error, ops::ControlFlow};
+
+use ratelab::runtime::{Clock, Depth, Fields, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+
+/// How fast the wheels turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wheels {
+    /// The left one (rad/s).
+    left: f64,
+    /// The right one (rad/s).
+    right: f64,
+}
+
+impl Fields for Wheels {
+    const FIELDS: &'static [&'static str] = &["left (rad/s)", "right (rad/s)"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend([self.left, self.right]);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        let &[left, right] = row else { return None };
+        Some(Self { left, right })
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wheels = Topic::new("/wheels", Depth::ONE);
+    let mut graph = Graph::new();
+    graph.node("drive", Hz::new(4.0)?, 0, |wiring| {
+        let wheels = wiring.publisher(&wheels);
+        move |now: Time| {
+            let (left, right) = (1.0 + now.as_secs_f64(), 1.0);
+            wheels.publish(Wheels { left, right }, now, None);
+            Ok(ControlFlow::Continue(()))
+        }
+    })?;
+    // A tap copies every message, whether or not a node reads it.
+    let log = graph.tap(&wheels, 16);
+    let end = Time::from_secs_f64(1.0)?;
+    VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+
+    println!("time, {}", Wheels::FIELDS.join(", "));
+    for tapped in log.items().try_iter() {
+        let mut row = Vec::new();
+        tapped.message.data.append_to(&mut row);
+        assert_eq!(Wheels::from_row(&row), Some(tapped.message.data));
+        println!("{}, {row:?}", tapped.message.stamp);
+    }
+    Ok(())
+}
