@@ -1,5 +1,5 @@
 //! One table of keys for each screen: what they do, what the help and the footer
-//! say of them, what `ratelab keys` prints and the README shows.
+//! say of them, and what `ratelab keys` prints.
 
 mod lab;
 mod map;
@@ -121,18 +121,6 @@ impl<A: Copy> Table<A> {
             text
         })
     }
-
-    /// The table as the README shows it.
-    #[cfg(test)]
-    pub fn markdown(&self) -> String {
-        let head = "| key | what it does |\n|---|---|\n".to_owned();
-        self.0.iter().fold(head, |mut text, binding| {
-            let keys = binding.labels().into_iter();
-            let keys: Vec<String> = keys.map(|label| format!("`{label}`")).collect();
-            let _ = writeln!(text, "| {} | {} |", keys.join(" "), binding.help);
-            text
-        })
-    }
 }
 
 #[cfg(test)]
@@ -175,13 +163,5 @@ mod tests {
         every_action_can_be_reached(&LAB);
         every_action_can_be_reached(&MAP);
         every_action_can_be_reached(&REPLAY);
-    }
-
-    #[test]
-    fn the_readme_shows_these_tables() {
-        let readme = include_str!("../../../../README.md");
-        for table in [LAB.markdown(), MAP.markdown(), REPLAY.markdown()] {
-            assert!(readme.contains(&table), "README.md is to hold:\n{table}");
-        }
     }
 }

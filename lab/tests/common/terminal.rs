@@ -1,0 +1,140 @@
+//! A terminal with ratelab in it, driven and read by a test.
+#![allow(dead_code)] // Each test uses its own part.
+
+use std::{
+    io::{Read, Write},
+    path::Path,
+    sync::mpsc::{Receiver, channel},
+    thread,
+    time::{Duration, Instant},
+};
+
+use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
+
+/// How long to wait for something that takes a fraction of a second, before
+/// saying that it never came.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A terminal with ratelab in it.
+pub struct Lab {
+    pub child: Box<dyn Child + Send + Sync>,
+    master: Box<dyn MasterPty + Send>,
+    keys: Box<dyn Write + Send>,
+    output: Receiver<Vec<u8>>,
+    pub parser: vt100::Parser,
+}
+
+impl Lab {
+    pub fn open(args: &[&str], rows: u16, cols: u16) -> Self {
+        Self::open_in(&std::env::temp_dir(), args, rows, cols)
+    }
+
+    pub fn open_in(folder: &Path, args: &[&str], rows: u16, cols: u16) -> Self {
+        let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
+        command.args(args);
+        command.cwd(folder);
+        Self::start(command, rows, cols)
+    }
+
+    /// Starts anything that draws on a terminal.
+    pub fn start(mut command: CommandBuilder, rows: u16, cols: u16) -> Self {
+        let size = PtySize {
+            rows,
+            cols,
+            ..PtySize::default()
+        };
+        let pair = native_pty_system().openpty(size).expect("a pty");
+        command.env("TERM", "xterm-256color");
+        let child = pair.slave.spawn_command(command).expect("ratelab starts");
+        drop(pair.slave);
+        let mut reader = pair.master.try_clone_reader().expect("output");
+        let keys = pair.master.take_writer().expect("input");
+        let (sender, output) = channel();
+        thread::spawn(move || {
+            let mut chunk = [0; 4096];
+            while let Ok(length @ 1..) = reader.read(&mut chunk) {
+                if sender.send(chunk[..length].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            child,
+            master: pair.master,
+            keys,
+            output,
+            parser: vt100::Parser::new(rows, cols, 0),
+        }
+    }
+
+    pub fn type_keys(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).expect("typed");
+        self.keys.flush().expect("typed");
+    }
+
+    pub fn resize(&mut self, rows: u16, cols: u16) {
+        let size = PtySize {
+            rows,
+            cols,
+            ..PtySize::default()
+        };
+        self.master.resize(size).expect("resized");
+        self.parser.screen_mut().set_size(rows, cols);
+    }
+
+    pub fn screen(&self) -> String {
+        self.parser.screen().contents()
+    }
+
+    /// Reads the screen until it shows `text`.
+    pub fn wait_for(&mut self, text: &str) {
+        let came = self.read_until(|screen| screen.contains(text));
+        assert!(
+            came,
+            "{text:?} never came; the screen shows\n{}",
+            self.screen()
+        );
+    }
+
+    /// Reads the screen until it shows `text` no more.
+    pub fn wait_without(&mut self, text: &str) {
+        let went = self.read_until(|screen| !screen.contains(text));
+        assert!(went, "{text:?} stayed; the screen shows\n{}", self.screen());
+    }
+
+    /// Reads until the screen is as wanted; false if it is not in good time.
+    pub fn read_until(&mut self, wanted: impl Fn(&str) -> bool) -> bool {
+        let deadline = Instant::now() + PATIENCE;
+        while !wanted(&self.screen()) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.output.recv_timeout(left) {
+                Ok(chunk) if !left.is_zero() => self.parser.process(&chunk),
+                _ => return false,
+            }
+        }
+        true
+    }
+
+    /// Reads what is left and waits for the end.
+    pub fn close(mut self) -> (ExitStatus, vt100::Parser) {
+        let deadline = Instant::now() + PATIENCE;
+        let left = || deadline.saturating_duration_since(Instant::now());
+        while let Ok(chunk) = self.output.recv_timeout(left()) {
+            assert!(
+                !left().is_zero(),
+                "it does not end; the screen shows\n{}",
+                self.screen()
+            );
+            self.parser.process(&chunk);
+        }
+        let parser = std::mem::replace(&mut self.parser, vt100::Parser::new(1, 1, 0));
+        (self.child.wait().expect("ended"), parser)
+    }
+}
+
+impl Drop for Lab {
+    /// A test that fails leaves no lab behind.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+    }
+}

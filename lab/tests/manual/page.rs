@@ -1,0 +1,206 @@
+//! A page of the manual, taken apart: what it has a reader type, what it says
+//! that the reader will see, and what it tells in prose.
+//!
+//! | in the page | is |
+//! |---|---|
+//! | a `console` block | `$ command` lines, each with its output: `[..]` stands for a part of a line that differs from run to run, `...` on a line of its own for any lines |
+//! | an `sh` block | a script whose every line succeeds |
+//! | `<!-- $ command -->` … `<!-- end -->` | what the command prints |
+//! | `<!-- FILE.csv -->` … `<!-- end -->` | the file as a table |
+//! | anything else | prose, in which every figure needs a source |
+
+use std::{fs, ops::Range, path::Path};
+
+use pulldown_cmark::{CodeBlockKind, CowStr, Event, Options, Parser, Tag, TagEnd};
+
+/// A page.
+pub struct Page {
+    /// Its path in the clone.
+    pub name: String,
+    /// All of it.
+    pub text: String,
+    /// What it has a reader type, in order.
+    pub steps: Vec<Step>,
+    /// The parts of its text that are prose.
+    pub prose: Vec<Range<usize>>,
+    /// Where its links and pictures lead.
+    pub links: Vec<String>,
+    /// Code in its lines.
+    pub code: Vec<String>,
+}
+
+/// Something to do.
+pub struct Step {
+    pub command: Command,
+    pub shown: Shown,
+}
+
+/// What to do.
+pub enum Command {
+    /// To be typed.
+    Shell(String),
+    /// Show this CSV file as a table.
+    Table(String),
+}
+
+/// What the page says comes of it.
+pub enum Shown {
+    /// Nothing but success.
+    Success,
+    /// This output, in which some parts may be left open.
+    Output(Range<usize>),
+    /// Exactly this part of the page, made by the command.
+    Generated(Range<usize>),
+}
+
+/// What is being read.
+#[derive(Default)]
+enum Within {
+    #[default]
+    Prose,
+    Fence(String, Option<Range<usize>>),
+    Generated(Command, usize),
+}
+
+impl Page {
+    pub fn read(root: &Path, name: &str) -> Self {
+        let text = fs::read_to_string(root.join(name)).expect(name);
+        let mut page = Self {
+            name: name.to_owned(),
+            text: text.clone(),
+            steps: Vec::new(),
+            prose: Vec::new(),
+            links: Vec::new(),
+            code: Vec::new(),
+        };
+        let mut within = Within::Prose;
+        for (event, range) in Parser::new_ext(&text, Options::ENABLE_TABLES).into_offset_iter() {
+            within = page.take(within, event, range);
+        }
+        assert!(matches!(within, Within::Prose), "{name}: no <!-- end -->");
+        page
+    }
+
+    fn take(&mut self, within: Within, event: Event<'_>, range: Range<usize>) -> Within {
+        match (within, event) {
+            (Within::Generated(command, start), Event::Html(html)) if html.trim() == END => {
+                let shown = Shown::Generated(start..range.start);
+                self.steps.push(Step { command, shown });
+                Within::Prose
+            }
+            (within @ Within::Generated(..), _) => within,
+            (Within::Fence(info, so_far), Event::Text(_)) => {
+                let start = so_far.map_or(range.start, |so_far| so_far.start);
+                Within::Fence(info, Some(start..range.end))
+            }
+            (Within::Fence(info, content), Event::End(TagEnd::CodeBlock)) => {
+                self.block(&info, content.unwrap_or_default());
+                Within::Prose
+            }
+            (Within::Prose, Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(info)))) => {
+                Within::Fence(info.to_string(), None)
+            }
+            (Within::Prose, Event::Html(html)) => match generator(&html) {
+                Some(command) => Within::Generated(command, range.end),
+                None => Within::Prose,
+            },
+            (within, event) => {
+                self.tell(event, range);
+                within
+            }
+        }
+    }
+
+    fn tell(&mut self, event: Event<'_>, range: Range<usize>) {
+        match event {
+            Event::Text(_) => self.prose.push(range),
+            Event::Code(code) => self.code.push(code.to_string()),
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                self.links.push(dest_url.to_string());
+            }
+            _ => {}
+        }
+    }
+
+    fn block(&mut self, info: &str, content: Range<usize>) {
+        match info {
+            "console" => self.transcript(content),
+            "sh" => self.script(content),
+            _ => self.prose.push(content),
+        }
+    }
+
+    /// Commands after `$`, which go on after `>`, each followed by its output.
+    fn transcript(&mut self, content: Range<usize>) {
+        for line in lines(&self.text, content) {
+            let text = self.text[line.clone()].trim_end();
+            if let Some(command) = text.strip_prefix("$ ") {
+                self.steps.push(Step {
+                    command: Command::Shell(command.to_owned()),
+                    shown: Shown::Output(line.end..line.end),
+                });
+                continue;
+            }
+            match (text.strip_prefix("> "), self.steps.last_mut()) {
+                (
+                    Some(more),
+                    Some(Step {
+                        command: Command::Shell(command),
+                        shown,
+                    }),
+                ) => {
+                    *command = format!("{command}\n{more}");
+                    *shown = Shown::Output(line.end..line.end);
+                }
+                (
+                    None,
+                    Some(Step {
+                        shown: Shown::Output(output),
+                        ..
+                    }),
+                ) => output.end = line.end,
+                _ => panic!("{}: output of no command: {text}", self.name),
+            }
+        }
+    }
+
+    /// A command a line; what their comments say is prose.
+    fn script(&mut self, content: Range<usize>) {
+        for line in lines(&self.text, content) {
+            let text = &self.text[line.clone()];
+            let command = text.split('#').next().unwrap_or_default();
+            self.prose.push(line.start + command.len()..line.end);
+            if !command.trim().is_empty() {
+                self.steps.push(Step {
+                    command: Command::Shell(command.trim().to_owned()),
+                    shown: Shown::Success,
+                });
+            }
+        }
+    }
+}
+
+/// The lines of a part of `text`.
+fn lines(text: &str, part: Range<usize>) -> Vec<Range<usize>> {
+    let mut end = part.start;
+    let lines = text[part].split_inclusive('\n');
+    lines
+        .map(|line| {
+            let start = end;
+            end += line.len();
+            start..end
+        })
+        .collect()
+}
+
+const END: &str = "<!-- end -->";
+
+/// What a comment says that the following part of the page is made by.
+fn generator(html: &CowStr<'_>) -> Option<Command> {
+    let comment = html.trim().strip_prefix("<!-- ")?.strip_suffix(" -->")?;
+    match comment.strip_prefix("$ ") {
+        Some(command) => Some(Command::Shell(command.to_owned())),
+        None if comment.ends_with(".csv") => Some(Command::Table(comment.to_owned())),
+        None => None,
+    }
+}

@@ -1,0 +1,176 @@
+//! Where the commands of a page are typed: a folder like a fresh clone, in which
+//! everything is built already.
+
+use std::{
+    fs,
+    os::unix::fs::{PermissionsExt, symlink},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use portable_pty::CommandBuilder;
+use tempfile::TempDir;
+
+use crate::terminal::Lab;
+
+/// What cargo would have built is built: it is cargo that runs this check.
+const CARGO: &str = r#"#!/bin/sh
+case "$1 $2" in
+"run ") exec ratelab ;;
+"run --") shift 2 && exec ratelab "$@" ;;
+"run --example") exec "$BUILT/examples/$3" ;;
+esac
+echo "the check of the manual knows no cargo $*" >&2
+exit 125
+"#;
+
+/// A viewer that nobody has to look at.
+const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\"\n";
+
+/// Programs that a page may name.
+const PROGRAMS: [&str; 8] = [
+    "cargo",
+    "cat",
+    "echo",
+    "head",
+    "ls",
+    "ratelab",
+    "sha256sum",
+    "tail",
+];
+
+/// Folders that commands only read.
+const READ_ONLY: [&str; 5] = ["docs", "examples", "policies", "src", "tests"];
+
+/// Folders that commands also write to.
+const WRITTEN: [&str; 2] = ["exercises", "recordings"];
+
+/// A shell in a folder of its own.
+pub struct Shell {
+    folder: TempDir,
+    root: PathBuf,
+}
+
+impl Shell {
+    /// A shell for the clone at `root`.
+    pub fn new(root: &Path) -> Self {
+        let folder = TempDir::new().expect("folder");
+        let shell = Self {
+            folder,
+            root: root.canonicalize().expect("clone"),
+        };
+        fs::create_dir(shell.programs()).expect("folder");
+        fs::create_dir(shell.clone()).expect("folder");
+        let ratelab = env!("CARGO_BIN_EXE_ratelab");
+        symlink(ratelab, shell.programs().join("ratelab")).expect("ratelab");
+        shell.program("cargo", CARGO);
+        shell.program("rerun", VIEWER);
+        for name in READ_ONLY {
+            symlink(shell.root.join(name), shell.clone().join(name)).expect(name);
+        }
+        for name in WRITTEN {
+            shell.copy(name);
+        }
+        shell
+    }
+
+    fn programs(&self) -> PathBuf {
+        self.folder.path().join("programs")
+    }
+
+    fn clone(&self) -> PathBuf {
+        self.folder.path().join("clone")
+    }
+
+    fn program(&self, name: &str, script: &str) {
+        let path = self.programs().join(name);
+        fs::write(&path, script).expect(name);
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect(name);
+    }
+
+    /// Copies the files that are in a folder of the clone.
+    fn copy(&self, name: &str) {
+        let copy = self.clone().join(name);
+        fs::create_dir(&copy).expect(name);
+        for entry in fs::read_dir(self.root.join(name)).expect(name) {
+            let path = entry.expect(name).path();
+            if let (true, Some(file)) = (path.is_file(), path.file_name()) {
+                fs::copy(&path, copy.join(file)).expect(name);
+            }
+        }
+    }
+
+    /// What a reader has about him.
+    fn environment(&self) -> [(&'static str, String); 5] {
+        let path = std::env::var("PATH").unwrap_or_default();
+        let built = Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("");
+        [
+            ("PATH", format!("{}:{path}", self.programs().display())),
+            ("BUILT", built.display().to_string()),
+            ("RERUN", rerun::build_info().version.to_string()),
+            ("HOME", self.folder.path().display().to_string()),
+            ("LC_ALL", "C.UTF-8".to_owned()),
+        ]
+    }
+
+    /// What a command prints, on both of its outputs if `all`; or why it failed.
+    pub fn run(&self, command: &str, all: bool) -> Result<String, String> {
+        allowed(command)?;
+        let script = format!("{}\n{command}", if all { "exec 2>&1" } else { "" });
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script]).current_dir(self.clone());
+        shell.env_clear().envs(self.environment());
+        let ended = shell.stdin(Stdio::null()).output().expect("a shell");
+        let printed = String::from_utf8_lossy(&ended.stdout).into_owned();
+        if ended.status.success() {
+            return Ok(printed);
+        }
+        let failed = String::from_utf8_lossy(&ended.stderr);
+        Err(format!("{}\n{printed}{failed}", ended.status))
+    }
+
+    /// Opens what draws on the whole terminal, and quits it when it has drawn.
+    pub fn look(&self, command: &str) -> Result<(), String> {
+        allowed(command)?;
+        let mut shell = CommandBuilder::new("sh");
+        shell.args(["-c", command]);
+        shell.cwd(self.clone());
+        shell.env_clear();
+        for (name, value) in self.environment() {
+            shell.env(name, value);
+        }
+        let mut lab = Lab::start(shell, 45, 160);
+        lab.wait_for("1 graph");
+        lab.type_keys("q");
+        let (status, _) = lab.close();
+        status.success().then_some(()).ok_or(status.to_string())
+    }
+}
+
+/// Commands that do anything to the machine have no place in a check.
+fn allowed(command: &str) -> Result<(), String> {
+    let starts = command.split(['|', ';', '\n']).map(str::trim);
+    for start in starts.filter(|start| !start.is_empty()) {
+        let program = start.split_whitespace().next().unwrap_or_default();
+        let argument = program.starts_with("--") || program.ends_with('\\');
+        if !argument && !PROGRAMS.contains(&program) {
+            return Err(format!("the check of the manual runs no {program}"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether `command` takes over the terminal.
+pub fn takes_the_terminal(command: &str) -> bool {
+    let words: Vec<_> = command.split_whitespace().collect();
+    let arguments = match words.as_slice() {
+        ["cargo", "run", "--", arguments @ ..] | ["ratelab", arguments @ ..] => arguments,
+        ["cargo", "run"] => &[],
+        _ => return false,
+    };
+    match arguments.first() {
+        None | Some(&"lab") => true,
+        Some(&"replay") => arguments.contains(&"--terminal"),
+        Some(first) => first.starts_with("--") && !["--help", "--version"].contains(first),
+    }
+}
