@@ -1,5 +1,8 @@
-//! What comes from others is known: its licence and its source are allowed.
+//! What comes from others is known: its licence and its source are allowed, and
+//! each crate that is named in a manifest has a reason to be here.
 
+mod facts;
 mod graph;
 mod licences;
+mod page;
 mod rules;
