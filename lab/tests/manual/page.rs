@@ -81,6 +81,21 @@ impl Page {
         page
     }
 
+    /// Whether a link to `anchor` finds its heading, by the rule of those who show
+    /// Markdown: small letters, no punctuation, hyphens for spaces.
+    pub fn has(&self, anchor: &str) -> bool {
+        let headings = self.text.lines().filter_map(|line| line.strip_prefix('#'));
+        let mut anchors = headings.map(|heading| {
+            let heading = heading.trim_start_matches('#').trim().to_lowercase();
+            let kept = heading
+                .chars()
+                .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+            kept.map(|c| if c == ' ' { '-' } else { c })
+                .collect::<String>()
+        });
+        anchors.any(|known| known == anchor)
+    }
+
     fn take(&mut self, within: Within, event: Event<'_>, range: Range<usize>) -> Within {
         match (within, event) {
             (Within::Generated(command, start), Event::Html(html)) if html.trim() == END => {
@@ -114,7 +129,10 @@ impl Page {
     fn tell(&mut self, event: Event<'_>, range: Range<usize>) {
         match event {
             Event::Text(_) => self.prose.push(range),
-            Event::Code(code) => self.code.push(code.to_string()),
+            Event::Code(code) => {
+                self.code.push(code.to_string());
+                self.prose.push(range);
+            }
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
                 self.links.push(dest_url.to_string());
             }
