@@ -204,8 +204,8 @@ fn numbers(page: &Page) -> Vec<Range<usize>> {
         .collect()
 }
 
-/// Digits with what they have inside, such as `0.840`, but not those in names,
-/// such as `f32` or `x86-64`.
+/// Digits with what they have inside, such as `0.840`. Those in names are figures
+/// until the name is known.
 fn numbers_in(text: &str, part: Range<usize>) -> Vec<Range<usize>> {
     let bytes = text.as_bytes();
     let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
@@ -219,20 +219,11 @@ fn numbers_in(text: &str, part: Range<usize>) -> Vec<Range<usize>> {
         }
         if at == start {
             at += 1;
-        } else if !in_a_name(&text[..start]) {
+        } else {
             numbers.push(start..at);
         }
     }
     numbers
-}
-
-fn in_a_name(before: &str) -> bool {
-    let mut before = before.chars().rev();
-    match before.next() {
-        Some('-') => before.next().is_some_and(char::is_alphabetic),
-        Some(c) => c.is_alphabetic() || c == '_',
-        None => false,
-    }
 }
 
 /// The line that a figure is in.
