@@ -13,7 +13,7 @@ use ratelab::{
     policy::{Policy, Shelf, Swappable},
     runtime::{
         Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tapped,
-        Tick, Time, TimedCommand,
+        Tick, Time, TimedCommand, VirtualClock,
         telemetry::{Event, Happening},
     },
 };
@@ -70,6 +70,11 @@ pub fn run_timed(
 ) -> Exit {
     let (_, mut inbox) = Inbox::new(timed);
     clock.run(graph, &mut inbox, until).expect("no fault")
+}
+
+/// The same on the virtual clock.
+pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> Exit {
+    run_timed(&mut VirtualClock, graph, timed, until)
 }
 
 /// The commands of a run that took effect, and when.
@@ -139,6 +144,13 @@ impl TickLog {
         let its = all.iter().filter(|(node, _)| *node == name);
         its.map(|(_, at)| *at).collect()
     }
+}
+
+/// One node at 10 Hz.
+pub fn metronome() -> (TickLog, Graph) {
+    let (log, mut graph) = (TickLog::default(), Graph::new());
+    log.node(&mut graph, "a", 10.0, 0);
+    (log, graph)
 }
 
 /// The brain of `config` as a policy of its own.
