@@ -81,12 +81,12 @@ struct WiredTopic {
 
 /// A topic whose payload does not matter.
 trait Queue: Send {
-    fn set_depth(&self, depth: Depth) -> Depth;
+    fn set_depth(&self, depth: Depth, now: Time) -> Depth;
 }
 
 impl<T: Payload> Queue for Topic<T> {
-    fn set_depth(&self, depth: Depth) -> Depth {
-        Topic::set_depth(self, depth)
+    fn set_depth(&self, depth: Depth, now: Time) -> Depth {
+        Topic::set_depth(self, depth, now)
     }
 }
 
@@ -223,10 +223,10 @@ impl Plane {
         known.ok_or_else(|| format!("there is no node {name:?}"))
     }
 
-    pub(crate) fn set_depth(&self, topic: &str, depth: Depth) -> Result<Depth, String> {
+    pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
         let known = self.topics.iter().find(|t| &*t.entry.name == topic);
         let wired = known.ok_or_else(|| format!("there is no topic {topic:?}"))?;
-        Ok(wired.queue.set_depth(depth))
+        Ok(wired.queue.set_depth(depth, now))
     }
 
     /// Adds the edges that a node took, and the topics first seen with them.

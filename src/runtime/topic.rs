@@ -197,15 +197,14 @@ impl<T: Payload> Topic<T> {
         tap
     }
 
-    /// Changes how many messages are kept. Those that no longer fit are
-    /// evicted, oldest first, and counted as dropped by every subscription
-    /// that had not seen them. Returns the depth before.
-    pub fn set_depth(&self, depth: Depth) -> Depth {
+    /// Changes at run time `now` how many messages are kept. Those that no
+    /// longer fit are evicted, oldest first, and counted as dropped by every
+    /// subscription that had not seen them. Returns the depth before.
+    pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         let mut queue = lock(&self.0.queue);
         let before = std::mem::replace(&mut queue.depth, depth);
-        let newest = queue.messages.back().map_or(Time::ZERO, |m| m.stamp);
         while queue.messages.len() > queue.depth.get() {
-            queue.evict_oldest(newest);
+            queue.evict_oldest(now);
         }
         self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
         before

@@ -100,7 +100,8 @@ fn a_depth_changed_amid_traffic_miscounts_nothing() {
             (subscription, seen)
         });
         let tuned = topic.clone();
-        let tuner = thread::spawn(move || [1, 4, 2].map(|d| tuned.set_depth(depth(d)).get()));
+        let tuner =
+            thread::spawn(move || [1, 4, 2].map(|d| tuned.set_depth(depth(d), Time::ZERO).get()));
         publish(&topic, MESSAGES);
         assert_eq!(tuner.join().expect("tuner"), [3, 1, 4]);
         let (mut subscription, mut seen) = reader.join().expect("reader");
@@ -112,7 +113,7 @@ fn a_depth_changed_amid_traffic_miscounts_nothing() {
         seen.dedup();
         let (least, most) = (losses(&seen, 4), losses(&seen, 1));
         assert!((least..=most).contains(&subscription.dropped()), "{seen:?}");
-        topic.set_depth(depth(1));
+        topic.set_depth(depth(1), Time::ZERO);
         assert_eq!(idle.dropped(), MESSAGES - 1);
     });
 }
