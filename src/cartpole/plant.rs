@@ -18,13 +18,14 @@ use super::{
 const MODEL: &str = include_str!("cartpole.xml");
 
 /// Physics time step (s), from the model.
-pub const TIMESTEP_S: f64 = 0.01;
+const TIMESTEP_S: f64 = 0.01;
 
 /// Physics steps in one control step.
 pub const SUBSTEPS: u32 = 2;
 
-/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps.
-pub const CONTROL_HZ: f64 = 50.0;
+/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of
+/// 10 ms.
+pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 
 /// The pole has fallen beyond this angle from upright (rad): 12 degrees.
 pub const POLE_LIMIT_RAD: f64 = 0.2095;
