@@ -10,12 +10,12 @@ use std::{
 };
 
 use common::{
-    END, GO_ON, TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs,
-    set_depth, set_rate,
+    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 use crossbeam_channel::Sender;
 use ratelab::runtime::{
-    Clock, Command, Depth, Exit, Graph, Inbox, RealClock, Speed, Time, Topic, VirtualClock,
+    Clock, Command, Depth, END, Exit, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
+    VirtualClock,
     telemetry::{Event, Happening},
 };
 
@@ -180,7 +180,10 @@ fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
         let reasons: Vec<&str> = refused.iter().map(|(_, reason)| reason.as_str()).collect();
         assert_eq!(
             reasons,
-            ["there is no node \"nobody\"", "there is no topic \"/none\""]
+            [
+                "there is no node \"nobody\": expected one of a",
+                "there is no topic \"/none\": the graph has none"
+            ]
         );
     }
 }

@@ -3,13 +3,13 @@
 
 mod common;
 
-use common::{GO_ON, TickLog, secs};
+use common::{TickLog, secs};
 use ratelab::{
     cartpole::{Action, NotFinite, Observation, POLICY, Plant},
     experiment::{Config, Experiment},
     policy::Policy,
     runtime::{
-        Clock, Fault, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
+        Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
         telemetry::{Event, Happening},
     },
 };
@@ -21,9 +21,8 @@ fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
     log.node_that(&mut graph, "sick", 100.0, 1, move |now| {
         if now < secs(0.02) { GO_ON } else { work() }
     });
-    let (_commander, mut inbox) = Inbox::new(Vec::new());
     let fault = clock
-        .run(&mut graph, &mut inbox, Time::MAX)
+        .run(&mut graph, &mut Inbox::default(), Time::MAX)
         .expect_err("a fault");
     assert_eq!(log.of("sick").last(), Some(&fault.at));
     (fault, graph.observer().events(0))

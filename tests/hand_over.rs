@@ -3,9 +3,9 @@
 
 mod common;
 
-use common::{GO_ON, TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
+use common::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 use ratelab::runtime::{
-    ClockKind, Command, Depth, Exit, Graph, Inbox, RealClock, Time, Topic, clock,
+    ClockKind, Command, Depth, Exit, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
 };
 
 #[test]

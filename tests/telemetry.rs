@@ -9,12 +9,12 @@ use std::{
     time::Duration,
 };
 
-use common::{GO_ON, at, depth, hz, run_virtual, secs, set_depth};
+use common::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{Config, Experiment},
     runtime::{
-        Depth, Graph, RealClock, Time, Topic,
+        Depth, GO_ON, Graph, RealClock, Time, Topic,
         telemetry::{Distribution, Meter},
     },
 };

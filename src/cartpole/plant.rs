@@ -97,6 +97,19 @@ impl Pose {
 }
 
 /// A cart-pole in MuJoCo.
+///
+/// ```
+/// use ratelab::cartpole::{Action, CONTROL_HZ, Fall, Plant};
+///
+/// let mut plant = Plant::new(0)?;
+/// // Left alone, the pole falls within two seconds.
+/// while plant.fall().is_none() {
+///     plant.step(Action::ZERO);
+/// }
+/// assert_eq!(plant.fall(), Some(Fall::Pole));
+/// assert!((plant.steps() as f64) < 2.0 * CONTROL_HZ);
+/// # Ok::<(), ratelab::cartpole::PlantError>(())
+/// ```
 pub struct Plant {
     data: MjData<&'static MjModel>,
     /// Where cart and pole are, and what a sensor reads of it: computed once a

@@ -31,8 +31,7 @@
 //! # A graph in twenty lines
 //!
 //! ```
-//! use std::ops::ControlFlow;
-//! use ratelab::runtime::{Clock, Depth, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+//! use ratelab::runtime::{Clock, Depth, END, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
 //!
 //! let range = Topic::new("/range", Depth::ONE);
 //! let mut graph = Graph::new();
@@ -40,19 +39,19 @@
 //!     let range = wiring.publisher(&range);
 //!     move |now: Time| {
 //!         range.publish(2.0 - now.as_secs_f64(), now, None);
-//!         Ok(ControlFlow::Continue(()))
+//!         GO_ON
 //!     }
 //! })?;
 //! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
 //!     let mut range = wiring.subscription(&range);
 //!     move |now| match range.latest(now) {
-//!         Some(message) if message.data < 1.0 => Ok(ControlFlow::Break(())),
-//!         _ => Ok(ControlFlow::Continue(())),
+//!         Some(message) if message.data < 1.0 => END,
+//!         _ => GO_ON,
 //!     }
 //! })?;
 //!
-//! let (_commands, mut inbox) = Inbox::new(Vec::new());
-//! let exit = VirtualClock.run(&mut graph, &mut inbox, Time::from_secs_f64(10.0)?)?;
+//! let end = Time::from_secs_f64(10.0)?;
+//! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
 //! assert_eq!(graph.observer().snapshot().topics[0].dropped(), 12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -79,7 +78,7 @@ pub use depth::{Depth, DepthError};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;
-pub use node::{Fault, Node, Panicked, Tick};
+pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use rate::{Rate, hyper_period};
 pub use tap::{Patience, Tap, Tapped, Tapper, Ticked};
 pub use telemetry::{Observer, Snapshot};

@@ -2,27 +2,18 @@
 //! with everything it said.
 #![allow(dead_code)] // Each test uses its own part.
 
-use std::{
-    ops::ControlFlow,
-    sync::{Arc, Mutex},
-};
+use std::sync::{Arc, Mutex};
 
 use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{Config, Experiment, Summary},
     policy::{Policy, Shelf, Swappable},
     runtime::{
-        Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tapped,
-        Tick, Time, TimedCommand, VirtualClock,
+        Clock, Command, Depth, Exit, GO_ON, Graph, Hz, Inbox, Message, Observer, RealClock, Tap,
+        Tapped, Tick, Time, TimedCommand, VirtualClock,
         telemetry::{Event, Happening},
     },
 };
-
-/// What a node returns that goes on.
-pub const GO_ON: Tick = Ok(ControlFlow::Continue(()));
-
-/// What a node returns that ends the run.
-pub const END: Tick = Ok(ControlFlow::Break(()));
 
 /// A rate that is one.
 pub fn hz(hz: f64) -> Hz {

@@ -3,13 +3,14 @@
 use std::sync::Mutex;
 
 use ratelab::runtime::{
-    Clock, ClockKind, Command, Exit, Fault, Graph, Inbox, Node, RealClock, Tick, Time, Topic, clock,
+    Clock, ClockKind, Command, END, Exit, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time,
+    Topic, clock,
 };
 use shuttle::{sync::Arc, thread};
 
 use crate::{
     SOME,
-    common::{END, GO_ON, applied, depth, hz, set_depth, set_rate, tell},
+    common::{applied, depth, hz, set_depth, set_rate, tell},
     explore,
 };
 
