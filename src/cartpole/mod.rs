@@ -24,3 +24,4 @@ pub use plant::{
     mujoco_version,
 };
 pub use seeding::generator;
+pub(crate) use seeding::unit;

@@ -6,12 +6,11 @@ use std::{
 };
 
 use mujoco_rs::prelude::{MjData, MjModel};
-use rand_pcg::rand_core::RngCore;
 use thiserror::Error;
 
 use super::{
     message::{Action, Observation},
-    seeding::generator,
+    seeding::{generator, unit},
 };
 
 /// The model, with the course environment's masses, lengths and limits.
@@ -143,10 +142,7 @@ impl Plant {
     /// in the order cart position, pole angle, cart velocity, pole velocity.
     pub fn reset(&mut self, seed: u64) {
         let mut random = generator(&[seed]);
-        let mut offset = || {
-            let unit = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-            -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit
-        };
+        let mut offset = || -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit(&mut random);
         self.data.reset();
         self.data.qpos_mut()[SLIDER] = offset();
         self.data.qpos_mut()[HINGE] = offset();
