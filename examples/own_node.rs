@@ -3,10 +3,11 @@
 //! A node is anything with a `tick`. The graph hands it the ends of its topics
 //! while it is being built, and it knows nothing else of the world.
 
-use std::{error::Error, ops::ControlFlow};
+use std::error::Error;
 
 use ratelab::runtime::{
-    Clock, Depth, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic, VirtualClock,
+    Clock, Depth, GO_ON, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic,
+    VirtualClock,
 };
 
 /// A low-pass filter: each tick goes a quarter of the way to the newest reading.
@@ -24,7 +25,7 @@ impl Node for Smooth {
             let origin = Some(reading.stamp);
             self.output.publish(self.value, now, origin);
         }
-        Ok(ControlFlow::Continue(()))
+        GO_ON
     }
 }
 
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut readings = [2.2, 1.9, 2.1, 1.8].into_iter().cycle();
         move |now: Time| {
             raw.publish(readings.next().unwrap_or(2.0), now, None);
-            Ok(ControlFlow::Continue(()))
+            GO_ON
         }
     })?;
     graph.node("smooth", Hz::new(20.0)?, 1, |wiring| Smooth {

@@ -3,9 +3,11 @@
 //! The runtime knows no robot. Here one node is altimeter and rotors and owns the
 //! plant; where two share one, it is behind a lock (`cartpole::SharedPlant`).
 
-use std::{error::Error, ops::ControlFlow::*};
+use std::error::Error;
 
-use ratelab::runtime::{Clock, Depth, Exit, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab::runtime::{
+    Clock, Depth, END, Exit, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock,
+};
 
 /// Height (m) and climb (m/s) of a drone of one kilogram.
 #[derive(Clone, Copy)]
@@ -30,8 +32,7 @@ fn hover(control_hz: f64) -> Result<Exit, Box<dyn Error>> {
             // Until the next thrust comes, the last one is held.
             drone.step(thrust.latest(now).map_or(0.0, |newest| newest.data));
             state.publish(drone, now, None);
-            let up = drone.0 > 0.0;
-            Ok(if up { Continue(()) } else { Break(()) })
+            if drone.0 > 0.0 { GO_ON } else { END }
         }
     })?;
     graph.node("pilot", Hz::new(control_hz)?, 1, |wiring| {
@@ -42,7 +43,7 @@ fn hover(control_hz: f64) -> Result<Exit, Box<dyn Error>> {
                 let wanted = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
                 thrust.publish(wanted, now, Some(seen.stamp));
             }
-            Ok(Continue(()))
+            GO_ON
         }
     })?;
     let end = Time::from_secs_f64(20.0)?;

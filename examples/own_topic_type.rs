@@ -4,9 +4,9 @@
 //! be logged as well implements [`Fields`]: then whoever keeps the log need not
 //! know what a wheel is.
 
-use std::{error::Error, ops::ControlFlow};
+use std::error::Error;
 
-use ratelab::runtime::{Clock, Depth, Fields, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab::runtime::{Clock, Depth, Fields, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
 
 /// How fast the wheels turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         move |now: Time| {
             let (left, right) = (1.0 + now.as_secs_f64(), 1.0);
             wheels.publish(Wheels { left, right }, now, None);
-            Ok(ControlFlow::Continue(()))
+            GO_ON
         }
     })?;
     // A tap copies every message, whether or not a node reads it.

@@ -1,5 +1,6 @@
 //! The rooms of the house stay apart: the runtime knows no robot, the library
-//! knows no terminal, no command line and no recorder.
+//! knows no terminal, no command line and no recorder. And none gets too large to
+//! be read at one go.
 
 use std::{
     fs,
@@ -40,10 +41,15 @@ fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
     }
 }
 
+/// The Rust files below `folder`, but for what cargo and git keep there.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).expect("folder") {
         let path = entry.expect("entry").path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        if name.is_none_or(|name| name == "target" || name.starts_with('.')) {
+            continue;
+        }
         if path.is_dir() {
             files.extend(rust_files(&path));
         } else if path.extension().is_some_and(|extension| extension == "rs") {
@@ -84,5 +90,23 @@ fn the_runtime_imports_no_robot_no_policy_and_no_experiment() {
                 assert!(!code.contains(&import), "{}: {import}", path.display());
             }
         }
+    }
+}
+
+/// Lines that a file may have. What needs more is more than one idea; for
+/// functions clippy holds the line, see `clippy.toml`.
+const LONGEST_FILE: usize = 400;
+
+#[test]
+fn no_file_is_too_long_to_be_read_at_one_go() {
+    let files = rust_files(&root());
+    assert!(files.len() > 250, "only {} files were found", files.len());
+    for path in files {
+        let lines = fs::read_to_string(&path).expect("source").lines().count();
+        assert!(
+            lines <= LONGEST_FILE,
+            "{} has {lines} lines: split it by idea into files of {LONGEST_FILE} at most",
+            path.display()
+        );
     }
 }

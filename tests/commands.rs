@@ -1,48 +1,26 @@
-//! Commands are the only way into a running graph, and what they did can be
-//! done again: stamped with the run time at which they took effect, between
-//! instants, to the bit.
+//! Commands are the only way into a running graph: they take effect between
+//! instants, in the order given, and are logged with the run time at which they
+//! did.
 
 mod common;
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
     thread,
-    time::Duration,
 };
 
 use common::{
-    END, GO_ON, TickLog, applied, at, brain, collect, hz, message_bytes, messages_of, refused,
-    run_bytes, run_timed, secs, set_depth, set_rate, tell, ticks,
+    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 use crossbeam_channel::Sender;
-use proptest::prelude::*;
-use ratelab::{
-    cartpole::{
-        ACTUATOR, Action, Actuator, NotFinite, Observation, POLICY, Plant, PolicyNode,
-        SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
-    },
-    experiment::{ACTION, Config, Experiment, OBS, STATE},
-    policy::{Policy, PolicyKind},
-    runtime::{
-        Clock, ClockKind, Command, Depth, Exit, Fault, Graph, Inbox, Panicked, RealClock, Speed,
-        Time, TimedCommand, Topic, VirtualClock, clock,
-        telemetry::{Event, Happening},
-    },
+use ratelab::runtime::{
+    Clock, Command, Depth, END, Exit, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
+    VirtualClock,
+    telemetry::{Event, Happening},
 };
-
-fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> Exit {
-    run_timed(&mut VirtualClock, graph, timed, until)
-}
 
 fn seconds(times: &[Time]) -> Vec<f64> {
     times.iter().map(|time| time.as_secs_f64()).collect()
-}
-
-/// One node at 10 Hz.
-fn metronome() -> (TickLog, Graph) {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
-    log.node(&mut graph, "a", 10.0, 0);
-    (log, graph)
 }
 
 /// Three nodes at 10 Hz in the order a, b, c, the first of which gives
@@ -202,7 +180,10 @@ fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
         let reasons: Vec<&str> = refused.iter().map(|(_, reason)| reason.as_str()).collect();
         assert_eq!(
             reasons,
-            ["there is no node \"nobody\"", "there is no topic \"/none\""]
+            [
+                "there is no node \"nobody\": expected one of a",
+                "there is no topic \"/none\": the graph has none"
+            ]
         );
     }
 }
@@ -227,18 +208,6 @@ fn the_real_clock_refuses_what_only_virtual_time_can_do() {
 }
 
 #[test]
-fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
-    for kind in [ClockKind::Virtual, ClockKind::Real] {
-        let (_, mut graph) = metronome();
-        let (_, mut inbox) = Inbox::new(vec![at(0.0, Command::HandOver(kind))]);
-        let real = &mut RealClock::default();
-        let exit = clock::run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
-        assert_eq!(exit, Exit::Completed);
-        assert_eq!(refused(&graph.observer().events(0)).len(), 1);
-    }
-}
-
-#[test]
 fn an_empty_graph_is_soon_done() {
     let mut graph = Graph::new();
     assert_eq!(
@@ -253,331 +222,6 @@ fn an_empty_graph_is_soon_done() {
         secs(0.01),
     );
     assert_eq!(exit, Exit::Completed);
-}
-
-/// The fault of a graph whose second node works like this from 0.02 s on.
-fn fault_of(clock: &mut dyn Clock, work: fn() -> ratelab::runtime::Tick) -> (Fault, Vec<Event>) {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
-    log.node(&mut graph, "healthy", 100.0, 0);
-    log.node_that(&mut graph, "sick", 100.0, 1, move |now| {
-        if now < secs(0.02) { GO_ON } else { work() }
-    });
-    let (_commander, mut inbox) = Inbox::new(Vec::new());
-    let fault = clock
-        .run(&mut graph, &mut inbox, Time::MAX)
-        .expect_err("a fault");
-    assert_eq!(log.of("sick").last(), Some(&fault.at));
-    (fault, graph.observer().events(0))
-}
-
-fn check_fault(work: fn() -> ratelab::runtime::Tick, cause: &str) -> Fault {
-    let (fault, events) = fault_of(&mut RealClock::default(), work);
-    assert!(fault.at >= secs(0.02));
-    let node = "sick".to_owned();
-    let what = Happening::Faulted {
-        node,
-        cause: cause.to_owned(),
-    };
-    assert_eq!(events, [Event { at: fault.at, what }]);
-    let (fault, _) = fault_of(&mut VirtualClock, work);
-    let expected = format!("node \"sick\" failed at 0.020 s: {cause}");
-    assert_eq!(fault.to_string(), expected);
-    fault
-}
-
-#[test]
-fn a_node_that_returns_an_error_gives_a_fault_with_its_name_and_the_time() {
-    check_fault(|| Err("out of cheese".into()), "out of cheese");
-}
-
-#[test]
-fn a_node_that_panics_gives_a_fault_with_its_name_and_the_time() {
-    let fault = check_fault(|| panic!("no {}", "brakes"), "it panicked: no brakes");
-    assert!(fault.cause.is::<Panicked>());
-}
-
-/// Answers the same whatever it sees.
-struct Stubborn(f32);
-
-impl Policy for Stubborn {
-    fn name(&self) -> &str {
-        "stubborn"
-    }
-
-    fn act(&mut self, _: &Observation) -> Action {
-        Action(self.0)
-    }
-}
-
-#[test]
-fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_what_it_saw() {
-    for answer in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let brain = Box::new(Stubborn(answer));
-        let experiment = Experiment::with_policy(&Config::default(), brain).expect("experiment");
-        let fault = experiment
-            .run(&mut RealClock::default())
-            .expect_err("a fault");
-        assert_eq!((fault.node.as_str(), fault.at), (POLICY, Time::ZERO));
-        assert!(fault.cause.is::<NotFinite>());
-        let start = Plant::new(0).expect("plant").observe();
-        for part in ["stubborn", &answer.to_string(), &format!("{start:?}")] {
-            assert!(fault.to_string().contains(part), "{fault} lacks {part}");
-        }
-    }
-}
-
-/// Runs an experiment as configured while `person` gives commands.
-fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> common::RunBytes {
-    let experiment = Experiment::new(config).expect("experiment");
-    let commander = experiment.commands();
-    thread::scope(|scope| {
-        scope.spawn(|| person(commander));
-        collect(experiment)
-    })
-}
-
-/// Every message of the cart-pole under `timed` commands, headless.
-fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
-    let plant = SharedPlant::new(Plant::new(config.seed).expect("plant"));
-    let observations = Topic::new(OBS, config.queue_depth);
-    let actions = Topic::new(ACTION, config.queue_depth);
-    let steps = Topic::new(STATE, Depth::ONE);
-    let mut graph = Graph::new();
-    let sensor = graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
-        plant: plant.clone(),
-        observations: wiring.publisher(&observations),
-    });
-    let policy = graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
-        policy: brain(config),
-        observations: wiring.subscription(&observations),
-        actions: wiring.publisher(&actions),
-    });
-    let actuator = graph.node(ACTUATOR, hz(50.0), 2, |wiring| Actuator {
-        plant: plant.clone(),
-        actions: wiring.subscription(&actions),
-        steps: wiring.publisher(&steps),
-        sense_to_act: wiring.meter(SENSE_TO_ACT),
-    });
-    sensor.and(policy).and(actuator).expect("graph");
-    let room = 1_000_000;
-    let taps = (
-        graph.tap(&observations, room),
-        graph.tap(&actions, room),
-        graph.tap(&steps, room),
-    );
-    run_virtual(&mut graph, timed, config.end);
-    drop((graph, observations, actions, steps));
-    message_bytes(
-        &messages_of(&taps.0),
-        &messages_of(&taps.1),
-        &messages_of(&taps.2),
-    )
-}
-
-fn replayable(events: &[Event]) -> Vec<TimedCommand> {
-    events.iter().filter_map(Event::replayable).collect()
-}
-
-fn live_config() -> Config {
-    Config {
-        speed: Speed::times(100.0).expect("speed"),
-        end: secs(4.0),
-        ..Config::default()
-    }
-}
-
-fn any_command() -> impl Strategy<Value = Command> {
-    let node = prop_oneof![Just(SENSOR), Just(POLICY), Just(ACTUATOR)];
-    let brain = prop_oneof![
-        Just("scripted"),
-        Just("lqr"),
-        Just("random"),
-        Just("no brain")
-    ];
-    let topic = prop_oneof![Just(OBS), Just(ACTION), Just(STATE)];
-    prop_oneof![
-        3 => (node, 10.0..200.0f64).prop_map(|(node, rate)| set_rate(node, rate)),
-        2 => brain.prop_map(|brain| tell(POLICY, brain)),
-        2 => (topic, 1..20usize).prop_map(|(topic, messages)| set_depth(topic, messages)),
-        1 => Just(Command::Pause),
-        2 => Just(Command::Resume),
-        2 => Just(Command::Step),
-        1 => (30.0..100.0f64).prop_map(|f| Command::Speed(Speed::times(f).expect("speed"))),
-    ]
-}
-
-proptest! {
-    // A case depends on when its commands arrive, so it is not worth keeping.
-    #![proptest_config(ProptestConfig {
-        cases: 24,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
-
-    #[test]
-    fn a_session_executed_again_is_the_same_to_the_bit(
-        script in proptest::collection::vec((any_command(), 0..4_000u64), 1..30),
-        seed in 0..100u64,
-        policy in prop_oneof![Just(PolicyKind::Scripted), Just(PolicyKind::Random)],
-    ) {
-        let config = Config { seed, policy: policy.into(), ..live_config() };
-        let live = run_live(&config, |commander| {
-            for (command, pause_us) in script {
-                thread::sleep(Duration::from_micros(pause_us));
-                // The run may be over by now.
-                let _ = commander.send(command);
-            }
-            let _ = commander.send(Command::Resume);
-        });
-        let again = replay(&config, replayable(&live.summary.events));
-        prop_assert!(live.bytes() == again, "{:?}", live.summary.events);
-    }
-}
-
-#[test]
-fn a_session_that_was_stopped_ends_at_the_same_message_when_executed_again() {
-    let live = run_live(&live_config(), |commander| {
-        for command in [set_rate(POLICY, 20.0), set_depth(OBS, 3), Command::Stop] {
-            thread::sleep(Duration::from_millis(5));
-            let _ = commander.send(command);
-        }
-    });
-    let timed = replayable(&live.summary.events);
-    assert!(live.bytes() == replay(&live_config(), timed));
-}
-
-#[test]
-fn timed_knobs_and_live_commands_replay_together() {
-    let config = Config {
-        knobs: vec![
-            "1 control-hz 20".parse().expect("knob"),
-            "2 queue-depth 5".parse().expect("knob"),
-        ],
-        ..live_config()
-    };
-    let live = run_live(&config, |commander| {
-        for rate in [100.0, 25.0, 60.0] {
-            thread::sleep(Duration::from_millis(8));
-            let _ = commander.send(set_rate(SENSOR, rate));
-        }
-    });
-    let events = &live.summary.events;
-    assert!(applied(events).contains(&(secs(1.0), set_rate(POLICY, 20.0))));
-    assert!(live.bytes() == replay(&live_config(), replayable(events)));
-}
-
-#[test]
-fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
-    let config = Config {
-        control_hz: hz(15.0),
-        ..Config::default()
-    };
-    assert!(run_bytes(&config).bytes() == replay(&config, Vec::new()));
-}
-
-#[test]
-fn the_pace_of_a_run_does_not_change_it() {
-    let paced = Config {
-        control_hz: hz(15.0),
-        ..live_config()
-    };
-    let flat_out = Config {
-        speed: Speed::FlatOut,
-        ..paced.clone()
-    };
-    let paced = run_bytes(&paced).bytes();
-    assert!(!paced.is_empty());
-    assert!(paced == run_bytes(&flat_out).bytes());
-}
-
-#[test]
-fn single_stepping_through_a_whole_run_is_the_run() {
-    let config = Config {
-        control_hz: hz(15.0),
-        end: secs(1.0),
-        ..Config::default()
-    };
-    let whole = run_bytes(&config);
-    let total: u64 = whole.summary.nodes.iter().map(|node| node.ticks).sum();
-    let experiment = Experiment::new(&config).expect("experiment");
-    let (commander, observer) = (experiment.commands(), experiment.observer());
-    commander.send(Command::Pause).expect("open");
-    let stepped = thread::scope(|scope| {
-        scope.spawn(move || {
-            for done in 0..total {
-                assert_eq!(ticks(&observer), done, "one step is one tick");
-                commander.send(Command::Step).expect("the run goes on");
-                while ticks(&observer) == done {
-                    thread::yield_now();
-                }
-            }
-        });
-        collect(experiment)
-    });
-    assert!(stepped.bytes() == whole.bytes());
-    assert_eq!(stepped.summary.verdict, whole.summary.verdict);
-}
-
-#[test]
-fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
-    let rates = [("fast", 200.0), ("medium", 50.0), ("odd", 33.3)];
-    let topic = Topic::new("/numbers", Depth::ONE);
-    for (name, rate) in rates {
-        let publisher = topic.publisher();
-        log.node_that(&mut graph, name, rate, 0, move |now| {
-            publisher.publish(name, now, None);
-            GO_ON
-        });
-    }
-    let tap = graph.tap(&topic, 1_000);
-    let timed = vec![
-        at(0.5, Command::HandOver(ClockKind::Real)),
-        at(0.6, Command::HandOver(ClockKind::Virtual)),
-    ];
-    let (_, mut inbox) = Inbox::new(timed);
-    let real = &mut RealClock::default();
-    let exit = clock::run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
-    assert_eq!(exit.expect("run"), Exit::Completed);
-
-    let hand_overs = applied(&graph.observer().events(0));
-    let (to_real, to_virtual) = (hand_overs[0].0, hand_overs[1].0);
-    assert_eq!(to_real, secs(0.5));
-    assert!(to_virtual >= secs(0.6));
-    let snapshot = graph.observer().snapshot();
-    for (name, rate) in rates {
-        let node = snapshot.node(name).expect("node");
-        let periods = (2.0 * rate + 1e-9).floor() as u64 + 1;
-        assert_eq!(node.ticks + node.overruns, periods, "{name}");
-        let times = log.of(name);
-        assert_eq!(times.len() as u64, node.ticks, "{name}");
-        assert!(times.is_sorted_by(|a, b| a < b), "{name}: {times:?}");
-        let virtual_again = |time: &&Time| **time < to_real || **time > to_virtual;
-        let grid: Vec<Time> = (0..periods).map(|tick| secs(tick as f64 / rate)).collect();
-        for time in times.iter().filter(virtual_again) {
-            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::TICK;
-            assert!(grid.iter().any(near), "{name} left its grid at {time:?}");
-        }
-    }
-    drop((log, graph));
-    drop(topic);
-    let seqs: Vec<u64> = messages_of(&tap)
-        .iter()
-        .map(|message| message.seq)
-        .collect();
-    assert_eq!(tap.lost(), 0);
-    assert_eq!(seqs, Vec::from_iter(0..seqs.len() as u64));
-}
-
-#[test]
-fn a_graph_goes_on_from_one_end_to_the_next_as_if_there_was_none() {
-    let (log, mut graph) = metronome();
-    for end in [0.25, 0.3, 1.0] {
-        run_virtual(&mut graph, Vec::new(), secs(end));
-    }
-    let (whole, mut graph) = metronome();
-    run_virtual(&mut graph, Vec::new(), secs(1.0));
-    assert_eq!(log.all(), whole.all());
 }
 
 #[test]

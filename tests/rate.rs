@@ -251,7 +251,7 @@ fn what_is_no_speed_is_refused_with_value_and_range() {
         let error = Speed::times(wrong).expect_err("refused").to_string();
         assert_eq!(
             error,
-            format!("{wrong} is not a speed: expected 0.1 to 100")
+            format!("{wrong} is not a speed: expected 0.1 to 100 times that of the wall's clock")
         );
     }
     assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());

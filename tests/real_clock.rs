@@ -13,14 +13,14 @@ use std::{
     time::Duration,
 };
 
-use common::{END, GO_ON, TickLog, applied, at, hz, run_timed, secs, set_depth, set_rate, ticks};
+use common::{TickLog, applied, at, hz, run_timed, secs, set_depth, set_rate, ticks};
 use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::POLICY,
     experiment::{Config, Experiment, Summary, Verdict},
     runtime::{
-        Clock, ClockKind, Command, Depth, Exit, Graph, Hz, Inbox, Observer, Rate, RealClock, Time,
-        Topic,
+        Clock, ClockKind, Command, Depth, END, Exit, GO_ON, Graph, Hz, Inbox, Observer, Rate,
+        RealClock, Time, Topic,
     },
 };
 

@@ -5,14 +5,14 @@ mod common;
 
 use std::{thread, time::Duration};
 
-use common::{GO_ON, RunBytes, applied, at, collect, hz, refused, run_timed, secs, tell};
+use common::{RunBytes, applied, at, collect, hz, refused, run_timed, secs, tell};
 use ratelab::{
     cartpole::POLICY,
     experiment::{Config, Experiment, TimedKnob, parse_knobs},
     policy::{Brain, Scripted},
     runtime::{
-        ClockKind, Command, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand, VirtualClock,
-        clock, telemetry::Event,
+        ClockKind, Command, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand,
+        VirtualClock, clock, telemetry::Event,
     },
 };
 
@@ -78,7 +78,7 @@ fn what_a_node_will_not_do_is_refused_with_its_reason() {
     let expected = [
         "not that",
         "this node takes no orders",
-        "there is no node \"nobody\"",
+        "there is no node \"nobody\": expected one of a, deaf",
     ];
     assert_eq!(reasons, expected);
 }

@@ -9,12 +9,12 @@ use std::{
     time::Duration,
 };
 
-use common::{hz, secs};
+use common::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{Config, Experiment},
     runtime::{
-        Depth, RealClock, Time, Topic,
+        Depth, GO_ON, Graph, RealClock, Time, Topic,
         telemetry::{Distribution, Meter},
     },
 };
@@ -181,4 +181,30 @@ fn the_rate_of_a_silent_topic_falls_to_zero() {
     for silent in [6.0, 6.6, 7.0, 60.0, 1e9] {
         assert_eq!(topic.rate(secs(silent)), 0.0, "at {silent} s");
     }
+}
+
+#[test]
+fn what_a_shallower_queue_loses_is_lost_at_that_moment_however_old_it_is() {
+    let topic = Topic::new("/count", depth(10));
+    let mut graph = Graph::new();
+    let source = graph.node("source", hz(10.0), 0, |wiring| {
+        let count = wiring.publisher(&topic);
+        move |now| {
+            if now < secs(0.5) {
+                count.publish((), now, None);
+            }
+            GO_ON
+        }
+    });
+    let idle = graph.node("idle", hz(10.0), 1, |wiring| {
+        let unread = wiring.subscription(&topic);
+        move |_| {
+            let _ = &unread;
+            GO_ON
+        }
+    });
+    source.and(idle).expect("nodes");
+    run_virtual(&mut graph, vec![at(3.0, set_depth("/count", 1))], secs(3.5));
+    let topic = &graph.observer().snapshot().topics[0];
+    assert_eq!((topic.dropped(), topic.dropped_lately()), (4, 4));
 }

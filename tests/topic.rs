@@ -150,7 +150,7 @@ fn a_queue_made_shallower_evicts_the_oldest_and_charges_the_unread() {
     bench.publish(3);
     read(&mut reader);
     bench.publish(2);
-    assert_eq!(bench.topic.set_depth(Depth::ONE), depth(5));
+    assert_eq!(bench.topic.set_depth(Depth::ONE, Time::ZERO), depth(5));
     assert_eq!(bench.topic.depth(), Depth::ONE);
     // Messages 0 to 3 went; the reader had seen 0 to 2.
     assert_eq!((bench.subscription.dropped(), reader.dropped()), (4, 1));
@@ -161,7 +161,7 @@ fn a_queue_made_shallower_evicts_the_oldest_and_charges_the_unread() {
 fn a_queue_made_deeper_loses_nothing_and_brings_nothing_back() {
     let mut bench = bench(1);
     bench.publish(2);
-    bench.topic.set_depth(depth(3));
+    bench.topic.set_depth(depth(3), Time::ZERO);
     assert_eq!(bench.subscription.dropped(), 1);
     bench.publish(2);
     assert_eq!(bench.subscription.dropped(), 1);
@@ -317,7 +317,7 @@ proptest! {
                     prop_assert_eq!(read(&mut readers[reader]), model.read(reader));
                 }
                 Step::SetDepth(messages) => {
-                    let before = topic.set_depth(depth(messages));
+                    let before = topic.set_depth(depth(messages), Time::ZERO);
                     prop_assert_eq!(before.get(), model.depth);
                     model.depth = messages;
                     model.shrink();

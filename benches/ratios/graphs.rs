@@ -1,9 +1,10 @@
 //! What a node's tick costs in a graph of three and in one of a thousand.
 
-use std::{ops::ControlFlow, time::Duration};
+use std::time::Duration;
 
 use ratelab::runtime::{
-    Clock, Depth, Graph, Hz, Inbox, Publisher, Subscription, Time, Topic, VirtualClock, Wiring,
+    Clock, Depth, GO_ON, Graph, Hz, Inbox, Publisher, Subscription, Time, Topic, VirtualClock,
+    Wiring,
 };
 
 use super::{
@@ -66,7 +67,7 @@ impl Ring {
                 .expect("names differ");
         }
         let per_second: f64 = (0..nodes).map(hz).sum();
-        let (_, inbox) = Inbox::new(Vec::new());
+        let inbox = Inbox::default();
         Self {
             graph,
             inbox,
@@ -99,6 +100,6 @@ fn counter(
     move |now| {
         let number = input.latest(now).map_or(0, |message| message.data);
         output.publish(number + 1, now, None);
-        Ok(ControlFlow::Continue(()))
+        GO_ON
     }
 }

@@ -1,13 +1,13 @@
 //! How late a node wakes under the real clock, beside a loop that does nothing
 //! but sleep to absolute deadlines.
 
-use std::{ops::ControlFlow, thread, time::Duration};
+use std::{thread, time::Duration};
 
 use nix::{
     sys::{prctl, time::TimeSpec},
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
-use ratelab::runtime::{Clock, Graph, Hz, Inbox, RealClock, Time};
+use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
 
 use super::table::{Table, text};
 
@@ -47,10 +47,10 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     let mut graph = Graph::new();
     let rate = Hz::new(f64::from(hz)).expect("rate");
     graph
-        .node("node", rate, 0, |_| |_| Ok(ControlFlow::Continue(())))
+        .node("node", rate, 0, |_| |_| GO_ON)
         .expect("one node");
-    let (_commands, mut inbox) = Inbox::new(Vec::new());
-    let run = RealClock::default().run(&mut graph, &mut inbox, Time::ZERO + stretch);
+    let inbox = &mut Inbox::default();
+    let run = RealClock::default().run(&mut graph, inbox, Time::ZERO + stretch);
     run.expect("no node fails");
     let snapshot = graph.observer().snapshot();
     let lateness = snapshot.nodes[0].lateness.histogram().iter_recorded();

@@ -1,5 +1,6 @@
 //! The `ratelab` command.
 
+mod bins;
 mod cli;
 mod csv;
 mod dashboard;

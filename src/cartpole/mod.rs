@@ -21,6 +21,7 @@ pub use message::{Action, ControlStep, Observation};
 pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
 pub use plant::{
     CART_LIMIT_M, CONTROL_HZ, Fall, POLE_LIMIT_RAD, Plant, PlantError, Pose, SUBSTEPS, SharedPlant,
-    TIMESTEP_S, mujoco_version,
+    mujoco_version,
 };
 pub use seeding::generator;
+pub(crate) use seeding::unit;

@@ -1,7 +1,5 @@
 //! Sense, think, act: the three nodes.
 
-use std::ops::ControlFlow;
-
 use thiserror::Error;
 
 use super::{
@@ -10,7 +8,7 @@ use super::{
 };
 use crate::{
     policy::Policy,
-    runtime::{Node, Publisher, Subscription, Tick, Time, telemetry::Recorder},
+    runtime::{END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::Recorder},
 };
 
 /// Name of the node that reads the plant.
@@ -25,8 +23,6 @@ pub const ACTUATOR: &str = "actuator";
 /// Name of the actuator's measurement of how old the sensing behind an action
 /// is when the action is applied.
 pub const SENSE_TO_ACT: &str = "sense→act";
-
-const GO_ON: Tick = Ok(ControlFlow::Continue(()));
 
 /// Reads the plant and publishes what it reads.
 pub struct Sensor {
@@ -126,9 +122,6 @@ impl Node for Actuator {
             (fall, step)
         };
         self.steps.publish(step, now, sensed);
-        Ok(match fall {
-            Some(_) => ControlFlow::Break(()),
-            None => ControlFlow::Continue(()),
-        })
+        if fall.is_some() { END } else { GO_ON }
     }
 }

@@ -6,25 +6,25 @@ use std::{
 };
 
 use mujoco_rs::prelude::{MjData, MjModel};
-use rand_pcg::rand_core::RngCore;
 use thiserror::Error;
 
 use super::{
     message::{Action, Observation},
-    seeding::generator,
+    seeding::{generator, unit},
 };
 
 /// The model, with the course environment's masses, lengths and limits.
 const MODEL: &str = include_str!("cartpole.xml");
 
 /// Physics time step (s), from the model.
-pub const TIMESTEP_S: f64 = 0.01;
+const TIMESTEP_S: f64 = 0.01;
 
 /// Physics steps in one control step.
 pub const SUBSTEPS: u32 = 2;
 
-/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps.
-pub const CONTROL_HZ: f64 = 50.0;
+/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of
+/// 10 ms.
+pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 
 /// The pole has fallen beyond this angle from upright (rad): 12 degrees.
 pub const POLE_LIMIT_RAD: f64 = 0.2095;
@@ -96,6 +96,19 @@ impl Pose {
 }
 
 /// A cart-pole in MuJoCo.
+///
+/// ```
+/// use ratelab::cartpole::{Action, CONTROL_HZ, Fall, Plant};
+///
+/// let mut plant = Plant::new(0)?;
+/// // Left alone, the pole falls within two seconds.
+/// while plant.fall().is_none() {
+///     plant.step(Action::ZERO);
+/// }
+/// assert_eq!(plant.fall(), Some(Fall::Pole));
+/// assert!((plant.steps() as f64) < 2.0 * CONTROL_HZ);
+/// # Ok::<(), ratelab::cartpole::PlantError>(())
+/// ```
 pub struct Plant {
     data: MjData<&'static MjModel>,
     /// Where cart and pole are, and what a sensor reads of it: computed once a
@@ -129,10 +142,7 @@ impl Plant {
     /// in the order cart position, pole angle, cart velocity, pole velocity.
     pub fn reset(&mut self, seed: u64) {
         let mut random = generator(&[seed]);
-        let mut offset = || {
-            let unit = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-            -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit
-        };
+        let mut offset = || -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit(&mut random);
         self.data.reset();
         self.data.qpos_mut()[SLIDER] = offset();
         self.data.qpos_mut()[HINGE] = offset();

@@ -1,7 +1,7 @@
 //! Random numbers as numpy draws them, so that a seed means the same start
 //! here as in the course.
 
-use rand_pcg::Pcg64;
+use rand_pcg::{Pcg64, rand_core::RngCore};
 
 /// Words in the entropy pool.
 const POOL: usize = 4;
@@ -12,6 +12,11 @@ const POOL: usize = 4;
 pub fn generator(entropy: &[u64]) -> Pcg64 {
     let [a, b, c, d] = seed_words(entropy);
     Pcg64::new(join(a, b), join(c, d))
+}
+
+/// The next number of `random` within 0 to 1, as numpy's `random()` draws it.
+pub(crate) fn unit(random: &mut Pcg64) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
 fn join(high: u64, low: u64) -> u128 {
@@ -88,7 +93,6 @@ fn mix(x: u32, y: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_pcg::rand_core::RngCore;
 
     fn golden() -> impl Iterator<Item = (u64, Vec<u64>)> {
         include_str!("../../tests/golden/seeds.txt")

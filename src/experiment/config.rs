@@ -12,6 +12,19 @@ use crate::{
 
 /// Everything that a run depends on. Under the virtual clock the same
 /// configuration is the same run, bit for bit.
+///
+/// ```
+/// use ratelab::{experiment::Config, policy::PolicyKind, runtime::Hz};
+///
+/// let config = Config {
+///     control_hz: Hz::new(4.0)?,
+///     policy: PolicyKind::Lqr.into(),
+///     knobs: vec!["5 sensor-hz 200".parse()?],
+///     ..Config::default()
+/// };
+/// assert_eq!(config.end.as_secs_f64(), 10.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Config {
     /// Chooses the start, and the numbers of a random policy.

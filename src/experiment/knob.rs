@@ -110,6 +110,16 @@ impl Knob {
 
 /// A knob to be turned at a run time. As text: the seconds, then the knob,
 /// such as `2.5 control-hz 10`.
+///
+/// ```
+/// use ratelab::experiment::{Knob, TimedKnob};
+/// use ratelab::runtime::Hz;
+///
+/// let timed: TimedKnob = "2.5 control-hz 10".parse()?;
+/// assert_eq!(timed.knob, Knob::ControlHz(Hz::new(10.0)?));
+/// assert_eq!(timed.to_string(), "2.5 control-hz 10");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedKnob {
     /// Run time at which it is turned, before any tick due then.

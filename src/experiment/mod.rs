@@ -67,6 +67,32 @@ pub enum SetupError {
 }
 
 /// The cart-pole graph, ready to run once.
+///
+/// ```
+/// use ratelab::cartpole::{Action, Observation};
+/// use ratelab::experiment::{Config, Experiment, Verdict};
+/// use ratelab::policy::Policy;
+/// use ratelab::runtime::RealClock;
+///
+/// /// Pushes with all it has to where the pole leans.
+/// struct BangBang;
+///
+/// impl Policy for BangBang {
+///     fn name(&self) -> &str {
+///         "bang-bang"
+///     }
+///
+///     fn act(&mut self, observation: &Observation) -> Action {
+///         Action(observation.sin_theta.signum())
+///     }
+/// }
+///
+/// let experiment = Experiment::with_policy(&Config::default(), Box::new(BangBang))?;
+/// let summary = experiment.run(&mut RealClock::default())?;
+/// println!("{}", summary.verdict);
+/// assert!(!summary.verdict.balanced());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Experiment {
     config: Config,
     graph: Graph,

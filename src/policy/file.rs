@@ -46,11 +46,6 @@ impl BrainFile {
         &self.path
     }
 
-    /// The content that it must have; `None` for any.
-    pub fn sha256(&self) -> Option<Digest> {
-        self.sha256
-    }
-
     /// What it contains.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), BrainErrorKind> {
         let content = self.read_any()?;

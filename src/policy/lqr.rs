@@ -51,7 +51,10 @@ pub enum LqrError {
     #[error("the plant cannot be linearised: {0}")]
     Plant(#[from] PlantError),
     /// The Riccati equation was not solved.
-    #[error("the Riccati equation for a policy at {0} has no solution that was found")]
+    #[error(
+        "the Riccati equation for a policy at {0} has no solution that was found: \
+         try a higher control rate"
+    )]
     Riccati(Hz),
 }
 

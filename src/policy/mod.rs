@@ -36,6 +36,23 @@ pub use thinking::Thinking;
 use crate::cartpole::{Action, Observation};
 
 /// Decides what to do about an observation.
+///
+/// ```
+/// use ratelab::cartpole::Plant;
+/// use ratelab::policy::{Policy, Scripted};
+///
+/// let mut plant = Plant::new(0)?;
+/// for _ in 0..500 {
+///     // One loop, in lockstep: what a graph of nodes is not.
+///     plant.step(Scripted.act(&plant.observe()));
+/// }
+/// assert_eq!(plant.fall(), None);
+/// # Ok::<(), ratelab::cartpole::PlantError>(())
+/// ```
+///
+/// One of your own goes behind the policy node with
+/// [`Experiment::with_policy`](crate::experiment::Experiment::with_policy), which
+/// shows one.
 pub trait Policy: Send {
     /// What it is called.
     fn name(&self) -> &str;

@@ -1,9 +1,9 @@
 //! A brain that guesses.
 
-use rand_pcg::{Pcg64, rand_core::RngCore};
+use rand_pcg::Pcg64;
 
 use super::Policy;
-use crate::cartpole::{Action, Observation, generator};
+use crate::cartpole::{Action, Observation, generator, unit};
 
 /// Sets the policy's stream of numbers apart from that of the start, which is
 /// drawn from the same seed.
@@ -26,7 +26,6 @@ impl Policy for Random {
     }
 
     fn act(&mut self, _: &Observation) -> Action {
-        let unit = (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-        Action((2.0 * unit - 1.0) as f32)
+        Action((2.0 * unit(&mut self.0) - 1.0) as f32)
     }
 }

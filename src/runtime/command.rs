@@ -12,6 +12,23 @@ use super::{
 
 /// What a person or a script can ask of a running graph. Takes effect between
 /// ticks, under either clock, and is logged with the run time at which it did.
+///
+/// ```
+/// use ratelab::runtime::{
+///     Clock, Command, GO_ON, Graph, Hz, Inbox, Time, TimedCommand, VirtualClock,
+/// };
+///
+/// let mut graph = Graph::new();
+/// graph.node("policy", Hz::new(50.0)?, 0, |_| |_| GO_ON)?;
+/// let slower = Command::SetRate { node: "policy".to_owned(), hz: Hz::new(5.0)? };
+/// let at = Time::from_secs_f64(1.0)?;
+/// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: slower }]);
+///
+/// VirtualClock.run(&mut graph, &mut inbox, Time::from_secs_f64(2.0)?)?;
+/// let events = graph.observer().events(0);
+/// assert_eq!(events[0].to_string(), "1.000 s: policy at 5 Hz (was 50 Hz)");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
     /// Change how often a node ticks.
@@ -176,7 +193,11 @@ impl From<Pace> for f64 {
 
 /// A factor that is not a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("{0} is not a speed: expected {min} to {max}", min = Pace::MIN, max = Pace::MAX)]
+#[error(
+    "{0} is not a speed: expected {min} to {max} times that of the wall's clock",
+    min = Pace::MIN,
+    max = Pace::MAX
+)]
 pub struct SpeedError(f64);
 
 /// A command to be given at a run time.

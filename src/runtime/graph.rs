@@ -32,7 +32,9 @@ pub enum GraphError {
     #[error("there is a node {0:?} already: give each node a name of its own")]
     DuplicateNode(String),
     /// Two different topics of one name.
-    #[error("there is another topic {0:?} already: give each topic a name of its own")]
+    #[error(
+        "there is another topic {0:?} already: use that one, or give this one a name of its own"
+    )]
     DuplicateTopic(String),
 }
 
@@ -43,8 +45,7 @@ pub enum GraphError {
 /// another and goes on where it was.
 ///
 /// ```
-/// use std::ops::ControlFlow;
-/// use ratelab::runtime::{Depth, Graph, Hz, Topic};
+/// use ratelab::runtime::{Depth, GO_ON, Graph, Hz, Topic};
 ///
 /// let mut graph = Graph::new();
 /// let ticks = Topic::new("/ticks", Depth::ONE);
@@ -53,7 +54,7 @@ pub enum GraphError {
 ///     let output = wiring.publisher(&ticks);
 ///     move |now| {
 ///         output.publish("tick", now, None);
-///         Ok(ControlFlow::Continue(()))
+///         GO_ON
 ///     }
 /// })?;
 /// assert_eq!(graph.observer().snapshot().topics[0].publishers, [0]);
@@ -81,12 +82,12 @@ struct WiredTopic {
 
 /// A topic whose payload does not matter.
 trait Queue: Send {
-    fn set_depth(&self, depth: Depth) -> Depth;
+    fn set_depth(&self, depth: Depth, now: Time) -> Depth;
 }
 
 impl<T: Payload> Queue for Topic<T> {
-    fn set_depth(&self, depth: Depth) -> Depth {
-        Topic::set_depth(self, depth)
+    fn set_depth(&self, depth: Depth, now: Time) -> Depth {
+        Topic::set_depth(self, depth, now)
     }
 }
 
@@ -220,13 +221,15 @@ impl Plane {
 
     pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {
         let known = self.nodes.iter().position(|node| &*node.name == name);
-        known.ok_or_else(|| format!("there is no node {name:?}"))
+        let names = self.nodes.iter().map(|node| &*node.name);
+        known.ok_or_else(|| nothing_called("node", name, names))
     }
 
-    pub(crate) fn set_depth(&self, topic: &str, depth: Depth) -> Result<Depth, String> {
+    pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
         let known = self.topics.iter().find(|t| &*t.entry.name == topic);
-        let wired = known.ok_or_else(|| format!("there is no topic {topic:?}"))?;
-        Ok(wired.queue.set_depth(depth))
+        let names = self.topics.iter().map(|t| &*t.entry.name);
+        let wired = known.ok_or_else(|| nothing_called("topic", topic, names))?;
+        Ok(wired.queue.set_depth(depth, now))
     }
 
     /// Adds the edges that a node took, and the topics first seen with them.
@@ -251,7 +254,39 @@ impl Plane {
     }
 }
 
-/// From what a node takes its ends of topics while it is being built.
+/// Says that there is no `kind` of this name, and which there are.
+fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+    match known.collect::<Vec<_>>().join(", ").as_str() {
+        "" => format!("there is no {kind} {name:?}: the graph has none"),
+        known => format!("there is no {kind} {name:?}: expected one of {known}"),
+    }
+}
+
+/// From what a node takes its ends of topics while it is being built, so that the
+/// graph knows who is connected to what.
+///
+/// ```
+/// use ratelab::runtime::{Depth, GO_ON, Graph, Hz, Topic};
+///
+/// let (range, alarm) = (Topic::new("/range", Depth::ONE), Topic::new("/alarm", Depth::ONE));
+/// let mut graph = Graph::new();
+/// graph.node("watch", Hz::new(20.0)?, 0, |wiring| {
+///     let mut range = wiring.subscription::<f64>(&range);
+///     let alarm = wiring.publisher(&alarm);
+///     let mut delay = wiring.meter("sense→alarm");
+///     move |now| {
+///         if let Some(near) = range.latest(now).filter(|range| range.data < 0.5) {
+///             alarm.publish((), now, Some(near.stamp));
+///             delay.record(now - near.stamp);
+///         }
+///         GO_ON
+///     }
+/// })?;
+/// let topics = graph.observer().shape().topics;
+/// assert_eq!((topics[0].name.as_str(), &topics[0].readers[..]), ("/range", &[0][..]));
+/// assert_eq!((topics[1].name.as_str(), &topics[1].publishers[..]), ("/alarm", &[0][..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Wiring<'g> {
     known: &'g [WiredTopic],
     node: usize,

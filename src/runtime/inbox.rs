@@ -11,7 +11,18 @@ use super::{
 };
 
 /// The commands of a run: those given up front with their times, and those
-/// that arrive while it runs.
+/// that arrive while it runs. A run that nobody commands takes
+/// [`Inbox::default`].
+///
+/// ```
+/// use ratelab::runtime::{Clock, Command, Exit, Graph, Inbox, Time, TimedCommand, VirtualClock};
+///
+/// let at = Time::from_secs_f64(2.0)?;
+/// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: Command::Stop }]);
+/// let exit = VirtualClock.run(&mut Graph::new(), &mut inbox, Time::MAX)?;
+/// assert_eq!(exit, Exit::Stopped);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Inbox {
     timed: VecDeque<TimedCommand>,
@@ -33,6 +44,13 @@ pub(crate) enum Word<T> {
     Other(T),
     /// Nothing, until the deadline.
     Silence,
+}
+
+impl Default for Inbox {
+    /// An inbox into which nothing ever comes.
+    fn default() -> Self {
+        Self::new(Vec::new()).1
+    }
 }
 
 impl Inbox {
@@ -64,13 +82,6 @@ impl Inbox {
     /// The next timed command, if one is before the end.
     pub(crate) fn take_timed(&mut self, end: Time) -> Option<TimedCommand> {
         self.timed.pop_front_if(|timed| timed.at <= end)
-    }
-}
-
-/// Nobody commands.
-impl Default for Inbox {
-    fn default() -> Self {
-        Self::new(Vec::new()).1
     }
 }
 

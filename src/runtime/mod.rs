@@ -31,8 +31,7 @@
 //! # A graph in twenty lines
 //!
 //! ```
-//! use std::ops::ControlFlow;
-//! use ratelab::runtime::{Clock, Depth, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+//! use ratelab::runtime::{Clock, Depth, END, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
 //!
 //! let range = Topic::new("/range", Depth::ONE);
 //! let mut graph = Graph::new();
@@ -40,14 +39,14 @@
 //!     let range = wiring.publisher(&range);
 //!     move |now: Time| {
 //!         range.publish(2.0 - now.as_secs_f64(), now, None);
-//!         Ok(ControlFlow::Continue(()))
+//!         GO_ON
 //!     }
 //! })?;
 //! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
 //!     let mut range = wiring.subscription(&range);
 //!     move |now| match range.latest(now) {
-//!         Some(message) if message.data < 1.0 => Ok(ControlFlow::Break(())),
-//!         _ => Ok(ControlFlow::Continue(())),
+//!         Some(message) if message.data < 1.0 => END,
+//!         _ => GO_ON,
 //!     }
 //! })?;
 //!
@@ -80,7 +79,7 @@ pub use depth::{Depth, DepthError};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;
-pub use node::{Fault, Node, Panicked, Tick};
+pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use rate::{Rate, hyper_period};
 pub use tap::{Patience, Tap, Tapped, Tapper, Ticked};
 pub use telemetry::{Observer, Snapshot};

@@ -9,8 +9,14 @@ use super::time::Time;
 /// What one tick came to: go on, end the run, or fail.
 ///
 /// Ending is a result (a pole fell, a goal was reached); failing is an error,
-/// reported as a [`Fault`] that names the node.
+/// reported as a [`Fault`] that names the node. Most ticks return [`GO_ON`].
 pub type Tick = Result<ControlFlow<()>, Box<dyn Error + Send + Sync>>;
+
+/// The [`Tick`] after which the run goes on.
+pub const GO_ON: Tick = Ok(ControlFlow::Continue(()));
+
+/// The [`Tick`] that ends the run.
+pub const END: Tick = Ok(ControlFlow::Break(()));
 
 /// A unit of computation on the graph.
 ///
@@ -19,8 +25,7 @@ pub type Tick = Result<ControlFlow<()>, Box<dyn Error + Send + Sync>>;
 /// built, so it neither knows nor cares who is on the other side.
 ///
 /// ```
-/// use std::ops::ControlFlow;
-/// use ratelab::runtime::{Node, Publisher, Subscription, Tick, Time};
+/// use ratelab::runtime::{Depth, GO_ON, Node, Publisher, Subscription, Tick, Time, Topic};
 ///
 /// /// Publishes the square of the newest number.
 /// struct Square {
@@ -33,10 +38,20 @@ pub type Tick = Result<ControlFlow<()>, Box<dyn Error + Send + Sync>>;
 ///         if let Some(number) = self.input.latest(now) {
 ///             self.output.publish(number.data.powi(2), now, Some(number.stamp));
 ///         }
-///         Ok(ControlFlow::Continue(()))
+///         GO_ON
 ///     }
 /// }
+///
+/// let (numbers, squares) = (Topic::new("/n", Depth::ONE), Topic::new("/n²", Depth::ONE));
+/// let mut square = Square { input: numbers.subscribe(), output: squares.publisher() };
+/// let mut result = squares.subscribe();
+/// numbers.publisher().publish(3.0, Time::ZERO, None);
+/// square.tick(Time::ZERO)?;
+/// assert_eq!(result.latest(Time::ZERO).map(|square| square.data), Some(9.0));
+/// # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 /// ```
+///
+/// A closure that takes the run time and returns a [`Tick`] is a node, too.
 pub trait Node: Send {
     /// Does one period's work at run time `now`.
     ///

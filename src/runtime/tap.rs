@@ -93,8 +93,20 @@ impl<T> TapEnd<T> {
     }
 }
 
-/// Receives all that passes, in order; see [`Topic::tap`](super::Topic::tap).
-/// Ends when what is tapped is gone.
+/// Receives all that passes, in order; see [`Graph::tap`](super::Graph::tap) and
+/// [`Tapper`]. Ends when what is tapped is gone.
+///
+/// ```
+/// use ratelab::runtime::{Depth, Patience, Time, Topic};
+///
+/// let topic = Topic::new("/range", Depth::ONE);
+/// let tap = topic.tap(100, Patience::default());
+/// let publisher = topic.publisher();
+/// (1..=3).for_each(|n| publisher.publish(n, Time::from_nanos(n), None));
+/// let all = tap.items().try_iter().map(|tapped| tapped.message.data);
+/// assert_eq!(all.collect::<Vec<_>>(), [1, 2, 3]); // Not the latest only.
+/// assert_eq!(tap.lost(), 0);
+/// ```
 #[derive(Debug)]
 pub struct Tap<T> {
     items: Receiver<T>,

@@ -113,6 +113,17 @@ pub struct TimeError(f64);
 /// Accepted are [`Hz::MIN`] to [`Hz::MAX`]; decimals beyond the sixth are
 /// rounded away, so 33.3 Hz means 333 ticks in ten seconds and not the nearest
 /// binary fraction.
+///
+/// ```
+/// use ratelab::runtime::Hz;
+///
+/// assert_eq!(Hz::new(33.3)?, "33.3".parse()?);
+/// assert_eq!(
+///     Hz::new(0.0).unwrap_err().to_string(),
+///     r#""0" is not a rate: expected 0.001 to 10000 ticks per second"#
+/// );
+/// # Ok::<(), ratelab::runtime::HzError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub struct Hz {

@@ -197,15 +197,14 @@ impl<T: Payload> Topic<T> {
         tap
     }
 
-    /// Changes how many messages are kept. Those that no longer fit are
-    /// evicted, oldest first, and counted as dropped by every subscription
-    /// that had not seen them. Returns the depth before.
-    pub fn set_depth(&self, depth: Depth) -> Depth {
+    /// Changes at run time `now` how many messages are kept. Those that no
+    /// longer fit are evicted, oldest first, and counted as dropped by every
+    /// subscription that had not seen them. Returns the depth before.
+    pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         let mut queue = lock(&self.0.queue);
         let before = std::mem::replace(&mut queue.depth, depth);
-        let newest = queue.messages.back().map_or(Time::ZERO, |m| m.stamp);
         while queue.messages.len() > queue.depth.get() {
-            queue.evict_oldest(newest);
+            queue.evict_oldest(now);
         }
         self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
         before
@@ -268,6 +267,19 @@ pub(crate) fn bump(counter: &AtomicU64) {
 }
 
 /// The end of a topic that a node publishes to.
+///
+/// ```
+/// use ratelab::runtime::{Depth, Time, Topic};
+///
+/// let (obs, action) = (Topic::new("/obs", Depth::ONE), Topic::new("/action", Depth::ONE));
+/// let (sensed, decided) = (Time::from_nanos(10), Time::from_nanos(30));
+/// obs.publisher().publish(0.02, sensed, None);
+///
+/// // What is derived from a reading says when that was taken.
+/// let reading = obs.subscribe().latest(decided).expect("published");
+/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.stamp));
+/// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));
+/// ```
 #[derive(Debug)]
 pub struct Publisher<T>(Arc<Bus<T>>);
 
@@ -298,6 +310,21 @@ impl<T: Payload> Publisher<T> {
 }
 
 /// The end of a topic that a node reads from.
+///
+/// ```
+/// use ratelab::runtime::{Depth, Time, Topic};
+///
+/// let topic = Topic::new("/range", Depth::ONE);
+/// let mut subscription = topic.subscribe();
+/// assert!(subscription.latest(Time::ZERO).is_none()); // Nothing yet.
+///
+/// topic.publisher().publish(1.7, Time::ZERO, None);
+/// for _ in 0..2 {
+///     // The newest again and again, until there is a newer one.
+///     assert_eq!(subscription.latest(Time::ZERO).expect("published").data, 1.7);
+/// }
+/// assert_eq!(subscription.dropped(), 0);
+/// ```
 #[derive(Debug)]
 pub struct Subscription<T> {
     bus: Arc<Bus<T>>,

@@ -46,7 +46,7 @@ pub enum StabilityError {
     #[error("the plant cannot be linearised: {0}")]
     Plant(String),
     /// The eigenvalues did not converge.
-    #[error("the eigenvalues at a policy of {} did not converge", .0.control)]
+    #[error("the eigenvalues at a policy of {} did not converge: try one beside it", .0.control)]
     Eigenvalues(Rates),
 }
 

@@ -2,27 +2,18 @@
 //! with everything it said.
 #![allow(dead_code)] // Each test uses its own part.
 
-use std::{
-    ops::ControlFlow,
-    sync::{Arc, Mutex},
-};
+use std::sync::{Arc, Mutex};
 
 use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{Config, Experiment, Summary},
     policy::{Policy, Shelf, Swappable},
     runtime::{
-        Clock, Command, Depth, Exit, Graph, Hz, Inbox, Message, Observer, RealClock, Tap, Tapped,
-        Tick, Time, TimedCommand,
+        Clock, Command, Depth, Exit, GO_ON, Graph, Hz, Inbox, Message, Observer, RealClock, Tap,
+        Tapped, Tick, Time, TimedCommand, VirtualClock,
         telemetry::{Event, Happening},
     },
 };
-
-/// What a node returns that goes on.
-pub const GO_ON: Tick = Ok(ControlFlow::Continue(()));
-
-/// What a node returns that ends the run.
-pub const END: Tick = Ok(ControlFlow::Break(()));
 
 /// A rate that is one.
 pub fn hz(hz: f64) -> Hz {
@@ -70,6 +61,11 @@ pub fn run_timed(
 ) -> Exit {
     let (_, mut inbox) = Inbox::new(timed);
     clock.run(graph, &mut inbox, until).expect("no fault")
+}
+
+/// The same on the virtual clock.
+pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> Exit {
+    run_timed(&mut VirtualClock, graph, timed, until)
 }
 
 /// The commands of a run that took effect, and when.
@@ -139,6 +135,13 @@ impl TickLog {
         let its = all.iter().filter(|(node, _)| *node == name);
         its.map(|(_, at)| *at).collect()
     }
+}
+
+/// One node at 10 Hz.
+pub fn metronome() -> (TickLog, Graph) {
+    let (log, mut graph) = (TickLog::default(), Graph::new());
+    log.node(&mut graph, "a", 10.0, 0);
+    (log, graph)
 }
 
 /// The brain of `config` as a policy of its own.

@@ -48,13 +48,13 @@ pub struct Claim {
 #[derive(Clone, Debug, Error)]
 pub enum BandsError {
     /// It is not a file of bands.
-    #[error("the bands cannot be read: {0}")]
+    #[error("bands.toml cannot be read: {0}")]
     Unreadable(String),
     /// A band that says nothing.
-    #[error("the band of {0:?} holds for every value")]
+    #[error("the band of {0:?} holds for every value: give it equals, reads, at_least or at_most")]
     Boundless(String),
     /// A band without provenance.
-    #[error("the band of {name:?} comes from {from:?}, which is none of the sources")]
+    #[error("the band of {name:?} comes from {from:?}, which is none of the sources: add it there")]
     UnknownSource {
         /// The measurement.
         name: String,
@@ -62,7 +62,7 @@ pub enum BandsError {
         from: String,
     },
     /// An exercise without bands.
-    #[error("exercise {0:?} has no bands")]
+    #[error("exercise {0:?} has no bands: add [exercises.{0}] to bands.toml")]
     NoExercise(String),
 }
 

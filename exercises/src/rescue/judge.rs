@@ -31,7 +31,7 @@ use ratelab::{
 pub const DANGER_DEG: f64 = 4.0;
 
 /// How long after a spell danger is still that spell's doing.
-pub const AFTERMATH: Duration = Duration::from_secs(1);
+const AFTERMATH: Duration = Duration::from_secs(1);
 
 /// How long the pole must stay out of danger to be rescued.
 pub const HELD: Duration = Duration::from_secs(5);

@@ -14,15 +14,10 @@ use ratelab::{
 };
 
 use super::picture::{LatencyPicture, Quantiles};
+use crate::bins::{BINS, width_ms};
 
 /// Wall time between two readings while the graph runs.
 const PERIOD: Duration = Duration::from_millis(150);
-
-/// Bins of the latency histogram.
-const BINS: usize = 24;
-
-/// Widths of a bin to choose from (ms).
-const BIN_WIDTHS_MS: [u64; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
 
 /// The figures as they were last read.
 #[derive(Default)]
@@ -99,11 +94,10 @@ fn latency(snapshot: &Snapshot) -> LatencyPicture {
     }
 }
 
-/// The narrowest bin with which all of them reach `longest`.
+/// The narrowest bin with which all but the last of them reach `longest`.
 fn bin_width(longest: Duration) -> Duration {
-    let reach = |ms: &u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
-    let ms = BIN_WIDTHS_MS.into_iter().find(reach).unwrap_or(1000);
-    Duration::from_millis(ms)
+    let reach = |ms: u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
+    Duration::from_millis(width_ms(reach))
 }
 
 /// Counts per bin; what is beyond the last counts there.

@@ -1,14 +1,21 @@
 //! What tests of the command share.
 #![allow(dead_code)] // Each test uses its own part.
 
-use std::process::{Command, Output};
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
 
 use tempfile::TempDir;
 
+/// `ratelab`, to be given arguments.
+pub fn command() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_ratelab"))
+}
+
 /// What `ratelab` answers to `args`.
 pub fn ratelab(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-    command.args(args).output().expect("ratelab starts")
+    command().args(args).output().expect("ratelab starts")
 }
 
 /// Output as text.
@@ -16,7 +23,26 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
+/// The one line that was said when `ratelab` exited with `code`.
+pub fn complaint(output: &Output, code: i32) -> String {
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    said
+}
+
+/// A folder that is gone after the test.
+pub fn folder() -> TempDir {
+    TempDir::new().expect("a folder")
+}
+
 /// The file `name` in `folder`, as an argument.
 pub fn path(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).display().to_string()
+}
+
+/// The reference recording `name`, as an argument.
+pub fn reference(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    root.join("recordings").join(name).display().to_string()
 }

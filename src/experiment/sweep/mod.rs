@@ -38,7 +38,8 @@ use crate::{
 /// runs of ten seconds, and 150 MB.
 pub const MAX_CELLS: usize = 2_000_000;
 
-/// Runs to make: every combination of the values listed. Each is a cell.
+/// Runs to make: every combination of the values listed. Each is a cell. See the
+/// [module](self) for one that is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
     /// Everything that no list says. Its clock and thinking time do not count:

@@ -19,7 +19,10 @@ pub enum WeightsError {
     #[error("expected a PyTorch checkpoint, found a zip that is none: {0}")]
     Zip(String),
     /// The pickle asks for more than tensors.
-    #[error("only tensors are read from a checkpoint, never code; this one asks for {0}")]
+    #[error(
+        "only tensors are read from a checkpoint, never code; this one asks for {0}: \
+         save the state_dict alone"
+    )]
     Forbidden(String),
     /// The pickle makes no sense.
     #[error("expected a PyTorch checkpoint, found a pickle that makes no sense: {0}")]

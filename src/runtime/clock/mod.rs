@@ -105,7 +105,7 @@ fn note_end(plane: &Plane, end: &Result<Exit, Fault>) {
 /// is to return.
 fn obey(plane: &mut Plane, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
     let was = match command {
-        Command::SetDepth { topic, depth } => match plane.set_depth(topic, *depth) {
+        Command::SetDepth { topic, depth } => match plane.set_depth(topic, *depth, at) {
             Ok(before) => Some(before.to_string()),
             Err(reason) => return refuse(plane, command, at, &reason),
         },

@@ -31,6 +31,22 @@ use crate::runtime::{
 /// runs are never quite the same.
 ///
 /// A pause brings all threads home and stops run time; so does handing over.
+///
+/// ```
+/// use std::{thread::sleep, time::Duration};
+/// use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+///
+/// let mut graph = Graph::new();
+/// graph.node("busy", Hz::new(100.0)?, 0, |_| |_| {
+///     sleep(Duration::from_millis(25)); // Too slow for its rate.
+///     GO_ON
+/// })?;
+/// let end = Time::from_secs_f64(0.1)?;
+/// RealClock::default().run(&mut graph, &mut Inbox::default(), end)?;
+/// let busy = &graph.observer().snapshot().nodes[0];
+/// assert!(busy.overruns > 0 && busy.ticks + busy.overruns == 11);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Default)]
 pub struct RealClock {
     realtime: Option<Realtime>,

@@ -23,6 +23,20 @@ use crate::runtime::{
 /// A command that changes the graph takes effect between two instants. Given
 /// while an instant is only partly done, as single steps allow, it first lets
 /// the rest of that instant run.
+///
+/// ```
+/// use ratelab::runtime::{Clock, Exit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+///
+/// let mut graph = Graph::new();
+/// graph.node("slow", Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_| GO_ON)?;
+/// // An hour of run time, in a moment, to its end: an instant is part of the run.
+/// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(3600.0)?)?;
+/// assert_eq!(exit, Exit::Completed);
+/// let ticks = graph.observer().snapshot().nodes.iter().map(|node| node.ticks).collect::<Vec<_>>();
+/// assert_eq!(ticks, [36_001, 3_600_001]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VirtualClock;
 

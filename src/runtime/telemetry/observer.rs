@@ -71,6 +71,25 @@ pub(crate) struct SubscriptionEntry {
 }
 
 /// Reads a running graph from any thread, without slowing it.
+///
+/// ```
+/// use std::thread;
+/// use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+///
+/// let mut graph = Graph::new();
+/// graph.node("camera", Hz::new(30.0)?, 0, |_| |_| GO_ON)?;
+/// let (observer, end) = (graph.observer(), Time::from_secs_f64(100.0)?);
+/// thread::scope(|scope| {
+///     scope.spawn(|| {
+///         while observer.now() < end {
+///             thread::yield_now();
+///         }
+///         assert_eq!(observer.snapshot().nodes[0].ticks, 3_001);
+///     });
+///     VirtualClock.run(&mut graph, &mut Inbox::default(), end)
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Observer {
     pub(crate) shared: Arc<Shared>,

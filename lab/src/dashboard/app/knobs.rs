@@ -4,7 +4,7 @@ use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{
     experiment::{BROKEN_HZ, Knob, TimedKnob},
     runtime::{
-        ClockKind, Command, Depth, Hz, Speed,
+        Command, Depth, Hz,
         telemetry::{Event, Happening},
     },
 };
@@ -104,40 +104,6 @@ impl App {
             self.turning = self.turning.saturating_sub(1);
             self.say(reason.clone());
         }
-    }
-
-    pub(super) fn change_speed(&mut self, way: Way) {
-        let current = match self.config.speed {
-            Speed::Times(pace) => pace.get(),
-            Speed::FlatOut => f64::INFINITY,
-        };
-        match ladder::next(&ladder::SPEEDS, current, way) {
-            Some(factor) => self.set_speed(factor),
-            None if self.has_speed() => self.at_end("speed", way, self.config.speed),
-            None => {}
-        }
-    }
-
-    pub(super) fn set_speed(&mut self, factor: f64) {
-        if let Ok(speed) = Speed::times(factor)
-            && self.has_speed()
-        {
-            self.config.speed = speed;
-            if self.ended() {
-                self.say(format!("the run is over; r starts one at {speed}"));
-            } else {
-                self.session.send(Command::Speed(speed));
-            }
-        }
-    }
-
-    /// Whether the clock has a speed to choose; says so if not.
-    fn has_speed(&mut self) -> bool {
-        let real = self.clock() == ClockKind::Real;
-        if real {
-            self.say("the real clock has no speed to set; c changes it");
-        }
-        !real
     }
 
     /// Types into the prompt; Enter turns the knob that was typed.

@@ -4,15 +4,17 @@ mod brains;
 mod cliff;
 mod exercises;
 mod knobs;
+mod marks;
 mod recording;
+mod time;
 
 use std::sync::Arc;
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::{Config, Knob, TimedKnob},
+    experiment::Config,
     policy::Brain,
-    runtime::{ClockKind, Command, Time, telemetry::Event},
+    runtime::{Time, telemetry::Event},
 };
 
 use super::{
@@ -31,8 +33,7 @@ use super::{
 };
 use crate::recording::{Destination, RecordError, Recorded, Recorder};
 
-/// Run time that the angle chart shows (s).
-pub const TRACE_S: f64 = 10.0;
+pub use marks::{TRACE_S, marks};
 
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.
@@ -295,54 +296,6 @@ impl App {
         !self.ended()
     }
 
-    fn pause(&mut self) {
-        if self.alive() {
-            self.pause = !self.pause;
-            let command = if self.pause {
-                Command::Pause
-            } else {
-                Command::Resume
-            };
-            self.session.send(command);
-        }
-    }
-
-    fn step(&mut self) {
-        if self.looking_back().is_some() {
-            self.history.forward();
-        } else if self.alive() {
-            match self.clock() {
-                ClockKind::Virtual => {
-                    self.pause = true;
-                    self.session.send(Command::Step);
-                }
-                ClockKind::Real => self.say("the real clock cannot step; c changes it"),
-            }
-        }
-    }
-
-    fn look_back(&mut self) {
-        if !self.history.back() {
-            self.say("this is the oldest picture kept");
-        }
-    }
-
-    /// The clock that the person wants; the graph may be on its way to it.
-    fn clock(&self) -> ClockKind {
-        self.config.clock
-    }
-
-    fn other_clock(&mut self) {
-        if self.alive() {
-            let other = match self.clock() {
-                ClockKind::Real => ClockKind::Virtual,
-                ClockKind::Virtual => ClockKind::Real,
-            };
-            self.session.send(Command::HandOver(other));
-            self.config.clock = other;
-        }
-    }
-
     fn change_seed(&mut self, way: Way) -> Result<(), LabError> {
         let seed = self.config.seed;
         let next = if way == Way::Up {
@@ -388,21 +341,4 @@ fn without_knobs(config: Config) -> Config {
         knobs: Vec::new(),
         ..config
     }
-}
-
-/// What the chart that ends at `now` says of `events`.
-pub fn marks<'a>(events: impl Iterator<Item = &'a Event>, now: Time) -> Vec<(f64, String)> {
-    let since = now.as_secs_f64() - TRACE_S;
-    let marks = events.filter_map(|event| Some((event.at.as_secs_f64(), mark(event)?)));
-    marks.filter(|(at, _)| *at >= since).collect()
-}
-
-/// What the chart says of an event: knobs only.
-fn mark(event: &Event) -> Option<String> {
-    TimedKnob::of(event).map(|timed| match timed.knob {
-        Knob::ControlHz(hz) => format!("control {hz}"),
-        Knob::SensorHz(hz) => format!("sensor {hz}"),
-        Knob::QueueDepth(depth) => format!("depth {depth}"),
-        Knob::Policy(brain) => brain.name().to_owned(),
-    })
 }

@@ -1,6 +1,6 @@
 //! The keys of the lab.
 
-use super::{END, HOME, Key, LEFT, RIGHT, TAB, Table, row};
+use super::{END, HOME, Key, LEFT, RIGHT, Table, row, screen_with_panes};
 use crate::dashboard::{focus::Pane, ladder::Way};
 
 /// What a person can do in the lab.
@@ -59,20 +59,8 @@ pub enum Action {
 }
 
 /// All keys of the lab, the way out first.
-pub const LAB: Table<Action> = Table(&[
-    row(
-        &[(Key::Char('?'), Action::Help)],
-        "show or hide this help",
-        Some("keys"),
-    ),
-    row(
-        &[
-            (Key::Char('q'), Action::Quit),
-            (Key::Ctrl('c'), Action::Quit),
-        ],
-        "quit",
-        Some("quit"),
-    ),
+pub const LAB: Table<Action> = screen_with_panes![
+    Action;
     row(
         &[
             (Key::Char('['), Action::ControlRate(Way::Down)),
@@ -184,21 +172,4 @@ pub const LAB: Table<Action> = Table(&[
         "swap the brain for the next one, the previous one",
         Some("policy"),
     ),
-    row(
-        &[
-            (TAB, Action::NextPane),
-            (Key::Char('1'), Action::Focus(Pane::Graph)),
-            (Key::Char('2'), Action::Focus(Pane::Plant)),
-            (Key::Char('3'), Action::Focus(Pane::Angle)),
-            (Key::Char('4'), Action::Focus(Pane::Figures)),
-            (Key::Char('5'), Action::Focus(Pane::Events)),
-        ],
-        "focus the next pane; graph, cart-pole, angle, figures, events",
-        None,
-    ),
-    row(
-        &[(Key::Char('z'), Action::Zoom)],
-        "give the focused pane the whole screen, or take it back",
-        Some("zoom"),
-    ),
-]);
+];

@@ -51,6 +51,40 @@ const fn row<A>(
     Binding { keys, help, footer }
 }
 
+/// The keys of a screen with panes: the way out first, then its own rows, and
+/// those of the panes last, all as its own kind of action.
+macro_rules! screen_with_panes {
+    ($Action:ident; $($row:expr),+ $(,)?) => {
+        $crate::dashboard::keys::Table(&[
+            row(&[(Key::Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
+            row(
+                &[(Key::Char('q'), $Action::Quit), (Key::Ctrl('c'), $Action::Quit)],
+                "quit",
+                Some("quit"),
+            ),
+            $($row,)+
+            row(
+                &[
+                    ($crate::dashboard::keys::TAB, $Action::NextPane),
+                    (Key::Char('1'), $Action::Focus(Pane::Graph)),
+                    (Key::Char('2'), $Action::Focus(Pane::Plant)),
+                    (Key::Char('3'), $Action::Focus(Pane::Angle)),
+                    (Key::Char('4'), $Action::Focus(Pane::Figures)),
+                    (Key::Char('5'), $Action::Focus(Pane::Events)),
+                ],
+                "focus the next pane; graph, cart-pole, angle, figures, events",
+                None,
+            ),
+            row(
+                &[(Key::Char('z'), $Action::Zoom)],
+                "give the focused pane the whole screen, or take it back",
+                Some("zoom"),
+            ),
+        ])
+    };
+}
+use screen_with_panes;
+
 impl Key {
     /// What is written on the key.
     pub fn label(self) -> String {

@@ -2,7 +2,7 @@
 
 use crossterm::event::KeyCode;
 
-use super::{END, HOME, Key, LEFT, RIGHT, TAB, Table, row};
+use super::{END, HOME, Key, LEFT, RIGHT, Table, row, screen_with_panes};
 use crate::dashboard::{focus::Pane, ladder::Way};
 
 /// What a person can do with a recording.
@@ -40,20 +40,8 @@ const PAGE_UP: Key = Key::Named(KeyCode::PageUp, "PgUp");
 const PAGE_DOWN: Key = Key::Named(KeyCode::PageDown, "PgDn");
 
 /// All keys of the replay, the way out first.
-pub const REPLAY: Table<Action> = Table(&[
-    row(
-        &[(Key::Char('?'), Action::Help)],
-        "show or hide this help",
-        Some("keys"),
-    ),
-    row(
-        &[
-            (Key::Char('q'), Action::Quit),
-            (Key::Ctrl('c'), Action::Quit),
-        ],
-        "quit",
-        Some("quit"),
-    ),
+pub const REPLAY: Table<Action> = screen_with_panes![
+    Action;
     row(
         &[(Key::Char(' '), Action::Play)],
         "play, or stand still",
@@ -99,21 +87,4 @@ pub const REPLAY: Table<Action> = Table(&[
         "play faster, slower, as fast as it was",
         Some("speed"),
     ),
-    row(
-        &[
-            (TAB, Action::NextPane),
-            (Key::Char('1'), Action::Focus(Pane::Graph)),
-            (Key::Char('2'), Action::Focus(Pane::Plant)),
-            (Key::Char('3'), Action::Focus(Pane::Angle)),
-            (Key::Char('4'), Action::Focus(Pane::Figures)),
-            (Key::Char('5'), Action::Focus(Pane::Events)),
-        ],
-        "focus the next pane; graph, cart-pole, angle, figures, events",
-        None,
-    ),
-    row(
-        &[(Key::Char('z'), Action::Zoom)],
-        "give the focused pane the whole screen, or take it back",
-        Some("zoom"),
-    ),
-]);
+];

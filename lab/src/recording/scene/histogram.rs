@@ -6,19 +6,16 @@ use ratelab::{cartpole::ControlStep, runtime::Time};
 use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
 
 use super::palette::BLUE;
-use crate::recording::{progress::Progress, timeline::Stamps};
+use crate::{
+    bins::{BINS, WIDEST_MS, width_ms},
+    recording::{progress::Progress, timeline::Stamps},
+};
 
 /// The histogram.
 pub const HISTOGRAM: &str = "plot/latency_histogram";
 
 /// Run time between two of them.
 const PERIOD: Duration = Duration::from_secs(1);
-
-/// Bars.
-const BARS: usize = 24;
-
-/// Widths of a bar to choose from (ms).
-const WIDTHS_MS: [usize; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 
 /// Counts latencies by the millisecond.
 pub struct Histogram {
@@ -76,7 +73,7 @@ impl Histogram {
         let Some(latency) = step.latency else {
             return;
         };
-        let last = BARS * WIDTHS_MS[WIDTHS_MS.len() - 1] - 1;
+        let last = BINS * WIDEST_MS as usize - 1;
         let ms = usize::try_from(latency.as_millis()).map_or(last, |ms| ms.min(last));
         if self.counts.len() <= ms {
             self.counts.resize(ms + 1, 0);
@@ -92,23 +89,23 @@ impl Histogram {
         progress: &Progress,
         at: Time,
     ) -> RecordingStreamResult<()> {
-        let fits = |width: &usize| self.counts.len() <= BARS * width;
-        let width = WIDTHS_MS.into_iter().find(fits).unwrap_or(1000);
+        let fits = |width: u64| self.counts.len() as u64 <= BINS as u64 * width;
+        let width = width_ms(fits) as usize;
         if width == self.width {
             return Ok(());
         }
         self.width = width;
         // The viewer wants the left end of each.
-        let places: Vec<f64> = (0..BARS).map(|bar| (bar * width) as f64).collect();
+        let places: Vec<f64> = (0..BINS).map(|bar| (bar * width) as f64).collect();
         let place = BarChart::update_fields().with_abscissa(places);
-        let widths = BarChart::update_fields().with_widths([width as f32; BARS]);
-        let columns = place.columns([1])?.chain(widths.columns([BARS])?);
+        let widths = BarChart::update_fields().with_widths([width as f32; BINS]);
+        let columns = place.columns([1])?.chain(widths.columns([BINS])?);
         rec.send_columns(HISTOGRAM, progress.stamp(at).columns(), columns)
     }
 
     /// Control steps per bar.
     fn heights(&self) -> TensorData {
-        let mut bars = vec![0; BARS];
+        let mut bars = vec![0; BINS];
         for (ms, count) in self.counts.iter().enumerate() {
             bars[ms / self.width.max(1)] += count;
         }
@@ -132,7 +129,7 @@ fn log_heights(
 mod tests {
     use rerun::{TensorBuffer, TensorData};
 
-    use super::{BARS, Histogram};
+    use super::{BINS, Histogram};
 
     fn bars(data: TensorData) -> Vec<u64> {
         match data.buffer {
@@ -148,6 +145,6 @@ mod tests {
         (histogram.counts[0], histogram.counts[180]) = (3, 2);
         histogram.width = 10;
         let counted = bars(histogram.heights());
-        assert_eq!((counted.len(), counted[0], counted[18]), (BARS, 3, 2));
+        assert_eq!((counted.len(), counted[0], counted[18]), (BINS, 3, 2));
     }
 }

@@ -18,6 +18,8 @@ fn any_virtual_run_comes_again_to_the_bit() {
         let summary = outcome.expect("no fault");
         let published = summary.obs.published + summary.action.published + summary.steps;
         assert_eq!(identical.messages as u64, published);
+        let ticks: u64 = summary.nodes.iter().map(|node| node.ticks).sum();
+        assert_eq!(identical.ticks as u64, ticks);
     }
 }
 
@@ -49,6 +51,65 @@ fn a_single_bit_that_differs_is_found_and_named() {
         }
         let error = verify(&altered).expect_err("a difference").to_string();
         assert!(error.contains(&format!("{name} message")), "{error}");
+    }
+}
+
+#[test]
+fn a_tick_that_differs_is_found_and_named() {
+    let (folder, mut dice) = (folder(), Dice(3));
+    let original = recording(&folder);
+    for _ in 0..20 {
+        let mut altered = original.clone();
+        let node = dice.below(altered.ticks.len());
+        let name = original.origin.shape.nodes[node].name.clone();
+        let index = dice.below(altered.ticks[node].len());
+        let tick = &mut altered.ticks[node][index];
+        let part = match dice.below(3) {
+            0 => {
+                tick.at = tick.at + Time::TICK;
+                "run time"
+            }
+            1 => {
+                tick.lateness = Some(Time::TICK);
+                "lateness"
+            }
+            _ => {
+                tick.overruns += 1;
+                "overruns"
+            }
+        };
+        let error = verify(&altered).expect_err("a difference").to_string();
+        assert!(
+            error.contains(&format!("{name} tick {index}, {part}")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn how_long_ticks_took_is_not_compared() {
+    let folder = folder();
+    let mut altered = recording(&folder);
+    for tick in altered.ticks.iter_mut().flatten() {
+        tick.took = Some(Time::TICK);
+    }
+    verify(&altered).expect("identical");
+}
+
+#[test]
+fn a_tick_more_or_less_is_found() {
+    let folder = folder();
+    let original = recording(&folder);
+    for node in 0..original.ticks.len() {
+        let mut short = original.clone();
+        short.ticks[node].pop();
+        let error = verify(&short).expect_err("one is missing").to_string();
+        assert!(error.contains("recorded none, computed a tick"), "{error}");
+        let mut long = original.clone();
+        let last = long.ticks[node].last().copied();
+        long.ticks[node].extend(last);
+        let error = verify(&long).expect_err("one is too many").to_string();
+        assert!(error.contains("recorded a tick, computed none"), "{error}");
     }
 }
 

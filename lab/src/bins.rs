@@ -1,0 +1,16 @@
+//! Bins of the histogram of latencies, on the screen and in recordings.
+
+/// How many there are.
+pub const BINS: usize = 24;
+
+/// Widths to choose from (ms).
+const WIDTHS_MS: [u64; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, WIDEST_MS];
+
+/// The largest width (ms).
+pub const WIDEST_MS: u64 = 1000;
+
+/// The narrowest width (ms) that `fits`, or else the widest.
+pub fn width_ms(fits: impl Fn(u64) -> bool) -> u64 {
+    let mut widths = WIDTHS_MS.into_iter();
+    widths.find(|width| fits(*width)).unwrap_or(WIDEST_MS)
+}

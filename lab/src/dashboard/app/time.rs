@@ -1,0 +1,90 @@
+//! How run time passes, and which moment of it is looked at.
+
+use ratelab::runtime::{ClockKind, Command, Speed};
+
+use super::App;
+use crate::dashboard::ladder::{self, Way};
+
+impl App {
+    pub(super) fn pause(&mut self) {
+        if self.alive() {
+            self.pause = !self.pause;
+            let command = if self.pause {
+                Command::Pause
+            } else {
+                Command::Resume
+            };
+            self.session.send(command);
+        }
+    }
+
+    pub(super) fn step(&mut self) {
+        if self.looking_back().is_some() {
+            self.history.forward();
+        } else if self.alive() {
+            match self.clock() {
+                ClockKind::Virtual => {
+                    self.pause = true;
+                    self.session.send(Command::Step);
+                }
+                ClockKind::Real => self.say("the real clock cannot step; c changes it"),
+            }
+        }
+    }
+
+    pub(super) fn look_back(&mut self) {
+        if !self.history.back() {
+            self.say("this is the oldest picture kept");
+        }
+    }
+
+    /// The clock that the person wants; the graph may be on its way to it.
+    pub(super) fn clock(&self) -> ClockKind {
+        self.config.clock
+    }
+
+    pub(super) fn other_clock(&mut self) {
+        if self.alive() {
+            let other = match self.clock() {
+                ClockKind::Real => ClockKind::Virtual,
+                ClockKind::Virtual => ClockKind::Real,
+            };
+            self.session.send(Command::HandOver(other));
+            self.config.clock = other;
+        }
+    }
+
+    pub(super) fn change_speed(&mut self, way: Way) {
+        let current = match self.config.speed {
+            Speed::Times(pace) => pace.get(),
+            Speed::FlatOut => f64::INFINITY,
+        };
+        match ladder::next(&ladder::SPEEDS, current, way) {
+            Some(factor) => self.set_speed(factor),
+            None if self.has_speed() => self.at_end("speed", way, self.config.speed),
+            None => {}
+        }
+    }
+
+    pub(super) fn set_speed(&mut self, factor: f64) {
+        if let Ok(speed) = Speed::times(factor)
+            && self.has_speed()
+        {
+            self.config.speed = speed;
+            if self.ended() {
+                self.say(format!("the run is over; r starts one at {speed}"));
+            } else {
+                self.session.send(Command::Speed(speed));
+            }
+        }
+    }
+
+    /// Whether the clock has a speed to choose; says so if not.
+    fn has_speed(&mut self) -> bool {
+        let real = self.clock() == ClockKind::Real;
+        if real {
+            self.say("the real clock has no speed to set; c changes it");
+        }
+        !real
+    }
+}

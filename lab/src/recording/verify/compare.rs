@@ -1,0 +1,86 @@
+//! What was recorded held against what comes, item by item.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crossbeam_channel::Sender;
+use ratelab::runtime::{Command, Tap, Time};
+
+use super::{
+    difference::{Difference, Item},
+    series::Series,
+};
+use crate::recording::reader::Recording;
+
+/// Compares several series of one run at the same time, until one differs.
+pub struct Judge {
+    /// Whether the recording goes on to the end of the run.
+    complete: bool,
+    /// When the last of its series had begun: those that are empty had, too.
+    begun: Time,
+    /// Whether one differs.
+    found: AtomicBool,
+    commands: Sender<Command>,
+}
+
+impl Judge {
+    /// Of `recording`, which may not be `complete`, and of the run that obeys
+    /// `commands`.
+    pub fn new(recording: &Recording, complete: bool, commands: Sender<Command>) -> Self {
+        let messages = recording.topics.iter().filter_map(|t| t.heads.first());
+        let ticks = recording.ticks.iter().filter_map(|ticks| ticks.first());
+        let firsts = messages.map(|head| head.stamp);
+        Self {
+            complete,
+            begun: firsts
+                .chain(ticks.map(|tick| tick.at))
+                .max()
+                .unwrap_or_default(),
+            found: AtomicBool::new(false),
+            commands,
+        }
+    }
+
+    /// Compares what comes with what was recorded, and ends the run if that is
+    /// not the same.
+    pub fn compare<S: Series>(&self, recorded: &S, tap: Tap<S::Computed>) -> Option<Difference> {
+        // The tap goes with the first difference: the run no longer waits for it.
+        let difference = self.first_difference(recorded, &tap)?;
+        self.found.store(true, Ordering::Relaxed);
+        let _ = self.commands.send(Command::Stop); // It may be over.
+        Some(difference)
+    }
+
+    fn first_difference<S: Series>(
+        &self,
+        recorded: &S,
+        tap: &Tap<S::Computed>,
+    ) -> Option<Difference> {
+        let mut index = 0;
+        for computed in tap.items() {
+            let item = recorded.item_of(&computed);
+            if self.is_before(recorded, &item) {
+                continue;
+            }
+            if recorded.item(index).is_none() {
+                return self.complete.then(|| item.not_recorded());
+            }
+            if let Some(difference) = recorded.compare(index, &computed) {
+                return Some(difference);
+            }
+            index += 1;
+        }
+        let missing = recorded.item(index)?;
+        // A run that was ended because of another difference lacks what came after.
+        let ended = self.found.load(Ordering::Relaxed);
+        (!ended).then(|| missing.not_computed())
+    }
+
+    /// Whether something came before it was recorded: recordings may begin later
+    /// than runs.
+    fn is_before(&self, recorded: &impl Series, item: &Item) -> bool {
+        match recorded.item(0) {
+            Some(first) => item.number < first.number,
+            None => item.at < self.begun,
+        }
+    }
+}

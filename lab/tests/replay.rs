@@ -1,0 +1,78 @@
+//! `ratelab replay` as a user meets it: in the rerun viewer, or in a terminal.
+
+mod common;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use tempfile::TempDir;
+
+use common::{command, complaint, folder, ratelab, reference};
+
+/// A folder with a command `rerun` that answers `version` when it is asked, and
+/// otherwise notes what it is given in `given`.
+#[cfg(unix)]
+fn viewer(folder: &TempDir, version: &str) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let bin = folder.path().join("bin");
+    fs::create_dir_all(&bin).expect("a folder");
+    let given = folder.path().join("given");
+    let script = format!(
+        "#!/bin/sh\nif [ \"$1\" = --version ]; then echo '{version}'; else echo \"$@\" > {}; fi\n",
+        given.display()
+    );
+    let command = bin.join("rerun");
+    fs::write(&command, script).expect("written");
+    fs::set_permissions(&command, fs::Permissions::from_mode(0o755)).expect("executable");
+    bin
+}
+
+#[cfg(unix)]
+#[test]
+fn replay_opens_the_viewer_and_says_how_to_get_it() {
+    let folder = folder();
+    let file = reference("fall-5hz.rrd");
+    let replay = |path: &Path| {
+        let path = std::env::join_paths([path, Path::new("/bin"), Path::new("/usr/bin")]);
+        let path = path.expect("a search path");
+        command()
+            .env("PATH", path)
+            .args(["replay", &file])
+            .output()
+            .expect("ratelab starts")
+    };
+    let bin = viewer(&folder, "rerun-cli 0.36.3 [rustc 1.92.0]");
+    let output = replay(&bin);
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{output:?}"
+    );
+    let given = fs::read_to_string(folder.path().join("given")).expect("opened");
+    assert_eq!(given.trim(), file);
+    // One of another version is opened too, with a word about it.
+    let output = replay(&viewer(&folder, "rerun-cli 0.30.0"));
+    let said = complaint(&output, 0);
+    assert!(
+        said.contains("0.30.0") && said.contains("pip install rerun-sdk==0.36.3"),
+        "{said}"
+    );
+    let said = complaint(&replay(&viewer(&folder, "usage: something else")), 1);
+    assert!(said.contains("not the rerun viewer"), "{said}");
+    fs::remove_dir_all(bin).expect("removed");
+    let said = complaint(&replay(folder.path()), 1);
+    assert!(
+        said.contains("was not found") && said.contains("pip install"),
+        "{said}"
+    );
+}
+
+#[test]
+fn replay_in_a_terminal_needs_one() {
+    let output = ratelab(&["replay", "--terminal", &reference("fall-5hz.rrd")]);
+    assert!(
+        complaint(&output, 2).contains("try ratelab info"),
+        "{output:?}"
+    );
+}

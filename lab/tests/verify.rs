@@ -1,0 +1,115 @@
+//! `ratelab verify` as a user meets it: what comes again, what does not, and why.
+
+mod common;
+
+use std::{fs, path::Path};
+
+use tempfile::TempDir;
+
+use common::{complaint, folder, path, ratelab, reference, text};
+
+/// Records a virtual run with `args` to the file `name` in `folder`.
+fn record(folder: &TempDir, name: &str, args: &[&str]) -> String {
+    let file = path(folder, name);
+    let args = [&["run", "--clock", "virtual", "--record", &file], args].concat();
+    let output = ratelab(&args);
+    assert!(output.status.success(), "{output:?}");
+    assert!(text(&output.stdout).contains("recorded  "), "{output:?}");
+    file
+}
+
+#[test]
+fn the_reference_recordings_come_again_and_are_what_their_readme_says() {
+    let told = [
+        (
+            "balanced-50hz.rrd",
+            "identical, 3 topics, 1,503 messages",
+            "mean 0.0 ms",
+        ),
+        (
+            "fall-5hz.rrd",
+            "identical, 3 topics, 91 messages",
+            "FELL at 0.840 s",
+        ),
+        (
+            "rescued.rrd",
+            "identical, 3 topics, 1,004 messages",
+            "knob      2.116662647 control-hz 25",
+        ),
+    ];
+    for (name, identical, info) in told {
+        let output = ratelab(&["verify", &reference(name)]);
+        assert!(output.status.success(), "{output:?}");
+        assert!(text(&output.stdout).contains(identical), "{output:?}");
+        let output = ratelab(&["info", &reference(name)]);
+        assert!(
+            output.status.success() && text(&output.stdout).contains(info),
+            "{output:?}"
+        );
+    }
+}
+
+#[test]
+fn a_real_clock_recording_says_why_it_is_not_verified() {
+    let folder = folder();
+    let file = path(&folder, "real.rrd");
+    assert!(
+        ratelab(&["run", "--duration-s", "0.5", "--record", &file])
+            .status
+            .success()
+    );
+    let said = complaint(&ratelab(&["verify", &file]), 1);
+    assert!(
+        said.contains("real clock") && said.contains("nothing to verify"),
+        "{said}"
+    );
+    assert!(ratelab(&["info", &file]).status.success());
+}
+
+#[test]
+fn all_of_several_recordings_are_verified_whatever_the_first_says() {
+    let folder = folder();
+    let good = record(&folder, "good.rrd", &["--break"]);
+    let bad = path(&folder, "bad.rrd");
+    fs::write(&bad, "").expect("written");
+    let output = ratelab(&["verify", &bad, &good]);
+    assert!(
+        text(&output.stdout).contains("good.rrd: identical"),
+        "{output:?}"
+    );
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("bad.rrd: ") && said.contains("1 of 2"),
+        "{said}"
+    );
+    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn a_run_that_swaps_brains_is_verified_and_a_brain_that_changed_is_named() {
+    let folder = folder();
+    let fixture = |name: &str| {
+        let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/brains");
+        tests.join(name)
+    };
+    let brain = path(&folder, "actor.pt");
+    fs::copy(fixture("actor.pt"), &brain).expect("copied");
+    let knobs = path(&folder, "swaps.knobs");
+    let swaps = format!("0.5 policy lqr\n1 policy {brain}\n1.1 policy scripted\n");
+    fs::write(&knobs, swaps).expect("written");
+    let file = record(&folder, "swaps.rrd", &["--knobs", &knobs]);
+    let output = ratelab(&["verify", &file]);
+    assert!(text(&output.stdout).contains("identical"), "{output:?}");
+    fs::copy(fixture("half.pt"), &brain).expect("copied");
+    let said = complaint(&ratelab(&["verify", &file]), 1);
+    assert!(
+        said.contains("actor.pt") && said.contains("SHA-256"),
+        "{said}"
+    );
+    fs::remove_file(&brain).expect("removed");
+    let said = complaint(&ratelab(&["verify", &file]), 1);
+    assert!(
+        said.contains("actor.pt") && said.contains("found neither"),
+        "{said}"
+    );
+}

@@ -1,0 +1,83 @@
+//! All state of a run is in its graph, so it can be handed from clock to clock, or
+//! run piece by piece, and goes on where it was.
+
+mod common;
+
+use common::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
+use ratelab::runtime::{
+    ClockKind, Command, Depth, Exit, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
+};
+
+#[test]
+fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
+    for kind in [ClockKind::Virtual, ClockKind::Real] {
+        let (_, mut graph) = metronome();
+        let (_, mut inbox) = Inbox::new(vec![at(0.0, Command::HandOver(kind))]);
+        let real = &mut RealClock::default();
+        let exit = clock::run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
+        assert_eq!(exit, Exit::Completed);
+        assert_eq!(refused(&graph.observer().events(0)).len(), 1);
+    }
+}
+
+#[test]
+fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
+    let (log, mut graph) = (TickLog::default(), Graph::new());
+    let rates = [("fast", 200.0), ("medium", 50.0), ("odd", 33.3)];
+    let topic = Topic::new("/numbers", Depth::ONE);
+    for (name, rate) in rates {
+        let publisher = topic.publisher();
+        log.node_that(&mut graph, name, rate, 0, move |now| {
+            publisher.publish(name, now, None);
+            GO_ON
+        });
+    }
+    let tap = graph.tap(&topic, 1_000);
+    let timed = vec![
+        at(0.5, Command::HandOver(ClockKind::Real)),
+        at(0.6, Command::HandOver(ClockKind::Virtual)),
+    ];
+    let (_, mut inbox) = Inbox::new(timed);
+    let real = &mut RealClock::default();
+    let exit = clock::run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
+    assert_eq!(exit.expect("run"), Exit::Completed);
+
+    let hand_overs = applied(&graph.observer().events(0));
+    let (to_real, to_virtual) = (hand_overs[0].0, hand_overs[1].0);
+    assert_eq!(to_real, secs(0.5));
+    assert!(to_virtual >= secs(0.6));
+    let snapshot = graph.observer().snapshot();
+    for (name, rate) in rates {
+        let node = snapshot.node(name).expect("node");
+        let periods = (2.0 * rate + 1e-9).floor() as u64 + 1;
+        assert_eq!(node.ticks + node.overruns, periods, "{name}");
+        let times = log.of(name);
+        assert_eq!(times.len() as u64, node.ticks, "{name}");
+        assert!(times.is_sorted_by(|a, b| a < b), "{name}: {times:?}");
+        let virtual_again = |time: &&Time| **time < to_real || **time > to_virtual;
+        let grid: Vec<Time> = (0..periods).map(|tick| secs(tick as f64 / rate)).collect();
+        for time in times.iter().filter(virtual_again) {
+            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::TICK;
+            assert!(grid.iter().any(near), "{name} left its grid at {time:?}");
+        }
+    }
+    drop((log, graph));
+    drop(topic);
+    let seqs: Vec<u64> = messages_of(&tap)
+        .iter()
+        .map(|message| message.seq)
+        .collect();
+    assert_eq!(tap.lost(), 0);
+    assert_eq!(seqs, Vec::from_iter(0..seqs.len() as u64));
+}
+
+#[test]
+fn a_graph_goes_on_from_one_end_to_the_next_as_if_there_was_none() {
+    let (log, mut graph) = metronome();
+    for end in [0.25, 0.3, 1.0] {
+        run_virtual(&mut graph, Vec::new(), secs(end));
+    }
+    let (whole, mut graph) = metronome();
+    run_virtual(&mut graph, Vec::new(), secs(1.0));
+    assert_eq!(log.all(), whole.all());
+}
