@@ -41,6 +41,9 @@ impl Lab {
         command.args(args);
         command.env("TERM", "xterm-256color");
         command.cwd(folder);
+        // Nobody's own predictions are touched.
+        command.env("HOME", folder);
+        command.env_remove("XDG_DATA_HOME");
         let child = pair.slave.spawn_command(command).expect("ratelab starts");
         drop(pair.slave);
         let mut reader = pair.master.try_clone_reader().expect("output");

@@ -4,6 +4,8 @@ mod answers;
 mod judge;
 mod learner;
 
+use std::path::Path;
+
 use exercises::{
     ALL,
     practice::{Answers, Brief, Exercise},
@@ -26,7 +28,7 @@ const WIDTH: usize = 80;
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     let file = answers_file(args.answers.as_deref());
     match (args.what, args.number) {
-        (None, _) => say(list(&Answers::load(&file)?).trim_end()),
+        (None, _) => say(&list(&Answers::load(&file)?, &file)),
         (Some(Wanted::Exercise(number)), None) => match &args.session {
             Some(session) => {
                 let exercise = find(number)?;
@@ -51,7 +53,7 @@ fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
     })
 }
 
-fn list(answers: &Answers) -> String {
+fn list(answers: &Answers, file: &Path) -> String {
     let lines = ALL.iter().map(|exercise| {
         let brief = exercise.brief();
         let predicted = predicted(answers, brief).unwrap_or_default();
@@ -63,8 +65,12 @@ fn list(answers: &Answers) -> String {
         );
         line.trim_end().to_owned() + "\n"
     });
-    let how = "\nratelab exercise 1 begins with the first: it asks what you expect, then measures.";
-    lines.collect::<String>() + how
+    let lines: String = lines.collect();
+    format!(
+        "{lines}\nratelab exercise 1 begins with the first: it asks what you expect, then \
+         measures.\nPredictions are kept in {}.",
+        file.display()
+    )
 }
 
 /// What was predicted in an exercise, in words, if it was.
