@@ -26,6 +26,7 @@ const WIDTH: usize = 80;
 
 /// Lists the exercises, does one, or checks what they promise.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
+    check_options(args)?;
     let file = answers_file(args.answers.as_deref());
     match (args.what, args.number) {
         (None, _) => say(&list(&Answers::load(&file)?, &file)),
@@ -39,9 +40,24 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
         (Some(Wanted::Check), None) => check(&ALL, &Answers::load(&file)?),
         (Some(Wanted::Check), Some(number)) => check(&[find(number)?], &Answers::load(&file)?),
         (Some(Wanted::Exercise(_)), Some(number)) => Err(Error::BadInput(format!(
-            "one exercise at a time: what is {number} for?"
+            "one exercise at a time: leave {number} out"
         ))),
     }
+}
+
+/// Refuses what has no meaning without the number of an exercise.
+fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
+    let lonely = match args.what {
+        Some(Wanted::Exercise(_)) => None,
+        _ if args.predict.is_some() => Some("--predict"),
+        _ if args.session.is_some() => Some("--session"),
+        _ if args.redo => Some("--redo"),
+        _ => None,
+    };
+    lonely.map_or(Ok(()), |option| {
+        let why = format!("{option} is of one exercise: say its number, as in ratelab exercise 1");
+        Err(Error::BadInput(why))
+    })
 }
 
 fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
