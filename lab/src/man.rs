@@ -32,8 +32,7 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
             ),
             (
                 "2",
-                "It was not begun, for the input is bad: an option, a value, or a file that is \
-                 not what it should be.",
+                "The input is bad: an option, a value, or a file that is not what it should be.",
             ),
             ("130", "Ctrl-C was pressed a second time."),
         ],

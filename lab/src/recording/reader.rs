@@ -32,7 +32,8 @@ pub enum ReadError {
     },
     /// It holds curves of a sweep, and no run.
     #[error(
-        "{file}: these are the curves of a sweep and no run: ratelab replay {file} shows them",
+        "{file}: these are the curves of a sweep and no run: ratelab replay {file} opens them \
+         in the rerun viewer",
         file = path.display()
     )]
     Sweep {
