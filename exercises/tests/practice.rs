@@ -108,7 +108,9 @@ fn a_file_that_holds_no_answers_is_refused_by_name_and_left_alone() {
         assert!(refused.contains("answers.toml"), "{refused}");
         assert_eq!(std::fs::read_to_string(&path).expect("read"), text);
     }
-    let nowhere = folder.path().join("missing/answers.toml");
+    let new = folder.path().join("new/answers.toml");
+    Answers::default().save(&new).expect("in a new folder");
+    let nowhere = path.join("answers.toml");
     assert!(Answers::default().save(&nowhere).is_err());
 }
 

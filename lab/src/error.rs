@@ -1,6 +1,10 @@
 //! What is told when something cannot be done.
 
-use std::{path::Path, process::ExitCode};
+use std::{
+    io::{self, ErrorKind},
+    path::Path,
+    process::ExitCode,
+};
 
 use exercises::practice::{AnswersError, Failure};
 use ratelab::{
@@ -84,14 +88,27 @@ pub enum Error {
         /// The file.
         what: String,
         /// What the system said.
-        why: std::io::Error,
+        why: io::Error,
     },
 }
 
 impl Error {
     /// A file that cannot be opened or read, as bad input naming `option`.
-    pub fn file(option: &str, path: &Path, why: &std::io::Error) -> Self {
+    pub fn file(option: &str, path: &Path, why: &io::Error) -> Self {
         Self::BadInput(format!("{option} {}: {why}", path.display()))
+    }
+
+    /// A file or folder that cannot be made, as bad input naming `option`.
+    pub fn unwritable(option: &str, path: &Path, why: &io::Error) -> Self {
+        let what = match why.kind() {
+            ErrorKind::NotFound => "there is no such folder: make it first".to_owned(),
+            ErrorKind::IsADirectory => "this is a folder: name a file in it".to_owned(),
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+                "a file is where a folder is needed: choose another name".to_owned()
+            }
+            _ => format!("{why}: choose a place that can be written to"),
+        };
+        Self::BadInput(format!("{option} {}: {what}", path.display()))
     }
 
     /// 2 for bad input, 1 for a run that could not finish.

@@ -2,11 +2,13 @@
 
 mod bins;
 mod cli;
+mod completions;
 mod csv;
 mod dashboard;
 mod error;
 mod exercise;
 mod lab;
+mod man;
 mod metrics;
 mod options;
 mod recording;
@@ -15,6 +17,7 @@ mod report;
 mod review;
 mod run;
 mod sweep;
+mod version;
 
 use std::process::ExitCode;
 
@@ -30,10 +33,12 @@ fn main() -> ExitCode {
             Some(Command::Run(args)) => run::run(args),
             Some(Command::Sweep(args)) => sweep::sweep(args),
             Some(Command::Replay(args)) => replay::replay(args),
-            Some(Command::Info { file }) => review::info(file),
-            Some(Command::Verify { files }) => review::verify_all(files),
+            Some(Command::Info(args)) => review::info(&args.file),
+            Some(Command::Verify(args)) => review::verify_all(&args.files),
             Some(Command::Exercise(args)) => exercise::exercise(args),
             Some(Command::Keys) => lab::keys(),
+            Some(Command::Completions { shell }) => completions::completions(*shell),
+            Some(Command::Man { folder }) => man::man(folder.as_deref()),
         },
         Err(error) => cli::explain(&error),
     };

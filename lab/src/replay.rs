@@ -11,7 +11,7 @@ use crate::{
     dashboard,
     error::Error,
     lab::{need_terminal, screen},
-    recording::Recording,
+    recording::{ReadError, Recording},
     review::defect,
 };
 
@@ -20,15 +20,23 @@ const VIEWER: &str = "rerun";
 
 /// Shows a recording; what is good of it, if it is damaged.
 pub fn replay(args: &ReplayArgs) -> Result<(), Error> {
-    let recording = Arc::new(Recording::read(&args.file)?);
+    let recording = match Recording::read(&args.file) {
+        // The viewer shows these too, and the terminal does not.
+        Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
+        read => Arc::new(read?),
+    };
     if args.terminal {
         need_terminal("replay --terminal needs a terminal to draw on: try ratelab info")?;
         dashboard::play(recording.clone(), &screen(&args.screen))?;
     } else {
-        check_viewer(viewer_version()?.as_deref())?;
-        open_viewer(&args.file)?;
+        view(&args.file)?;
     }
     defect(&recording)
+}
+
+fn view(file: &Path) -> Result<(), Error> {
+    check_viewer(viewer_version()?.as_deref())?;
+    open_viewer(file)
 }
 
 /// The version of rerun that recordings are written with.

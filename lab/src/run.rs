@@ -107,7 +107,7 @@ pub fn record_error(path: &Path, why: &io::Error) -> Error {
              choose another name",
             path.display()
         )),
-        _ => Error::file("--record", path, why),
+        _ => Error::unwritable("--record", path, why),
     }
 }
 
@@ -168,7 +168,7 @@ impl Outputs {
                     for folder in made {
                         let _ = fs::remove_dir(folder);
                     }
-                    return Err(Error::file("--csv", path, &why));
+                    return Err(Error::unwritable("--csv", path, &why));
                 }
             },
         };
@@ -217,7 +217,7 @@ fn prepare_metrics(folder: &Path, name: &str) -> Result<(NamedTempFile, PathBuf)
     fs::create_dir_all(folder)
         .and_then(|()| NamedTempFile::new_in(folder))
         .map(|file| (file, folder.join(name)))
-        .map_err(|why| Error::file("--out", folder, &why))
+        .map_err(|why| Error::unwritable("--out", folder, &why))
 }
 
 fn write_metrics(mut file: NamedTempFile, path: &Path, metrics: &str) -> Result<(), Error> {

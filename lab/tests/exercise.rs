@@ -2,18 +2,26 @@
 
 use std::{
     fs,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Command, Output, Stdio},
 };
 
 use tempfile::TempDir;
 
-/// A learner in a folder of their own.
+/// A learner in a clone of their own, as far as predictions are concerned.
 struct Learner(TempDir);
 
 impl Learner {
     fn new() -> Self {
-        Self(TempDir::new().expect("a folder"))
+        let clone = TempDir::new().expect("a folder");
+        let folder = clone.path().join("exercises");
+        fs::create_dir(&folder).expect("a folder");
+        fs::write(folder.join("bands.toml"), "").expect("written");
+        Self(clone)
+    }
+
+    fn answers(&self) -> PathBuf {
+        self.0.path().join("exercises/answers.toml")
     }
 
     fn does(&self, args: &[&str]) -> Output {
@@ -50,7 +58,7 @@ fn nothing_is_revealed_before_a_prediction() {
     for predicted in ["", "8", "eight because", "nan because it is", "8 because"] {
         learner.is_refused(&["1", "--predict", predicted]);
     }
-    assert!(!learner.0.path().join("answers.toml").exists());
+    assert!(!learner.answers().exists());
 }
 
 #[test]
@@ -135,7 +143,7 @@ fn rubbish_is_refused_in_one_line() {
     for args in [&["0"][..], &["6"], &["one"], &["1", "2"], &["check", "9"]] {
         learner.is_refused(args);
     }
-    fs::write(learner.0.path().join("answers.toml"), "cliff = 8").expect("written");
+    fs::write(learner.answers(), "cliff = 8").expect("written");
     let (said, _) = learner.is_refused(&["1", "--predict", "8 because"]);
     assert!(said.contains("8 is a number without a reason"), "{said}");
     let output = learner.does(&["1", "--predict", "8 because it is"]);

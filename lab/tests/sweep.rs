@@ -151,6 +151,20 @@ fn theory_is_silent_about_policies_that_it_is_not_about() {
 }
 
 #[test]
+fn curves_are_told_from_a_run() {
+    let folder = TempDir::new().expect("folder");
+    let curves = path(&folder, "curves.rrd");
+    sweep(&["--control-hz", "5,10", "--seeds", "0", "--record", &curves]);
+    for command in ["info", "verify"] {
+        let output = ratelab(&[command, &curves]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("curves of a sweep"), "{said}");
+        assert!(said.contains(&format!("ratelab replay {curves}")), "{said}");
+    }
+}
+
+#[test]
 fn bad_input_is_one_line_that_names_option_and_value() {
     let folder = TempDir::new().expect("folder");
     let taken = path(&folder, "taken.rrd");

@@ -26,7 +26,7 @@ pub use file::{BrainFile, LARGEST_FILE};
 pub use kind::{PolicyKind, UnknownPolicy};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
-pub use onnx::OnnxError;
+pub use onnx::{OnnxError, RUNS_ONNX};
 pub use random::Random;
 pub use scripted::Scripted;
 pub use shelf::Shelf;

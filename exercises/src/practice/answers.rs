@@ -22,25 +22,31 @@ impl Answers {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(AnswersError::of(path, error)),
+            Err(error) => return Err(AnswersError::unusable(path, error)),
         };
-        toml::from_str(&text).map_err(|error| AnswersError::of(path, in_a_line(&text, &error)))
+        toml::from_str(&text).map_err(|error| AnswersError::Content {
+            path: path.display().to_string(),
+            cause: in_a_line(&text, &error),
+        })
     }
 
     /// Writes the predictions to the file at `path`, all of them or, if that
-    /// fails, none.
+    /// fails, none. Folders that it needs are made.
     ///
     /// # Errors
     /// [`AnswersError`] if the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), AnswersError> {
-        let text = toml::to_string(self).map_err(|error| AnswersError::of(path, error))?;
+        let text = toml::to_string(self).map_err(|error| AnswersError::unusable(path, error))?;
         let new = path.with_extension("toml.new");
-        let written = fs::write(&new, text).and_then(|()| fs::rename(&new, path));
-        written.map_err(|error| {
-            // Whether it is there or not, the failure to write is what counts.
-            let _ = fs::remove_file(&new);
-            AnswersError::of(path, error)
-        })
+        let written = path.parent().map_or(Ok(()), fs::create_dir_all);
+        let written = written.and_then(|()| fs::write(&new, text));
+        written
+            .and_then(|()| fs::rename(&new, path))
+            .map_err(|error| {
+                // Whether it is there or not, the failure to write is what counts.
+                let _ = fs::remove_file(&new);
+                AnswersError::unusable(path, error)
+            })
     }
 
     /// What was predicted in this exercise, if it was.
@@ -68,15 +74,28 @@ fn in_a_line(text: &str, error: &toml::de::Error) -> String {
 
 /// A file of answers that cannot be used.
 #[derive(Debug, Error)]
-#[error("{path}: {cause}; mend the file, or remove it to begin anew")]
-pub struct AnswersError {
-    path: String,
-    cause: Box<dyn std::error::Error + Send + Sync>,
+pub enum AnswersError {
+    /// What is in it are no answers.
+    #[error("{path}: {cause}; mend the file, or remove it to begin anew")]
+    Content {
+        /// The file.
+        path: String,
+        /// What is wrong, and in which line.
+        cause: String,
+    },
+    /// It cannot be read or written.
+    #[error("predictions are kept in {path}: {cause}; --answers FILE keeps them elsewhere")]
+    Unusable {
+        /// The file.
+        path: String,
+        /// What the system said.
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
 impl AnswersError {
-    fn of(path: &Path, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Self {
+    fn unusable(path: &Path, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Unusable {
             path: path.display().to_string(),
             cause: cause.into(),
         }

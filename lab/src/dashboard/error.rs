@@ -18,7 +18,7 @@ pub enum LabError {
     #[error("the clock panicked, which is a defect of ratelab: please report it")]
     Panicked,
     /// A recording cannot begin.
-    #[error("--record {}: {why}", path.display())]
+    #[error("cannot record: {why}: {}", path.display())]
     Record {
         /// The file.
         path: PathBuf,

@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use directories::ProjectDirs;
+
 /// Name of the file.
 const FILE: &str = "answers.toml";
 
@@ -14,14 +16,24 @@ const FOLDER: &str = "exercises";
 /// What tells that folder from others of its name.
 const MARK: &str = "bands.toml";
 
-/// The file at `named`, or else the one of the clone that we are in, or else one
-/// right here.
+/// The file at `named`, or else the one of the clone that we are in, or else the
+/// one of this user, or else one right here.
 pub fn answers_file(named: Option<&Path>) -> PathBuf {
-    if let Some(named) = named {
-        return named.to_owned();
-    }
-    let here = env::current_dir().unwrap_or_default();
+    let named = named.map(Path::to_owned);
+    let file = named.or_else(in_the_clone).or_else(of_the_user);
+    file.unwrap_or_else(|| PathBuf::from(FILE))
+}
+
+fn in_the_clone() -> Option<PathBuf> {
+    let here = env::current_dir().ok()?;
     let mut folders = here.ancestors().map(|folder| folder.join(FOLDER));
-    let clone = folders.find(|folder| folder.join(MARK).exists());
-    clone.map_or_else(|| PathBuf::from(FILE), |folder| folder.join(FILE))
+    let folder = folders.find(|folder| folder.join(MARK).exists())?;
+    Some(folder.join(FILE))
+}
+
+/// Such as `~/.local/share/ratelab/answers.toml`; none for somebody who has no
+/// home.
+fn of_the_user() -> Option<PathBuf> {
+    let folders = ProjectDirs::from("", "", "ratelab")?;
+    Some(folders.data_dir().join(FILE))
 }

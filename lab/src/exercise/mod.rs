@@ -4,6 +4,8 @@ mod answers;
 mod judge;
 mod learner;
 
+use std::path::Path;
+
 use exercises::{
     ALL,
     practice::{Answers, Brief, Exercise},
@@ -24,9 +26,10 @@ const WIDTH: usize = 80;
 
 /// Lists the exercises, does one, or checks what they promise.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
+    check_options(args)?;
     let file = answers_file(args.answers.as_deref());
     match (args.what, args.number) {
-        (None, _) => say(list(&Answers::load(&file)?).trim_end()),
+        (None, _) => say(&list(&Answers::load(&file)?, &file)),
         (Some(Wanted::Exercise(number)), None) => match &args.session {
             Some(session) => {
                 let exercise = find(number)?;
@@ -37,9 +40,24 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
         (Some(Wanted::Check), None) => check(&ALL, &Answers::load(&file)?),
         (Some(Wanted::Check), Some(number)) => check(&[find(number)?], &Answers::load(&file)?),
         (Some(Wanted::Exercise(_)), Some(number)) => Err(Error::BadInput(format!(
-            "one exercise at a time: what is {number} for?"
+            "one exercise at a time: leave {number} out"
         ))),
     }
+}
+
+/// Refuses what has no meaning without the number of an exercise.
+fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
+    let lonely = match args.what {
+        Some(Wanted::Exercise(_)) => None,
+        _ if args.predict.is_some() => Some("--predict"),
+        _ if args.session.is_some() => Some("--session"),
+        _ if args.redo => Some("--redo"),
+        _ => None,
+    };
+    lonely.map_or(Ok(()), |option| {
+        let why = format!("{option} is of one exercise: say its number, as in ratelab exercise 1");
+        Err(Error::BadInput(why))
+    })
 }
 
 fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
@@ -51,7 +69,7 @@ fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
     })
 }
 
-fn list(answers: &Answers) -> String {
+fn list(answers: &Answers, file: &Path) -> String {
     let lines = ALL.iter().map(|exercise| {
         let brief = exercise.brief();
         let predicted = predicted(answers, brief).unwrap_or_default();
@@ -63,8 +81,12 @@ fn list(answers: &Answers) -> String {
         );
         line.trim_end().to_owned() + "\n"
     });
-    let how = "\nratelab exercise 1 begins with the first: it asks what you expect, then measures.";
-    lines.collect::<String>() + how
+    let lines: String = lines.collect();
+    format!(
+        "{lines}\nratelab exercise 1 begins with the first: it asks what you expect, then \
+         measures.\nPredictions are kept in {}.",
+        file.display()
+    )
 }
 
 /// What was predicted in an exercise, in words, if it was.

@@ -12,7 +12,7 @@ use std::{
 
 use re_protos::{
     common::v1alpha1::Compression,
-    log_msg::v1alpha1::{ArrowMsg, Encoding},
+    log_msg::v1alpha1::{ArrowMsg, Encoding, SetStoreInfo},
 };
 use rerun::{
     external::{
@@ -43,6 +43,8 @@ pub struct Chunks<'a> {
     rest: &'a [u8],
     /// Why there are no more, if the file does not end here.
     pub damage: Option<&'static str>,
+    /// Name by which the viewer groups it with others, once it was met.
+    pub application: Option<String>,
 }
 
 impl<'a> Chunks<'a> {
@@ -52,6 +54,7 @@ impl<'a> Chunks<'a> {
         Self {
             rest: rest.unwrap_or_default(),
             damage: None,
+            application: None,
         }
     }
 
@@ -86,7 +89,11 @@ impl Iterator for Chunks<'_> {
             let (kind, content) = self.message()?;
             match kind {
                 MessageKind::End => return None,
-                MessageKind::SetStoreInfo | MessageKind::BlueprintActivationCommand => {}
+                MessageKind::SetStoreInfo => {
+                    let application = quietly(|| application(content));
+                    self.application = application.or(self.application.take());
+                }
+                MessageKind::BlueprintActivationCommand => {}
                 MessageKind::ArrowMsg => match quietly(|| chunk(content)) {
                     Some(chunk) => return Some(chunk),
                     None => self.damage = Some("it holds a message that cannot be read"),
@@ -95,6 +102,12 @@ impl Iterator for Chunks<'_> {
         }
         None
     }
+}
+
+/// The name of the application in the message that begins a recording.
+fn application(content: &[u8]) -> Option<String> {
+    let info = SetStoreInfo::from_rrd_bytes(content).ok()?.info?;
+    Some(info.store_id?.application_id?.id)
 }
 
 /// The chunk in a message; `None` if there is none to be had.

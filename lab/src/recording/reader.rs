@@ -12,7 +12,7 @@ use thiserror::Error;
 use super::{
     content::Content,
     frames::{Chunks, is_rrd, quietly},
-    schema::{Origin, Outcome},
+    schema::{Origin, Outcome, SWEEP_APPLICATION},
 };
 
 /// Largest file that is read: half a day at 50 Hz. It takes some twice as much
@@ -29,6 +29,16 @@ pub enum ReadError {
         path: PathBuf,
         /// What the system said.
         why: io::Error,
+    },
+    /// It holds curves of a sweep, and no run.
+    #[error(
+        "{file}: these are the curves of a sweep and no run: ratelab replay {file} opens them \
+         in the rerun viewer",
+        file = path.display()
+    )]
+    Sweep {
+        /// The file.
+        path: PathBuf,
     },
     /// It is of another kind, or nothing of it can be read.
     #[error("{}: {what}", path.display())]
@@ -125,26 +135,32 @@ impl Recording {
             path: path.to_owned(),
             why,
         })?;
-        Self::parse(path, &bytes).map_err(|what| ReadError::Foreign {
-            path: path.to_owned(),
-            what,
-        })
+        Self::parse(path, &bytes)
     }
 
-    fn parse(path: &Path, bytes: &[u8]) -> Result<Self, String> {
+    fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ReadError> {
+        let foreign = |what: &str| ReadError::Foreign {
+            path: path.to_owned(),
+            what: what.to_owned(),
+        };
         if !is_rrd(bytes) {
             let what = "this is not a rerun recording: expected a .rrd file that ratelab made";
-            return Err(what.to_owned());
+            return Err(foreign(what));
         }
         let mut chunks = Chunks::new(bytes);
         let mut content = Content::default();
         for chunk in &mut chunks {
             let added = quietly(|| Some(content.add(&chunk)));
-            added.unwrap_or_else(|| Err("this recording is damaged".to_owned()))?;
+            let added = added.unwrap_or_else(|| Err("this recording is damaged".to_owned()));
+            added.map_err(|what| foreign(&what))?;
         }
         let begun = content.origin.is_some();
+        if !begun && chunks.application.as_deref() == Some(SWEEP_APPLICATION) {
+            let path = path.to_owned();
+            return Err(ReadError::Sweep { path });
+        }
         let (Some(origin), Some(until)) = (content.origin, content.until) else {
-            return Err(nothing_whole(begun, chunks.damage));
+            return Err(foreign(&nothing_whole(begun, chunks.damage)));
         };
         let mut recording = Self {
             path: path.to_owned(),

@@ -13,6 +13,9 @@ pub const FORMAT: u32 = 1;
 /// Name by which the viewer groups recordings.
 pub const APPLICATION: &str = "ratelab";
 
+/// The same for the curves of sweeps: the viewer keeps a layout for each name.
+pub const SWEEP_APPLICATION: &str = "ratelab-sweep";
+
 /// Property that says what was run, to be read by [`Origin`].
 pub const ORIGIN: &str = "origin";
 

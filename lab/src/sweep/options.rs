@@ -2,7 +2,7 @@
 
 use std::{num::NonZeroUsize, path::PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use ratelab::{
     experiment::{
         Config,
@@ -12,11 +12,15 @@ use ratelab::{
     runtime::{Depth, Hz, Time},
 };
 
-use crate::{cli::duration, error::Error};
+use crate::{
+    cli::{duration, heading},
+    error::Error,
+};
 
 /// What a sweep can be asked for. Lists are written like 5,10,25 and ranges
 /// like 1..30 or 1..30:0.5. Names with underscores are accepted too.
 #[derive(Debug, Args)]
+#[command(next_help_heading = heading::GRAPH)]
 pub struct SweepArgs {
     /// How often the policy decides: a list or a range (Hz), such as 1..30.
     #[arg(
@@ -57,48 +61,49 @@ pub struct SweepArgs {
     )]
     pub queue_depth: Axis<Depth>,
 
-    /// The brains, with commas in between: scripted, zero, random, lqr, or files of
+    /// The brains, with commas in between: scripted, lqr, zero, random, or files of
     /// weights.
     #[arg(
         long,
         value_name = "LIST",
         default_value = "scripted",
-        value_delimiter = ','
+        value_delimiter = ',',
+        value_hint = ValueHint::FilePath
     )]
     pub policy: Vec<Brain>,
 
     /// Run time of each in seconds [default: 10]
-    #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true)]
+    #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub duration_s: Option<Time>,
 
     /// Threads to run on, which change nothing but the time it takes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,
 
     /// Put what linear theory says beside what was measured: how fast a small
     /// deviation grows (1/s).
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     pub theory: bool,
 
     /// Write one row per run to this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub csv: Option<PathBuf>,
 
     /// Write sweep.json into this folder, which is made if need be.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = heading::OUTPUT)]
     pub out: Option<PathBuf>,
 
-    /// Write curves over the control rate to this .rrd file, for the rerun
-    /// viewer.
-    #[arg(long, value_name = "FILE")]
+    /// Write curves over the control rate to this .rrd file, which must be new, for
+    /// the rerun viewer.
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub record: Option<PathBuf>,
 
     /// Print the result as JSON and nothing else.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     pub json: bool,
 
     /// Draw with ASCII characters only.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     pub ascii: bool,
 }
 

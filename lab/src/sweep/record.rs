@@ -23,12 +23,10 @@ use crate::{
             lines::{self, Line},
             palette,
         },
+        schema::SWEEP_APPLICATION,
     },
     run::record_error,
 };
-
-/// Not that of recordings of runs: the viewer keeps a layout for each.
-const APPLICATION: &str = "ratelab-sweep";
 
 /// A figure of a row, if it has one.
 type Figure = fn(&Row) -> Option<f64>;
@@ -77,7 +75,7 @@ impl Record {
     }
 
     fn send(&self, survey: &Survey) -> RecordingStreamResult<()> {
-        let rec = RecordingStreamBuilder::new(APPLICATION)
+        let rec = RecordingStreamBuilder::new(SWEEP_APPLICATION)
             .enabled(true)
             .recording_name(format!("{} of {} runs", survey.runs, survey.cells))
             .buffered()?;

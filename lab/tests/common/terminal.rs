@@ -33,6 +33,9 @@ impl Lab {
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
         command.args(args);
         command.cwd(folder);
+        // Nobody's own predictions are touched.
+        command.env("HOME", folder);
+        command.env_remove("XDG_DATA_HOME");
         Self::start(command, rows, cols)
     }
 

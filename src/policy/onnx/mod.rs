@@ -12,6 +12,9 @@ mod runtime;
 
 use thiserror::Error;
 
+/// Whether this was built to run ONNX files.
+pub const RUNS_ONNX: bool = cfg!(feature = "onnx");
+
 #[cfg(not(feature = "onnx"))]
 pub(super) use absent::Model;
 #[cfg(feature = "onnx")]

@@ -153,7 +153,7 @@ fn verdict_line(shown: &Shown<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) 
 fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
     let tail = pane::tail(typed, room);
-    let hint = "   Enter turns it, Esc leaves: control-hz, sensor-hz or queue-depth, and a value";
+    let hint = "   control-hz, sensor-hz, queue-depth or policy, and a value; Enter, or Esc";
     let spans = [
         Span::styled(": ", theme.strong()),
         Span::raw(pane::plain(&tail, theme)),

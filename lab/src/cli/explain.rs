@@ -1,0 +1,57 @@
+//! What is said to nonsense: one line, and what to try.
+
+use clap::error::ErrorKind;
+
+use crate::error::Error;
+
+/// Prints what was asked for, such as help, or makes one line of an error.
+pub fn explain(error: &clap::Error) -> Result<(), Error> {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let _ = error.print(); // Nobody is left to tell if it cannot be printed.
+            Ok(())
+        }
+        kind => Err(Error::BadInput(one_line(kind, &error.to_string()))),
+    }
+}
+
+/// Joins what clap says over several lines, its tip after the rest. Where it has
+/// none for what is unknown or missing, the help is one.
+fn one_line(kind: ErrorKind, message: &str) -> String {
+    let lines = message.lines().map(str::trim);
+    let mut usage = None;
+    let (mut said, mut tip) = (Vec::new(), None);
+    for line in lines.filter(|line| !line.is_empty()) {
+        if let Some(line) = line.strip_prefix("Usage: ") {
+            usage = Some(line);
+            break;
+        }
+        match line.strip_prefix("tip: ") {
+            // Nothing here takes values that look like options.
+            Some(line) if line.contains("as a value, use '--") => {}
+            Some(line) => tip = Some(line.to_owned()),
+            None if line.starts_with("For more information") => {}
+            None => said.push(line),
+        }
+    }
+    let said = said.join(" ");
+    let said = said.strip_prefix("error: ").unwrap_or(&said);
+    let unknown = matches!(
+        kind,
+        ErrorKind::UnknownArgument
+            | ErrorKind::InvalidSubcommand
+            | ErrorKind::MissingRequiredArgument
+    );
+    let help = || usage.map(|usage| format!("{} --help tells what there is", command(usage)));
+    match tip.or_else(|| unknown.then(help).flatten()) {
+        Some(tip) => format!("{said}; {tip}"),
+        None => said.to_owned(),
+    }
+}
+
+/// The command that a line of usage begins with, such as `ratelab run`.
+fn command(usage: &str) -> String {
+    let words = usage.split_whitespace();
+    let names = words.take_while(|word| word.chars().all(|c| c.is_ascii_lowercase()));
+    names.collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,39 @@
+//! What can be asked of recordings.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::ScreenArgs;
+
+/// How a recording is shown.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// Play it in the terminal, in the panes of the lab.
+    #[arg(long)]
+    pub terminal: bool,
+
+    /// How it is drawn in the terminal.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+}
+
+/// Which recording is told about.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+}
+
+/// Which recordings are run again.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// The recordings.
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+}

@@ -1,0 +1,61 @@
+//! What a run can be asked for, with a dashboard or without.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{GraphArgs, heading, values};
+
+/// What a run can be asked for. In the lab, what is written is of the last run.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// A short check: 2 seconds on the virtual clock.
+    #[arg(long, conflicts_with = "duration_s", help_heading = heading::TIME)]
+    pub smoke: bool,
+
+    /// Write metrics.json into this folder, which is made if need be.
+    #[arg(long, value_name = "DIR", help_heading = heading::OUTPUT)]
+    pub out: Option<PathBuf>,
+
+    /// Write one row per control step to this file.
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    pub csv: Option<PathBuf>,
+
+    /// Record the run to this file, which must be new; without a name, to one named
+    /// after the run, in ./recordings.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, help_heading = heading::OUTPUT)]
+    pub record: Option<Option<PathBuf>>,
+
+    /// Print the metrics as JSON and nothing else.
+    #[arg(long, help_heading = heading::OUTPUT)]
+    pub json: bool,
+}
+
+/// What the lab can be asked for: all that a run can, and how it is shown.
+#[derive(Debug, Args)]
+pub struct LabArgs {
+    /// The runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+
+    /// How it is drawn.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+}
+
+/// How a dashboard is drawn.
+#[derive(Debug, Args)]
+#[command(next_help_heading = heading::SCREEN)]
+pub struct ScreenArgs {
+    /// Frames per second at the most (1 to 120).
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = values::fps, allow_hyphen_values = true)]
+    pub fps: u32,
+
+    /// Draw with ASCII characters only.
+    #[arg(long)]
+    pub ascii: bool,
+}

@@ -1,0 +1,51 @@
+//! From the text of an option to its value, or to what was expected.
+
+use std::{ops::RangeInclusive, str::FromStr, time::Duration};
+
+use ratelab::runtime::{Speed, Time};
+
+/// Longest run accepted: a year.
+const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
+
+pub fn seed(text: &str) -> Result<u64, String> {
+    let expected = || format!("expected a whole number from 0 to {}", u64::MAX);
+    text.trim().parse().map_err(|_| expected())
+}
+
+/// A run time in seconds.
+pub fn duration(text: &str) -> Result<Time, String> {
+    number(text, "seconds", 1e-3, LONGEST_S)
+        .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
+}
+
+pub fn think(text: &str) -> Result<Duration, String> {
+    number(text, "milliseconds", 0.0, 60_000.0).map(|ms| Duration::from_secs_f64(ms / 1e3))
+}
+
+pub fn speed(text: &str) -> Result<Speed, String> {
+    if text == "max" {
+        return Ok(Speed::FlatOut);
+    }
+    let expected = "expected max, or 0.1 to 100 times wall time";
+    let factor = text.parse().map_err(|_| expected.to_owned())?;
+    Speed::times(factor).map_err(|_| expected.to_owned())
+}
+
+pub fn fps(text: &str) -> Result<u32, String> {
+    within(text, "frames per second", 1..=120)
+}
+
+/// A number in `range`, of what `unit` says.
+pub fn within<T>(text: &str, unit: &str, range: RangeInclusive<T>) -> Result<T, String>
+where
+    T: FromStr + PartialOrd + std::fmt::Display,
+{
+    let number = text.trim().parse().ok();
+    number
+        .filter(|number| range.contains(number))
+        .ok_or_else(|| format!("expected {} to {} {unit}", range.start(), range.end()))
+}
+
+fn number(text: &str, unit: &str, least: f64, most: f64) -> Result<f64, String> {
+    within(text, unit, least..=most)
+}

@@ -1,0 +1,44 @@
+//! What this program is, and what it was built from: for reports of what went
+//! wrong.
+
+use ratelab::{cartpole::mujoco_version, policy::RUNS_ONNX};
+
+use crate::report::line;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The commit, such as `1a2b3c4 + changes`, if it is known.
+const COMMIT: Option<&str> = option_env!("RATELAB_COMMIT");
+
+/// The day of the commit, such as `2026-03-14`, if it is known.
+pub const DATE: Option<&str> = option_env!("RATELAB_DATE");
+
+/// In a line, after the name.
+pub fn short() -> String {
+    match (COMMIT, DATE) {
+        (Some(commit), Some(date)) => format!("{VERSION} ({commit}, {date})"),
+        _ => VERSION.to_owned(),
+    }
+}
+
+/// In several lines, after the name.
+pub fn long() -> String {
+    let onnx = if RUNS_ONNX {
+        "yes, where the ONNX Runtime is installed"
+    } else {
+        "no: built without the feature onnx"
+    };
+    let unknown = "unknown";
+    let facts = [
+        ("commit", COMMIT.unwrap_or(unknown)),
+        ("date", DATE.unwrap_or(unknown)),
+        ("target", env!("RATELAB_TARGET")),
+        ("profile", env!("RATELAB_PROFILE")),
+        ("rustc", option_env!("RATELAB_RUSTC").unwrap_or(unknown)),
+        ("MuJoCo", mujoco_version()),
+        ("rerun", &rerun::build_info().version.to_string()),
+        ("ONNX", onnx),
+    ];
+    let facts = facts.map(|(name, fact)| line(name, fact));
+    format!("{VERSION}\n{}", facts.join("\n"))
+}
