@@ -29,18 +29,11 @@ const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\
 
 /// Programs that a page may name.
 const PROGRAMS: [&str; 8] = [
-    "cargo",
-    "cat",
-    "echo",
-    "head",
-    "ls",
-    "ratelab",
-    "sha256sum",
-    "tail",
+    "cargo", "cat", "cp", "echo", "head", "mkdir", "ratelab", "tail",
 ];
 
 /// Folders that commands only read.
-const READ_ONLY: [&str; 5] = ["docs", "examples", "policies", "src", "tests"];
+const READ_ONLY: [&str; 6] = ["docs", "examples", "policies", "src", "tests", "xtask"];
 
 /// Folders that commands also write to.
 const WRITTEN: [&str; 2] = ["exercises", "recordings"];
