@@ -5,9 +5,8 @@
 
 use std::error::Error;
 
-use ratelab::runtime::{
-    Clock, Depth, END, Exit, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock,
-};
+use ratelab::runtime::{Clock, Depth, END, Exit, GO_ON, Graph, Hz, Inbox};
+use ratelab::runtime::{Time, Topic, VirtualClock};
 
 /// Height (m) and climb (m/s) of a drone of one kilogram.
 #[derive(Clone, Copy)]
@@ -53,7 +52,7 @@ fn hover(control_hz: f64) -> Result<Exit, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     for hz in [100.0, 10.0, 4.0, 2.0, 1.0] {
         match hover(hz)? {
-            Exit::Ended { at, .. } => println!("{hz} Hz: on the ground at {at}"),
+            Exit::Ended { at, .. } => println!("{hz} Hz: down at {at}"),
             _ => println!("{hz} Hz: up in the air"),
         }
     }
