@@ -79,7 +79,8 @@ impl Rate {
     /// how many were missed on the way.
     ///
     /// This is what keeps an overrun from ending in a burst: periods that
-    /// passed while a node was busy are skipped, as timers in ROS skip them.
+    /// passed while a node was busy are skipped. A timer in ROS skips them too,
+    /// but for one late call.
     pub fn advance_past(&mut self, now: Time) -> u64 {
         let follower = self.next + 1;
         let next = self.first_at_or_after(now).max(follower);

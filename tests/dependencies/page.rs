@@ -79,7 +79,7 @@ fn only_in(one: &str, other: &str) -> String {
 }
 
 #[test]
-fn the_page_tells_every_crate_that_a_manifest_names_and_why() {
+fn the_page_of_the_manual_tells_every_crate_that_a_manifest_names_and_why() {
     let Some(metadata) = metadata() else { return };
     let mut page = fs::read_to_string(file(PAGE)).expect(PAGE);
     let (before, told, after) = parts(&page);
@@ -109,7 +109,7 @@ fn the_page_tells_every_crate_that_a_manifest_names_and_why() {
 }
 
 #[test]
-fn the_page_names_the_python_packages_in_the_versions_that_are_used() {
+fn the_page_of_the_manual_names_the_python_packages_in_the_versions_that_are_used() {
     let Some(metadata) = metadata() else { return };
     let page = fs::read_to_string(file(PAGE)).expect(PAGE);
     let pin = fs::read_to_string(file("xtask/mujoco/requirements.txt")).expect("the pin");

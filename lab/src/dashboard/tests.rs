@@ -96,10 +96,10 @@ fn chars(text: &str) -> Vec<KeyCode> {
     text.chars().map(KeyCode::Char).collect()
 }
 
-/// The README's picture. `RATELAB_UPDATE=1 cargo test -p ratelab-lab picture` draws it
+/// The README's picture. `RATELAB_UPDATE=1 cargo test manual` draws it
 /// anew.
 #[test]
-fn the_picture_in_the_readme_is_the_screen_as_it_is_drawn() {
+fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let knobs = "4 control-hz 8\n7 control-hz 5";
     let app = ended(Config {
         seed: 1,
@@ -119,7 +119,7 @@ fn the_picture_in_the_readme_is_the_screen_as_it_is_drawn() {
     let kept = std::fs::read_to_string(path).expect("lab/picture.svg");
     assert!(
         kept == drawn,
-        "lab/picture.svg is out of date: RATELAB_UPDATE=1 cargo test -p ratelab-lab picture"
+        "lab/picture.svg is out of date: RATELAB_UPDATE=1 cargo test manual"
     );
 }
 

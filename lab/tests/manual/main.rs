@@ -5,7 +5,7 @@
 //! `docs/figures.toml`, which is asked; links lead somewhere, options exist, and
 //! the first five minutes are played in a real terminal, word for word.
 //!
-//! `cargo test -p ratelab-lab manual` checks it all, the pictures too;
+//! `cargo test manual` checks it all, the pictures too;
 //! `RATELAB_UPDATE=1` before it writes what commands print now into the pages.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))] // Whose figures the pages show.
 
@@ -39,6 +39,9 @@ fn is_tried_elsewhere(command: &str) -> bool {
         || command == format!("python3 -m pip install rerun-sdk=={viewer}")
 }
 
+/// The picture that a test of the dashboard draws.
+const PICTURE: &str = "lab/picture.svg";
+
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
@@ -68,10 +71,12 @@ fn check(name: &str) {
     }
     faults.extend(Figures::read(root()).check(&page, root(), &tour::part(&page)));
     faults.extend(dead_links(&page));
+    let undrawn = page.pictures.iter().filter(|picture| *picture != PICTURE);
+    faults.extend(undrawn.map(|picture| format!("no test draws {picture}")));
     faults.extend(unknown_words(&page, &shell));
     assert!(
         faults.is_empty(),
-        "{name} is not true:\n\n{}\n\nRATELAB_UPDATE=1 cargo test -p ratelab-lab manual \
+        "{name} is not true:\n\n{}\n\nRATELAB_UPDATE=1 cargo test manual \
          writes what commands print now into the page.",
         faults.join("\n\n")
     );

@@ -23,8 +23,10 @@ pub struct Page {
     pub steps: Vec<Step>,
     /// The parts of its text that are prose.
     pub prose: Vec<Range<usize>>,
-    /// Where its links and pictures lead.
+    /// Where its links lead.
     pub links: Vec<String>,
+    /// Files of its pictures.
+    pub pictures: Vec<String>,
     /// Code in its lines.
     pub code: Vec<String>,
 }
@@ -71,6 +73,7 @@ impl Page {
             steps: Vec::new(),
             prose: Vec::new(),
             links: Vec::new(),
+            pictures: Vec::new(),
             code: Vec::new(),
         };
         let mut within = Within::Prose;
@@ -133,9 +136,8 @@ impl Page {
                 self.code.push(code.to_string());
                 self.prose.push(range);
             }
-            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
-                self.links.push(dest_url.to_string());
-            }
+            Event::Start(Tag::Link { dest_url, .. }) => self.links.push(dest_url.to_string()),
+            Event::Start(Tag::Image { dest_url, .. }) => self.pictures.push(dest_url.to_string()),
             _ => {}
         }
     }
