@@ -110,3 +110,15 @@ fn no_file_is_too_long_to_be_read_at_one_go() {
         );
     }
 }
+
+#[test]
+fn every_package_keeps_the_lints_of_the_house() {
+    for package in [".", "exercises", "lab", "xtask"] {
+        let manifest = root().join(package).join("Cargo.toml");
+        let manifest = fs::read_to_string(manifest).expect("manifest");
+        assert!(
+            manifest.contains("[lints]\nworkspace = true"),
+            "{package}/Cargo.toml keeps none"
+        );
+    }
+}
