@@ -125,3 +125,15 @@ fn no_file_is_too_long_to_be_read_at_one_go() {
 fn every_example_fits_on_a_screen() {
     none_is_longer(rust_files(&root().join("examples")), 4, LONGEST_EXAMPLE);
 }
+
+#[test]
+fn every_package_keeps_the_lints_of_the_house() {
+    for package in [".", "exercises", "lab", "xtask"] {
+        let manifest = root().join(package).join("Cargo.toml");
+        let manifest = fs::read_to_string(manifest).expect("manifest");
+        assert!(
+            manifest.contains("[lints]\nworkspace = true"),
+            "{package}/Cargo.toml keeps none"
+        );
+    }
+}

@@ -1,9 +1,12 @@
 //! What was recorded comes again, and what differs is found.
 
-use ratelab::runtime::Time;
+use ratelab::{
+    experiment::Config,
+    runtime::{Hz, Time},
+};
 
 use super::{Dice, folder, read, record, recording};
-use crate::recording::{reader::Track, schema::End, verify};
+use crate::recording::{Recording, reader::Track, schema::End, verify};
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
@@ -138,6 +141,45 @@ fn a_message_more_or_less_is_found() {
             "{error}"
         );
     }
+}
+
+/// `recording` as if it had begun with the last instant of its run.
+fn begun_at_the_end(recording: &Recording) -> Recording {
+    let mut late = recording.clone();
+    let last = late.outcome.as_ref().expect("an end").at;
+    for track in &mut late.topics {
+        let skipped = track.heads.partition_point(|head| head.stamp < last);
+        track.heads.drain(..skipped);
+        track.values.drain(..skipped * track.width);
+    }
+    for ticks in &mut late.ticks {
+        ticks.retain(|tick| tick.at >= last);
+    }
+    late
+}
+
+#[test]
+fn what_a_recording_begun_later_did_not_see_is_not_missing_in_it() {
+    let folder = folder();
+    let path = folder.path().join("fall.rrd");
+    let config = Config {
+        control_hz: Hz::new(5.0).expect("a rate"),
+        ..Config::default()
+    };
+    record(&config, &path).0.expect("no fault");
+    // It falls between two decisions, so there is nothing of the policy in it.
+    let late = begun_at_the_end(&read(&path));
+    let identical = verify(&late).expect("identical");
+    assert_eq!((identical.messages, identical.ticks), (2, 2));
+    let mut silent = read(&path);
+    silent.topics[1] = Track::default();
+    let error = verify(&silent)
+        .expect_err("answers are missing")
+        .to_string();
+    assert!(
+        error.contains("/action message 0: recorded none"),
+        "{error}"
+    );
 }
 
 #[test]
