@@ -9,7 +9,7 @@ use ratelab::{
     cartpole::{Action, Observation},
     experiment::{Config, Experiment},
     policy::Policy,
-    runtime::{Hz, RealClock},
+    runtime::Hz,
 };
 
 /// Pushes with all it has to where the pole will be in a quarter of a second.
@@ -34,8 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             ..Config::default()
         };
         let experiment = Experiment::with_policy(&config, Box::new(BangBang))?;
-        // The virtual clock runs it; a real one is there for those who ask for it.
-        let summary = experiment.run(&mut RealClock::default())?;
+        let summary = experiment.run()?;
         let angle = summary.final_pole_angle.to_degrees();
         println!("{hz} Hz: {}, at {angle:.1}° in the end", summary.verdict);
     }

@@ -15,7 +15,6 @@ use ratelab::{
         sweep::{Axis, Sweep, all_cores},
     },
     policy::{Brain, Policy, PolicyKind, Setting},
-    runtime::RealClock,
 };
 use tempfile::TempDir;
 
@@ -335,10 +334,7 @@ fn an_agent_trained_by_the_course_runs_as_it_does_there() {
         };
         let run = |seed| {
             let experiment = Experiment::new(&config(seed)).expect("experiment");
-            experiment
-                .run(&mut RealClock::default())
-                .expect("run")
-                .steps
+            experiment.run().expect("run").steps
         };
         (0..10).map(run).collect()
     };

@@ -72,9 +72,7 @@ fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_what_it_saw()
     for answer in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let brain = Box::new(Stubborn(answer));
         let experiment = Experiment::with_policy(&Config::default(), brain).expect("experiment");
-        let fault = experiment
-            .run(&mut RealClock::default())
-            .expect_err("a fault");
+        let fault = experiment.run().expect_err("a fault");
         assert_eq!((fault.node.as_str(), fault.at), (POLICY, Time::ZERO));
         assert!(fault.cause.is::<NotFinite>());
         let start = Plant::new(0).expect("plant").observe();

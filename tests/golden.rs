@@ -15,7 +15,7 @@ use common::{RunBytes, run_bytes, step_bytes};
 use ratelab::{
     cartpole::Plant,
     experiment::{Config, Experiment, Verdict},
-    runtime::{Depth, RealClock, Time},
+    runtime::{Depth, Time},
 };
 
 const RUNS: &str = include_str!("golden/runs.txt");
@@ -150,7 +150,7 @@ fn a_run_without_taps_is_the_run_with_all_of_them() {
         ..Config::default()
     };
     let bare = Experiment::new(&config).expect("experiment");
-    let bare = bare.run(&mut RealClock::default()).expect("run");
+    let bare = bare.run().expect("run");
     let tapped = run_bytes(&config).summary;
     assert_eq!(
         bare.final_pole_angle.to_bits(),

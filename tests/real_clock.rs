@@ -30,7 +30,7 @@ fn run_experiment(config: Config) -> Summary {
         ..config
     };
     let experiment = Experiment::new(&config).expect("experiment");
-    experiment.run(&mut RealClock::default()).expect("run")
+    experiment.run().expect("run")
 }
 
 fn run_real(graph: &mut Graph, until: Time) -> Exit {

@@ -214,7 +214,7 @@ fn a_brain_of_the_callers_own_is_not_swapped() {
     let experiment = Experiment::with_policy(&Config::default(), Box::new(Scripted));
     let mut experiment = experiment.expect("experiment");
     experiment.schedule(vec![at(1.0, tell(POLICY, "lqr"))]);
-    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let summary = experiment.run().expect("run");
     let (_, reason) = &refused(&summary.events)[0];
     assert!(reason.contains("cannot be swapped"), "{reason}");
 }
@@ -234,7 +234,7 @@ fn brains_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
             commands.send(tell(POLICY, brain)).expect("a run");
         }
     });
-    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let summary = experiment.run().expect("run");
     person.join().expect("a person");
     assert!(summary.verdict.balanced());
     let brains = |(_, command)| match command {

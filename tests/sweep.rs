@@ -16,7 +16,7 @@ use ratelab::{
         },
     },
     policy::PolicyKind,
-    runtime::{ClockKind, Depth, Hz, RealClock, Time},
+    runtime::{ClockKind, Depth, Hz, Time},
 };
 
 /// 30 rates × 200 seeds, by all cores.
@@ -102,7 +102,7 @@ fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
             ..Config::default()
         };
         let experiment = Experiment::new(&config).expect("experiment");
-        let alone = experiment.run(&mut RealClock::default()).expect("run");
+        let alone = experiment.run().expect("run");
         assert_eq!(bits(outcome), bits(&Outcome::from(&alone)), "{cell:?}");
         compared += 1;
     }

@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use ratelab::{
     experiment::{Config, Experiment},
     runtime::{
-        Depth, GO_ON, Graph, RealClock, Time, Topic,
+        Depth, GO_ON, Graph, Time, Topic,
         telemetry::{Distribution, Meter},
     },
 };
@@ -105,7 +105,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
     };
     let experiment = Experiment::new(&config).expect("experiment");
     let observer = experiment.observer();
-    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let summary = experiment.run().expect("run");
     let snapshot = observer.snapshot();
     assert_eq!(snapshot.now, summary.sim_time);
     for (topic, summary) in snapshot.topics.iter().zip([&summary.obs, &summary.action]) {

@@ -5,7 +5,7 @@ use ratelab::{
     cartpole::{Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD},
     experiment::{Config, Experiment, Summary, Verdict},
     policy::{Policy, PolicyKind},
-    runtime::{RealClock, Time},
+    runtime::Time,
 };
 
 /// Balances the pole about an angle (rad) instead of upright, which takes the
@@ -25,7 +25,7 @@ impl Policy for Lean {
 
 fn run(config: &Config, policy: Box<dyn Policy>) -> Summary {
     let experiment = Experiment::with_policy(config, policy).expect("experiment");
-    experiment.run(&mut RealClock::default()).expect("run")
+    experiment.run().expect("run")
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn an_unattended_pole_falls() {
             ..Config::default()
         };
         let experiment = Experiment::new(&config).expect("experiment");
-        let summary = experiment.run(&mut RealClock::default()).expect("run");
+        let summary = experiment.run().expect("run");
         assert!(
             matches!(summary.verdict, Verdict::PoleFell { .. }),
             "{kind}: {}",
@@ -68,7 +68,7 @@ fn the_last_instant_belongs_to_the_run() {
         ..Config::default()
     };
     let summary = Experiment::new(&config).expect("experiment");
-    let summary = summary.run(&mut RealClock::default()).expect("run");
+    let summary = summary.run().expect("run");
     assert_eq!(summary.verdict, Verdict::Balanced);
     assert_eq!((summary.steps, summary.sim_time), (51, config.end));
 }

@@ -16,7 +16,6 @@ use ratelab::{
         sweep::{Sweep, all_cores},
     },
     policy::{Policy, Scripted},
-    runtime::RealClock,
 };
 
 use super::{
@@ -95,7 +94,7 @@ fn experiment_of(seed: u64) -> Experiment {
 }
 
 fn execute(experiment: Experiment) -> Summary {
-    experiment.run(&mut RealClock::default()).expect("run")
+    experiment.run().expect("run")
 }
 
 fn time_run(experiment: Experiment) -> Nanos {

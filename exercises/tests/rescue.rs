@@ -4,7 +4,7 @@ use exercises::rescue::judge::{DANGER_DEG, HELD, Lacking, Rescued, Session, judg
 use ratelab::{
     cartpole::ControlStep,
     experiment::{BROKEN_HZ, Config, Experiment, Summary},
-    runtime::{Message, RealClock, Time},
+    runtime::{Message, Time},
 };
 
 /// A session on the virtual clock, from the start of seed 0.
@@ -23,7 +23,7 @@ fn run(seconds: f64, knobs: &[&str]) -> Run {
     };
     let experiment = Experiment::new(&config).expect("experiment");
     let tap = experiment.taps().steps(10_000);
-    let summary = experiment.run(&mut RealClock::default()).expect("run");
+    let summary = experiment.run().expect("run");
     let steps = tap.items().iter().map(|step| step.message).collect();
     Run { summary, steps }
 }

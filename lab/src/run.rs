@@ -60,7 +60,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     let csv = outputs.take_csv();
     let csv = csv.map(|(file, path)| (csv::Writer::start(file, &experiment), path));
-    let outcome = experiment.run(&mut real);
+    let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {
         recorder.end(Ending::of(&outcome));
         recorder.finish()

@@ -3,10 +3,10 @@
 //!
 //! ```
 //! use ratelab::experiment::{Config, Experiment, Verdict};
-//! use ratelab::runtime::{Hz, RealClock};
+//! use ratelab::runtime::Hz;
 //!
 //! let config = Config { control_hz: Hz::new(5.0)?, ..Config::default() };
-//! let summary = Experiment::new(&config)?.run(&mut RealClock::default())?;
+//! let summary = Experiment::new(&config)?.run()?;
 //! assert!(matches!(summary.verdict, Verdict::PoleFell { .. }));
 //! assert_eq!(summary.steps, 43);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -72,7 +72,6 @@ pub enum SetupError {
 /// use ratelab::cartpole::{Action, Observation};
 /// use ratelab::experiment::{Config, Experiment, Verdict};
 /// use ratelab::policy::Policy;
-/// use ratelab::runtime::RealClock;
 ///
 /// /// Pushes with all it has to where the pole leans.
 /// struct BangBang;
@@ -88,7 +87,7 @@ pub enum SetupError {
 /// }
 ///
 /// let experiment = Experiment::with_policy(&Config::default(), Box::new(BangBang))?;
-/// let summary = experiment.run(&mut RealClock::default())?;
+/// let summary = experiment.run()?;
 /// println!("{}", summary.verdict);
 /// assert!(!summary.verdict.balanced());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -182,7 +181,16 @@ impl Experiment {
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
-    pub fn run(self, real: &mut RealClock) -> Result<Summary, Fault> {
+    pub fn run(self) -> Result<Summary, Fault> {
+        self.run_with(&mut RealClock::default())
+    }
+
+    /// The same with a real clock of the caller's own, for while the run is under
+    /// it: one that asked for real-time scheduling, say.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn run_with(self, real: &mut RealClock) -> Result<Summary, Fault> {
         let Self {
             config,
             mut graph,

@@ -9,8 +9,8 @@ use ratelab::{
     experiment::{Config, Experiment, Summary},
     policy::{Policy, Shelf, Swappable},
     runtime::{
-        Clock, Command, Depth, Exit, GO_ON, Graph, Hz, Inbox, Message, Observer, RealClock, Tap,
-        Tapped, Tick, Time, TimedCommand, VirtualClock,
+        Clock, Command, Depth, Exit, GO_ON, Graph, Hz, Inbox, Message, Observer, Tap, Tapped, Tick,
+        Time, TimedCommand, VirtualClock,
         telemetry::{Event, Happening},
     },
 };
@@ -204,7 +204,7 @@ pub fn collect(experiment: Experiment) -> RunBytes {
         let actions = scope.spawn(|| messages_of(&actions));
         let steps = scope.spawn(|| messages_of(&steps));
         RunBytes {
-            summary: experiment.run(&mut RealClock::default()).expect("run"),
+            summary: experiment.run().expect("run"),
             observations: observations.join().expect("collected"),
             actions: actions.join().expect("collected"),
             steps: steps.join().expect("collected"),

@@ -3,7 +3,7 @@
 use ratelab::{
     cartpole::{CONTROL_HZ, ControlStep},
     experiment::{Config, Experiment, Summary},
-    runtime::{Message, RealClock},
+    runtime::Message,
 };
 
 use super::Failure;
@@ -20,7 +20,7 @@ pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
     // Room for all of them, so that the run never waits for a reader.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
     let tap = experiment.taps().steps(room);
-    let summary = experiment.run(&mut RealClock::default())?;
+    let summary = experiment.run()?;
     let steps = tap.items().iter().map(|step| step.message).collect();
     Ok(Recorded { summary, steps })
 }

@@ -4,7 +4,7 @@ pub mod accumulating;
 
 use ratelab::{
     experiment::{ACTION, Config, Experiment, OBS},
-    runtime::{Hz, RealClock, telemetry::Distribution},
+    runtime::{Hz, telemetry::Distribution},
 };
 
 use crate::practice::{
@@ -72,7 +72,7 @@ impl Run {
     fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(config)?;
         let observer = experiment.observer();
-        let summary = experiment.run(&mut RealClock::default())?;
+        let summary = experiment.run()?;
         let snapshot = observer.snapshot();
         let age_ms = |topic| {
             let readers = snapshot.topic(topic).map(|topic| &topic.subscriptions);

@@ -107,7 +107,7 @@ impl Session {
         let commands = experiment.commands();
         let steps = Some(experiment.taps().steps(BACKLOG));
         let mut real = RealClock::new(realtime);
-        let thread = std::thread::spawn(move || experiment.run(&mut real));
+        let thread = std::thread::spawn(move || experiment.run_with(&mut real));
         Self {
             config: config.clone(),
             observer,

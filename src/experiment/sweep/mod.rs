@@ -31,7 +31,7 @@ pub use work::all_cores;
 use super::{Config, Experiment, SetupError};
 use crate::{
     policy::{Brain, BrainError, Shelf},
-    runtime::{ClockKind, Depth, Fault, Hz, RealClock, Speed, Time},
+    runtime::{ClockKind, Depth, Fault, Hz, Speed, Time},
 };
 
 /// The most cells that a sweep may have: about twenty minutes of two cores with
@@ -196,7 +196,7 @@ impl Sweep {
             cell: which(),
             source,
         })?;
-        let summary = experiment.run(&mut RealClock::default());
+        let summary = experiment.run();
         let summary = summary.map_err(|source| SweepError::Fault {
             cell: which(),
             source,

@@ -8,7 +8,7 @@ use ratelab::{
     cartpole::{Action, Observation},
     experiment::{Config, Experiment, Summary, Verdict},
     policy::Policy,
-    runtime::{ClockKind, RealClock, Speed, Time},
+    runtime::{ClockKind, Speed, Time},
 };
 
 use super::*;
@@ -236,7 +236,7 @@ fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
         ..config
     };
     let again = Experiment::new(&headless).expect("experiment");
-    let again = again.run(&mut RealClock::default()).expect("run");
+    let again = again.run().expect("run");
     assert_eq!(figures(&again), figures(&summary));
 }
 

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, time::Duration};
 use ratelab::{
     cartpole::{ControlStep, POLICY},
     experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, TimedKnob, parse_knobs},
-    runtime::{ClockKind, Message, RealClock, Snapshot, Tap, Tapped, Time},
+    runtime::{ClockKind, Message, Snapshot, Tap, Tapped, Time},
 };
 use rerun::{
     RecordingStreamBuilder, Scalars,
@@ -41,7 +41,7 @@ fn run() -> Run {
     let observations = taps.observations(ROOM);
     let actions = taps.actions(ROOM);
     drop(taps);
-    let summary = experiment.run(&mut RealClock::default()).expect("no fault");
+    let summary = experiment.run().expect("no fault");
     let steps: Vec<_> = steps.items().iter().map(|step| step.message).collect();
     let states = steps.iter().map(|step| (step.stamp, 0)).collect();
     Run {

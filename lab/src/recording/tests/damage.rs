@@ -4,7 +4,7 @@ use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{RealClock, Time},
+    runtime::Time,
 };
 use rerun::{
     external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
@@ -21,7 +21,7 @@ fn as_killed(path: &Path) -> (Vec<u8>, Recording) {
     let config = paced(4.0);
     let experiment = Experiment::new(&config).expect("experiment");
     let recorder = recorder(&experiment, &config, path);
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     thread::sleep(Duration::from_millis(1_100));
     let bytes = fs::read(path).expect("read");
     recorder.end(Ending::of(&outcome));
@@ -189,7 +189,7 @@ fn what_a_file_says_commands_no_terminal() {
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
     let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
     drop(source);
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     recorder.end(Ending::of(&outcome));
     recorder.finish().expect("recorded");
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");

@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::{Action, Observation},
     experiment::{Config, Experiment, Knob},
     policy::Policy,
-    runtime::{ClockKind, Command, Depth, Hz, RealClock, Time, TimedCommand, telemetry::Happening},
+    runtime::{ClockKind, Command, Depth, Hz, Time, TimedCommand, telemetry::Happening},
 };
 
 use super::{folder, paced, read, record, recorder};
@@ -29,7 +29,7 @@ fn a_session_with_knobs_turned_live_comes_again() {
     let experiment = Experiment::new(&config).expect("experiment");
     let commands = experiment.commands();
     let recorder = recorder(&experiment, &config, &path);
-    let run = thread::spawn(move || experiment.run(&mut RealClock::default()));
+    let run = thread::spawn(move || experiment.run());
     let pause = Duration::from_millis(40);
     let hz = |hz| Hz::new(hz).expect("a rate");
     for command in [
@@ -71,7 +71,7 @@ fn a_recording_made_midway_comes_again() {
     };
     let experiment = Experiment::new(&config).expect("experiment");
     let (source, commands) = (Source::of(&experiment, &config), experiment.commands());
-    let run = thread::spawn(move || experiment.run(&mut RealClock::default()));
+    let run = thread::spawn(move || experiment.run());
     thread::sleep(Duration::from_millis(200));
     let recorder = Recorder::midway(&path, &source).expect("recorder");
     thread::sleep(Duration::from_millis(300));
@@ -110,7 +110,7 @@ fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
     let experiment = Experiment::new(&config).expect("experiment");
     let recorder = recorder(&experiment, &config, &path);
     fs::remove_file(&path).expect("removed");
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     assert_eq!(outcome.as_ref().expect("no fault").steps, 501);
     recorder.end(Ending::of(&outcome));
     let error = recorder.finish().expect_err("it is gone").to_string();
@@ -129,7 +129,7 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
     let recorder = recorder(&experiment, &config, &path);
     fs::rename(&path, folder.path().join("moved.rrd")).expect("moved");
     fs::write(&path, "mine").expect("written");
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     recorder.end(Ending::of(&outcome));
     assert!(recorder.finish().is_err(), "it was written elsewhere");
     assert_eq!(fs::read_to_string(&path).expect("read"), "mine");
@@ -163,7 +163,7 @@ fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
         at(300, Command::Stop),
     ]);
     let recorder = recorder(&experiment, &config, &path);
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     recorder.end(Ending::of(&outcome));
     recorder.finish().expect("recorded");
     let error = verify(&read(&path)).expect_err("no two are the same");
@@ -198,7 +198,7 @@ fn wall_time_goes_on_while_run_time_pauses() {
     let experiment = Experiment::new(&config).expect("experiment");
     let commands = experiment.commands();
     let recorder = recorder(&experiment, &config, &path);
-    let run = thread::spawn(move || experiment.run(&mut RealClock::default()));
+    let run = thread::spawn(move || experiment.run());
     for command in [Command::Pause, Command::Resume, Command::Stop] {
         thread::sleep(Duration::from_millis(500));
         commands.send(command).expect("alive");
@@ -248,7 +248,7 @@ fn the_recording_of_a_run_that_fails_is_complete() {
     let experiment = Experiment::with_policy(&config, Box::new(Breaks(10)));
     let experiment = experiment.expect("experiment");
     let recorder = recorder(&experiment, &config, &path);
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     recorder.end(Ending::of(&outcome));
     recorder.finish().expect("recorded");
     let recording = read(&path);

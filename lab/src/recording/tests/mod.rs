@@ -11,7 +11,7 @@ use std::path::Path;
 use ratelab::{
     experiment::{Config, Experiment, Knob, Summary, TimedKnob, parse_knobs},
     policy::PolicyKind,
-    runtime::{Depth, Fault, Hz, RealClock, Snapshot, Speed, Time},
+    runtime::{Depth, Fault, Hz, Snapshot, Speed, Time},
 };
 use tempfile::TempDir;
 
@@ -82,7 +82,7 @@ fn record(config: &Config, path: &Path) -> (Result<Summary, Fault>, Snapshot) {
     let observer = experiment.observer();
     let recorder = Recorder::from_the_start(path, &Source::of(&experiment, config));
     let recorder = recorder.expect("recorder");
-    let outcome = experiment.run(&mut RealClock::default());
+    let outcome = experiment.run();
     recorder.end(Ending::of(&outcome));
     recorder.finish().expect("recorded");
     (outcome, observer.snapshot())

@@ -5,7 +5,7 @@ use std::{thread, time::Duration};
 use ratelab::{
     experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError, TimedKnob},
     policy::Shelf,
-    runtime::{ClockKind, Fault, RealClock, Speed, Time, telemetry::Event},
+    runtime::{ClockKind, Fault, Speed, Time, telemetry::Event},
 };
 
 use super::{
@@ -66,7 +66,7 @@ pub fn run_again(
         ];
         let ticks = ticks.into_iter();
         checks.extend(ticks.map(|(ticks, tap)| scope.spawn(move || judge.compare(&ticks, tap))));
-        let outcome = experiment.run(&mut RealClock::default());
+        let outcome = experiment.run();
         let found = checks.into_iter().filter_map(|check| check.join().ok()?);
         (found.collect::<Vec<_>>(), outcome)
     });
