@@ -60,7 +60,7 @@ fn the_spectral_radius_is_the_growth_over_one_hyper_period() {
         let grown = (theory.growth() * theory.hyper_period.as_secs_f64()).exp();
         let radius = theory.spectral_radius();
         assert!((grown / radius - 1.0).abs() < 1e-12);
-        assert!((theory.multipliers()[0].norm() / radius - 1.0).abs() < 1e-12);
+        assert!((theory.multipliers()[0].norm_sqr().sqrt() / radius - 1.0).abs() < 1e-12);
         assert_eq!(theory.is_stable(), radius < 1.0);
     }
 }

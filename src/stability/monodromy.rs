@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use nalgebra::{Complex, Matrix4, RowVector4, Schur};
+use nalgebra::{Complex, ComplexField, Matrix4, RowVector4, Schur};
 use thiserror::Error;
 
 use super::schedule::{LONGEST, Rates, Tick};
@@ -75,7 +75,7 @@ impl Stability {
             .ok_or(StabilityError::Eigenvalues(rates))?
             .complex_eigenvalues()
             .into();
-        scaled.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        scaled.sort_by(|a, b| b.modulus().total_cmp(&a.modulus()));
         Ok(Self {
             hyper_period,
             scaled,
@@ -109,7 +109,7 @@ impl Stability {
     }
 
     fn log_radius(&self) -> f64 {
-        self.scaled[0].norm().ln() + self.log_scale
+        self.scaled[0].modulus().ln() + self.log_scale
     }
 }
 
