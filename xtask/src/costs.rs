@@ -22,13 +22,13 @@ const FIRST_PICTURE: &str = include_str!("costs/first_picture.py");
 /// From the clone to programs that can be run.
 const BUILDS: [(&str, &str); 2] = [
     ("MuJoCo's library", "cargo xtask setup"),
-    ("the lab, built", "cargo build"),
+    ("build of the lab", "cargo build"),
 ];
 
 /// Built after the lab, and next to it.
 const TESTS: [(&str, &str); 2] = [
-    ("the tests, built", "cargo test --no-run"),
-    ("the tests, run", "cargo test"),
+    ("build of the tests", "cargo test --no-run"),
+    ("the tests", "cargo test"),
 ];
 
 /// What the built lab does. No argument has a space or a comma in it, so that a
@@ -194,4 +194,16 @@ fn write(file: &Path, text: &str) -> Result<(), String> {
     fs::create_dir_all(folder)
         .and_then(|()| fs::write(file, text))
         .map_err(|error| format!("{TABLE}: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BUILDS, RUNS, TESTS};
+
+    #[test]
+    fn no_step_breaks_its_row() {
+        for (what, command) in BUILDS.into_iter().chain(TESTS).chain(RUNS) {
+            assert!(!what.contains(',') && !command.contains(','), "{what}");
+        }
+    }
 }
