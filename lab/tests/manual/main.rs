@@ -157,15 +157,17 @@ fn generated(page: &Page, place: &Range<usize>, printed: &str) -> Option<Edit> {
     (said != now).then(|| (place.clone(), now))
 }
 
-/// A CSV file as a table.
+/// A CSV file as a page shows it: what its comments tell as a list, and its rows as
+/// a table.
 fn table(page: &Page, step: &Step, file: &str) -> Option<Edit> {
     let Shown::Generated(place) = &step.shown else {
         return None;
     };
-    let rows = fs::read_to_string(root().join(file)).expect(file);
-    let mut now = String::new();
-    for (number, row) in rows.lines().enumerate() {
-        let cells: Vec<_> = row.split(',').map(str::trim).collect();
+    let text = fs::read_to_string(root().join(file)).expect(file);
+    let (facts, rows): (Vec<_>, Vec<_>) = text.lines().partition(|line| line.starts_with('#'));
+    let mut now = facts.join("\n").replace("# ", "- ") + "\n\n";
+    for (number, row) in rows.iter().enumerate() {
+        let cells: Vec<_> = row.split(',').collect();
         now += &format!("| {} |\n", cells.join(" | "));
         if number == 0 {
             now += &format!("|{}\n", "---|".repeat(cells.len()));
@@ -268,6 +270,7 @@ manual! {
     recordings: "docs/recordings.md",
     brains: "docs/brains.md",
     your_own: "docs/your-own.md",
+    costs: "docs/costs.md",
     ros2: "docs/ros2.md",
     chapter: "docs/chapter.md",
     exercises: "exercises/README.md",
