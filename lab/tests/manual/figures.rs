@@ -19,7 +19,7 @@ pub struct Figures {
     figure: Vec<Claim>,
 }
 
-/// Words of a page and what makes their figures true: exactly one of the three.
+/// Words of a page, and a command or a file that says so too.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Claim {
@@ -30,11 +30,7 @@ struct Claim {
     run: Option<String>,
     /// A file of the clone, which holds what `shows` says.
     file: Option<String>,
-    /// A measurement that cannot be repeated to the digit: when, on what machine
-    /// and how it was made.
-    measured: Option<String>,
     /// What the source holds; `{}` stands for one figure after the other.
-    #[serde(default)]
     shows: Vec<String>,
 }
 
@@ -90,13 +86,13 @@ impl Figures {
 impl Claim {
     /// Whether its source says so too.
     fn holds(&self, quote: &Quote, root: &Path) -> Result<(), String> {
-        let text = match (&self.run, &self.file, &self.measured) {
-            (Some(command), None, None) => printed(command, root)?,
-            (None, Some(file), None) => {
-                fs::read_to_string(root.join(file)).map_err(|error| format!("{file}: {error}"))?
-            }
-            (None, None, Some(measured)) => return dated(measured),
-            _ => return Err("a source is one of run, file, measured".to_owned()),
+        let (source, text) = match (&self.run, &self.file) {
+            (Some(command), None) => (command, printed(command, root)?),
+            (None, Some(file)) => match fs::read_to_string(root.join(file)) {
+                Ok(text) => (file, text),
+                Err(error) => return Err(format!("{file}: {error}")),
+            },
+            _ => return Err("a source is either a command to run or a file".to_owned()),
         };
         let mut figures = quote
             .figures
@@ -110,8 +106,6 @@ impl Claim {
                 expected += piece;
             }
             if !text.contains(&expected) {
-                let source = self.run.as_ref().or(self.file.as_ref());
-                let source = source.map_or("", String::as_str);
                 return Err(format!("{expected:?} is not in {source}"));
             }
         }
@@ -120,13 +114,6 @@ impl Claim {
             None => Ok(()),
         }
     }
-}
-
-/// A measurement tells its day and its machine.
-fn dated(measured: &str) -> Result<(), String> {
-    let told = measured.starts_with("20") && measured.contains("cores");
-    let wanted = "tell of a measurement the date, the cores of the machine, and how it was made";
-    told.then_some(()).ok_or(wanted.to_owned())
 }
 
 /// What `command` prints in a fresh clone; it is run once.
