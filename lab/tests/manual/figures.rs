@@ -4,7 +4,13 @@
 //! figure in brackets, and where it comes from, so that no figure can be changed,
 //! on a page or in the program, without the other being looked at.
 
-use std::{collections::HashMap, fs, ops::Range, path::Path, sync::Mutex};
+use std::{
+    collections::HashMap,
+    fs,
+    ops::Range,
+    path::Path,
+    sync::{Mutex, PoisonError},
+};
 
 use serde::Deserialize;
 
@@ -98,6 +104,7 @@ impl Claim {
             .figures
             .iter()
             .map(|figure| &quote.words[figure.clone()]);
+        let mut rest = text.as_str();
         for shown in &self.shows {
             let mut pieces = shown.split("{}");
             let mut expected = pieces.next().unwrap_or_default().to_owned();
@@ -105,9 +112,8 @@ impl Claim {
                 expected += figures.next().ok_or("there are more {} than figures")?;
                 expected += piece;
             }
-            if !text.contains(&expected) {
-                return Err(format!("{expected:?} is not in {source}"));
-            }
+            rest = after(rest, &expected)
+                .ok_or_else(|| format!("{expected:?} is not in {source}, or not in this order"))?;
         }
         match figures.next() {
             Some(figure) => Err(format!("no {{}} stands for {figure}")),
@@ -116,9 +122,23 @@ impl Claim {
     }
 }
 
+/// What comes after `expected` in `text`, where no figure goes on at its ends.
+fn after<'t>(text: &'t str, expected: &str) -> Option<&'t str> {
+    let goes_on = |c: char| c.is_ascii_digit() || c == '.';
+    let whole = |at: usize| {
+        let (before, rest) = (&text[..at], &text[at + expected.len()..]);
+        let begins = !expected.starts_with(goes_on) || !before.ends_with(goes_on);
+        let follows = rest.strip_prefix('.').unwrap_or(rest);
+        let ends =
+            !expected.ends_with(goes_on) || !follows.starts_with(|c: char| c.is_ascii_digit());
+        (begins && ends).then_some(rest)
+    };
+    text.match_indices(expected).find_map(|(at, _)| whole(at))
+}
+
 /// What `command` prints in a fresh clone; it is run once.
 fn printed(command: &str, root: &Path) -> Result<String, String> {
-    let mut printed = PRINTED.lock().expect("no check panics here");
+    let mut printed = PRINTED.lock().unwrap_or_else(PoisonError::into_inner);
     let printed = printed.get_or_insert_default();
     if let Some(known) = printed.get(command) {
         return Ok(known.clone());

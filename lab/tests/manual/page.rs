@@ -7,7 +7,7 @@
 //! | an `sh` block | a script whose every line succeeds |
 //! | `<!-- $ command -->` … `<!-- end -->` | what the command prints |
 //! | `<!-- FILE.csv -->` … `<!-- end -->` | the file as a table |
-//! | anything else | prose, in which every figure needs a source |
+//! | anything else | prose, in which every figure needs a source; HTML and other blocks are refused |
 
 use std::{fs, ops::Range, path::Path};
 
@@ -29,6 +29,8 @@ pub struct Page {
     pub pictures: Vec<String>,
     /// Code in its lines.
     pub code: Vec<String>,
+    /// What is on it that nobody checks.
+    pub unknown: Vec<String>,
 }
 
 /// Something to do.
@@ -75,6 +77,7 @@ impl Page {
             links: Vec::new(),
             pictures: Vec::new(),
             code: Vec::new(),
+            unknown: Vec::new(),
         };
         let mut within = Within::Prose;
         for (event, range) in Parser::new_ext(&text, Options::ENABLE_TABLES).into_offset_iter() {
@@ -120,7 +123,10 @@ impl Page {
             }
             (Within::Prose, Event::Html(html)) => match generator(&html) {
                 Some(command) => Within::Generated(command, range.end),
-                None => Within::Prose,
+                None => {
+                    self.unknown.push(html.trim().to_owned());
+                    Within::Prose
+                }
             },
             (within, event) => {
                 self.tell(event, range);
@@ -136,6 +142,7 @@ impl Page {
                 self.code.push(code.to_string());
                 self.prose.push(range);
             }
+            Event::InlineHtml(html) => self.unknown.push(html.to_string()),
             Event::Start(Tag::Link { dest_url, .. }) => self.links.push(dest_url.to_string()),
             Event::Start(Tag::Image { dest_url, .. }) => self.pictures.push(dest_url.to_string()),
             _ => {}
@@ -146,12 +153,15 @@ impl Page {
         match info {
             "console" => self.transcript(content),
             "sh" => self.script(content),
-            _ => self.prose.push(content),
+            _ => self
+                .unknown
+                .push(format!("a block of {info:?}: console or sh can be checked")),
         }
     }
 
     /// Commands after `$`, which go on after `>`, each followed by its output.
     fn transcript(&mut self, content: Range<usize>) {
+        let before = self.steps.len();
         for line in lines(&self.text, content) {
             let text = self.text[line.clone()].trim_end();
             if let Some(command) = text.strip_prefix("$ ") {
@@ -161,7 +171,7 @@ impl Page {
                 });
                 continue;
             }
-            match (text.strip_prefix("> "), self.steps.last_mut()) {
+            match (text.strip_prefix("> "), self.steps[before..].last_mut()) {
                 (
                     Some(more),
                     Some(Step {

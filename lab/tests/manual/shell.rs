@@ -32,11 +32,17 @@ const PROGRAMS: [&str; 8] = [
     "cargo", "cat", "cp", "echo", "head", "mkdir", "ratelab", "tail",
 ];
 
-/// Folders that commands only read.
-const READ_ONLY: [&str; 6] = ["docs", "examples", "policies", "src", "tests", "xtask"];
+/// What commands on the pages read: folders, without what is in folders of theirs.
+const FOLDERS: [&str; 4] = ["docs", "examples", "policies", "tests/brains"];
 
-/// Folders that commands also write to.
-const WRITTEN: [&str; 2] = ["exercises", "recordings"];
+/// The same, where a reader's own files may lie beside it.
+const FILES: [&str; 5] = [
+    "exercises/bands.toml",
+    "recordings/balanced-50hz.rrd",
+    "recordings/fall-5hz.rrd",
+    "recordings/rescue.knobs",
+    "recordings/rescued.rrd",
+];
 
 /// A shell in a folder of its own.
 pub struct Shell {
@@ -58,12 +64,14 @@ impl Shell {
         symlink(ratelab, shell.programs().join("ratelab")).expect("ratelab");
         shell.program("cargo", CARGO);
         shell.program("rerun", VIEWER);
-        for name in READ_ONLY {
-            symlink(shell.root.join(name), shell.clone().join(name)).expect(name);
+        for folder in FOLDERS {
+            for entry in fs::read_dir(shell.root.join(folder)).expect(folder) {
+                let name = entry.expect(folder).file_name();
+                shell.copy(&format!("{folder}/{}", name.display()));
+            }
         }
-        for name in WRITTEN {
-            shell.copy(name);
-        }
+        FILES.iter().for_each(|file| shell.copy(file));
+        shell.stand_in_for_mujoco();
         shell
     }
 
@@ -81,25 +89,45 @@ impl Shell {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect(name);
     }
 
-    /// Copies the files that are in a folder of the clone.
+    /// Copies a file of the clone, and nothing if it is something else.
     fn copy(&self, name: &str) {
-        let copy = self.clone().join(name);
-        fs::create_dir(&copy).expect(name);
-        for entry in fs::read_dir(self.root.join(name)).expect(name) {
-            let path = entry.expect(name).path();
-            if let (true, Some(file)) = (path.is_file(), path.file_name()) {
-                fs::copy(&path, copy.join(file)).expect(name);
-            }
+        let (from, to) = (self.root.join(name), self.clone().join(name));
+        fs::create_dir_all(to.with_file_name("")).expect(name);
+        if from.is_file() {
+            fs::copy(from, to).expect(name);
+        }
+    }
+
+    /// The library that the first build brings, for those who put it elsewhere;
+    /// nothing here loads it.
+    fn stand_in_for_mujoco(&self) {
+        let folder = self.clone().join("xtask/mujoco");
+        fs::create_dir_all(&folder).expect("folder");
+        let version = ratelab::cartpole::mujoco_version();
+        fs::write(folder.join(format!("libmujoco.so.{version}")), "").expect("library");
+    }
+
+    /// Where cargo puts examples; each must be younger than its source.
+    pub fn check_examples(root: &Path) {
+        let built = built().join("examples");
+        for entry in fs::read_dir(root.join("examples")).expect("examples") {
+            let source = entry.expect("example").path();
+            let age = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
+            let program = built.join(source.file_stem().expect("a name"));
+            let name = program.display();
+            assert!(
+                age(&program) >= age(&source),
+                "cargo test builds {name}: it is not up to date"
+            );
         }
     }
 
     /// What a reader has about him.
     fn environment(&self) -> [(&'static str, String); 5] {
         let path = std::env::var("PATH").unwrap_or_default();
-        let built = Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("");
         [
             ("PATH", format!("{}:{path}", self.programs().display())),
-            ("BUILT", built.display().to_string()),
+            ("BUILT", built().display().to_string()),
             ("RERUN", rerun::build_info().version.to_string()),
             ("HOME", self.folder.path().display().to_string()),
             ("LC_ALL", "C.UTF-8".to_owned()),
@@ -140,8 +168,16 @@ impl Shell {
     }
 }
 
+/// Where cargo puts what it builds.
+fn built() -> PathBuf {
+    Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("")
+}
+
 /// Commands that do anything to the machine have no place in a check.
 fn allowed(command: &str) -> Result<(), String> {
+    if command.contains(['&', '`']) || command.contains("$(") {
+        return Err("the check of the manual joins commands with ; and | only".to_owned());
+    }
     let starts = command.split(['|', ';', '\n']).map(str::trim);
     for start in starts.filter(|start| !start.is_empty()) {
         let program = start.split_whitespace().next().unwrap_or_default();
