@@ -1,4 +1,5 @@
-//! A policy of your own: all the force there is, to the side the pole falls to.
+//! A policy of your own: all the force there is, to the side the pole falls to,
+//! and to which the cart rolls.
 //!
 //! A policy sees an observation and answers with an action. It is put behind the
 //! policy node, and sensor and actuator never notice.
@@ -12,7 +13,9 @@ use ratelab::{
     runtime::Hz,
 };
 
-/// Pushes with all it has to where the pole will be in a quarter of a second.
+/// Pushes with all it has to where the pole will be in a quarter of a second, or a
+/// little further the way the cart rolls: that tips the pole back, and the cart
+/// has to come back with it.
 struct BangBang;
 
 impl Policy for BangBang {

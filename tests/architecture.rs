@@ -3,6 +3,7 @@
 //! be read at one go.
 
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -39,6 +40,26 @@ fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
             "the library depends on {foreign}"
         );
     }
+}
+
+/// Where the code is. A clone may hold other folders: of builds, of Python, of
+/// whatever somebody keeps there.
+const ROOMS: [&str; 7] = [
+    "benches",
+    "examples",
+    "exercises",
+    "lab",
+    "src",
+    "tests",
+    "xtask",
+];
+
+/// The Rust files of the workspace.
+fn all_rust_files() -> Vec<PathBuf> {
+    let rooms = ROOMS.iter().map(|room| root().join(room));
+    let mut files: Vec<_> = rooms.flat_map(|room| rust_files(&room)).collect();
+    files.push(root().join("build.rs"));
+    files
 }
 
 /// The Rust files below `folder`, but for what cargo and git keep there.
@@ -118,7 +139,7 @@ fn none_is_longer(files: Vec<PathBuf>, least: usize, longest: usize) {
 
 #[test]
 fn no_file_is_too_long_to_be_read_at_one_go() {
-    none_is_longer(rust_files(&root()), 250, LONGEST_FILE);
+    none_is_longer(all_rust_files(), 250, LONGEST_FILE);
 }
 
 #[test]
@@ -136,4 +157,21 @@ fn every_package_keeps_the_lints_of_the_house() {
             "{package}/Cargo.toml keeps none"
         );
     }
+}
+
+/// The crates that `profile` optimises although others are not.
+fn optimised(profile: &str) -> BTreeSet<String> {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("manifest");
+    let manifest: toml::Table = manifest.parse().expect("TOML");
+    let crates = manifest["profile"][profile]["package"].as_table();
+    let crates = crates.expect("crates").iter();
+    let fully = crates.filter(|(_, of)| of["opt-level"].as_integer() == Some(3));
+    fully.map(|(name, _)| name.clone()).collect()
+}
+
+#[test]
+fn an_installed_lab_is_made_of_the_same_optimised_crates() {
+    let dev = optimised("dev");
+    assert!(dev.len() > 10, "only {dev:?} were found");
+    assert_eq!(dev, optimised("release"));
 }

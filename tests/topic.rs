@@ -3,11 +3,11 @@
 
 mod common;
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, thread};
 
-use common::{depth, messages_of};
+use common::{depth, hz, messages_of, run_virtual, secs};
 use proptest::prelude::*;
-use ratelab::runtime::{Depth, Patience, Publisher, Subscription, Time, Topic};
+use ratelab::runtime::{Depth, END, GO_ON, Graph, Patience, Publisher, Subscription, Time, Topic};
 
 /// A topic with its two ends; what is published is its own number.
 struct Bench {
@@ -183,6 +183,33 @@ fn a_full_tap_loses_and_counts_while_the_publisher_goes_on() {
         .map(|tapped| tapped.message.seq)
         .collect();
     assert_eq!(kept, [0, 1, 2]);
+}
+
+#[test]
+fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
+    const MESSAGES: u64 = 1_000;
+    let (mut graph, topic) = (Graph::new(), Topic::new("/numbers", Depth::ONE));
+    let node = graph.node("talker", hz(1_000.0), 0, |wiring| {
+        let publisher = wiring.publisher(&topic);
+        let mut said = 0;
+        move |now| {
+            publisher.publish(said, now, None);
+            said += 1;
+            if said < MESSAGES { GO_ON } else { END }
+        }
+    });
+    node.expect("node");
+    let tap = graph.tap(&topic, 1);
+    let got = thread::scope(|scope| {
+        let items = tap.items().iter().take(MESSAGES as usize);
+        let reader = scope.spawn(|| items.map(|tapped| tapped.message).collect::<Vec<_>>());
+        run_virtual(&mut graph, Vec::new(), Time::MAX);
+        reader.join().expect("read")
+    });
+    assert!(got.iter().map(|message| message.data).eq(0..MESSAGES));
+    let last = got.last().map(|message| message.stamp);
+    assert_eq!(last, Some(secs(0.999)), "waiting costs no run time");
+    assert_eq!(tap.lost(), 0);
 }
 
 #[test]

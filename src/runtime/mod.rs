@@ -23,10 +23,10 @@
 //! | late ticks | measured; missed periods skipped and counted | impossible |
 //! | twice the same run | no, and it does not pretend | to the bit |
 //!
-//! [`Command`]s are the one way into a running graph, an [`Observer`] is the
-//! one way out: it reads counters and is in nobody's way. A [`Tap`] copies every
-//! message; when it is full the real clock loses and counts, and only virtual
-//! time, which costs nothing to wait, waits.
+//! [`Command`]s are the one way into a running graph. Two ways lead out: an
+//! [`Observer`] reads counters and is in nobody's way; a [`Tap`] copies every
+//! message. A full tap loses and counts under the real clock; under the virtual
+//! one the run waits, which costs no run time.
 //!
 //! # A graph in twenty lines
 //!

@@ -10,10 +10,25 @@ use spdx::{Expression, Licensee, ParseMode};
 use crate::graph::file;
 
 #[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(
+    dead_code,
+    reason = "what is in `graph` is read to see that no more is"
+)]
 pub struct Rules {
+    graph: Graph,
     pub licenses: Licences,
     pub bans: Bans,
     pub sources: Sources,
+}
+
+/// What is held against the rules: all features, and all platforms as none is
+/// named. So is it here, see [`crate::graph`].
+#[derive(Clone, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[expect(dead_code, reason = "it is read to see that there is no more")]
+pub struct Graph {
+    all_features: bool,
 }
 
 #[derive(Clone, Deserialize)]
@@ -64,10 +79,17 @@ enum Allow {
     Allow,
 }
 
+fn text() -> String {
+    fs::read_to_string(file("deny.toml")).expect("deny.toml")
+}
+
 impl Rules {
     pub fn read() -> Self {
-        let text = fs::read_to_string(file("deny.toml")).expect("deny.toml");
-        toml::from_str(&text).unwrap_or_else(|error| panic!("deny.toml: {error}"))
+        Self::of(&text()).unwrap_or_else(|error| panic!("deny.toml: {error}"))
+    }
+
+    fn of(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text)
     }
 
     /// What is wrong with a crate, and what to do about it.
@@ -138,4 +160,18 @@ fn licensee(name: &str) -> Licensee {
 
 fn parsed(expression: &str) -> Expression {
     Expression::parse_mode(expression, ParseMode::LAX).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_rule_that_is_not_known_here_is_refused() {
+    let text = text();
+    let targets = text.replace("[graph]", "[graph]\ntargets = []");
+    let advisories = format!("{text}\n[advisories]\nyanked = \"deny\"\n");
+    for (unknown, text) in [("targets", targets), ("advisories", advisories)] {
+        let error = Rules::of(&text).err().expect("refused").to_string();
+        assert!(
+            error.contains(&format!("unknown field `{unknown}`")),
+            "{error}"
+        );
+    }
 }

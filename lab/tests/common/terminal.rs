@@ -4,7 +4,7 @@
 use std::{
     io::{Read, Write},
     path::Path,
-    sync::mpsc::{Receiver, channel},
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
     time::{Duration, Instant},
 };
@@ -121,17 +121,25 @@ impl Lab {
     /// Reads what is left and waits for the end.
     pub fn close(mut self) -> (ExitStatus, vt100::Parser) {
         let deadline = Instant::now() + PATIENCE;
-        let left = || deadline.saturating_duration_since(Instant::now());
-        while let Ok(chunk) = self.output.recv_timeout(left()) {
-            assert!(
-                !left().is_zero(),
-                "it does not end; the screen shows\n{}",
-                self.screen()
-            );
+        // Output ends with the child: what still has some is not waited for.
+        while let Some(chunk) = self.chunk(deadline) {
             self.parser.process(&chunk);
         }
         let parser = std::mem::replace(&mut self.parser, vt100::Parser::new(1, 1, 0));
         (self.child.wait().expect("ended"), parser)
+    }
+
+    /// More output; none when there will be none.
+    ///
+    /// # Panics
+    /// If it is not known by `deadline` whether there will be any.
+    fn chunk(&self, deadline: Instant) -> Option<Vec<u8>> {
+        let left = deadline.saturating_duration_since(Instant::now());
+        match self.output.recv_timeout(left) {
+            Ok(chunk) if !left.is_zero() => Some(chunk),
+            Err(RecvTimeoutError::Disconnected) => None,
+            _ => panic!("it does not end; the screen shows\n{}", self.screen()),
+        }
     }
 }
 

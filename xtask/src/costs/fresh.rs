@@ -1,4 +1,6 @@
-//! A fresh clone with a target folder of its own, gone whatever comes of it.
+//! A fresh clone with a target folder of its own, gone when it was measured and
+//! when a step failed. What Ctrl-C breaks off is left in the system's folder for
+//! temporary files: a handler is not worth a crate that every build would wait for.
 
 use std::{
     env,

@@ -4,15 +4,18 @@ use std::{env::consts, fs, thread};
 
 use super::said;
 
-/// The machine and its compiler, a line of `name: value` each.
-pub(super) fn facts() -> Result<Vec<String>, String> {
+/// Names and values, of the machine and of its compiler.
+pub(super) fn facts() -> Result<Vec<(&'static str, String)>, String> {
     let cores = thread::available_parallelism().map_err(|error| format!("cores: {error}"))?;
     Ok(vec![
-        format!("cores: {cores}"),
-        format!("memory: {:.0} GiB", memory()? / f64::from(1 << 30)),
-        format!("system: {} {}", consts::OS, consts::ARCH),
-        format!("compiler: {}", said("rustc", &["--version"])?),
-        format!("date: {}", said("date", &["-u", "+%Y-%m-%d"])?),
+        ("cores", cores.to_string()),
+        (
+            "memory",
+            format!("{:.0} GiB", memory()? / f64::from(1 << 30)),
+        ),
+        ("system", format!("{} {}", consts::OS, consts::ARCH)),
+        ("compiler", said("rustc", &["--version"])?),
+        ("date", said("date", &["-u", "+%Y-%m-%d"])?),
     ])
 }
 

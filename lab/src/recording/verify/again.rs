@@ -1,6 +1,10 @@
 //! The run that comes of a recording.
 
-use std::{thread, time::Duration};
+use std::{
+    panic::resume_unwind,
+    thread::{self, ScopedJoinHandle},
+    time::Duration,
+};
 
 use ratelab::{
     experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError, TimedKnob},
@@ -67,7 +71,7 @@ pub fn run_again(
         let ticks = ticks.into_iter();
         checks.extend(ticks.map(|(ticks, tap)| scope.spawn(move || judge.compare(&ticks, tap))));
         let outcome = experiment.run();
-        let found = checks.into_iter().filter_map(|check| check.join().ok()?);
+        let found = checks.into_iter().filter_map(found);
         (found.collect::<Vec<_>>(), outcome)
     });
     if differences.is_empty() {
@@ -75,6 +79,12 @@ pub fn run_again(
         differences.extend(whole.and_then(|outcome| compare_end(&outcome.end, outcome.at, &ended)));
     }
     Ok(differences)
+}
+
+/// What a comparison found. One that broke off found nothing, which must not pass
+/// for no difference.
+fn found(check: ScopedJoinHandle<Option<Difference>>) -> Option<Difference> {
+    check.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
 /// What to run: no longer than there is something to compare with, and what
