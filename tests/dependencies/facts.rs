@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cargo_metadata::{DependencyKind, Metadata, NodeDep, Package};
-
-use crate::graph::dependencies;
+use crate::{
+    graph::dependencies,
+    metadata::{Metadata, NodeDep, Package},
+};
 
 /// A crate in one of its versions.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,9 +25,9 @@ pub struct Facts {
 /// Of all crates that the manifests of the workspace name.
 pub fn facts(metadata: &Metadata) -> BTreeMap<Name, Facts> {
     let mut facts: BTreeMap<_, Facts> = BTreeMap::new();
-    for user in metadata.workspace_packages() {
+    for user in metadata.ours() {
         for dependency in dependencies(metadata, &user.id) {
-            let package = &metadata[&dependency.pkg];
+            let package = metadata.package(&dependency.pkg);
             if package.source.is_some() {
                 let of = facts.entry(name(package)).or_default();
                 of.licence = licence(package);
@@ -39,11 +40,13 @@ pub fn facts(metadata: &Metadata) -> BTreeMap<Name, Facts> {
 }
 
 fn name(package: &Package) -> Name {
-    let version = &package.version;
-    let dash = if version.pre.is_empty() { "" } else { "-" };
+    let version = package.version.split('+').next().unwrap_or_default();
+    let (number, pre) = version.split_once('-').unwrap_or((version, ""));
+    let major_and_minor: Vec<_> = number.split('.').take(2).collect();
+    let dash = if pre.is_empty() { "" } else { "-" };
     Name {
-        name: package.name.to_string(),
-        version: format!("{}.{}{dash}{}", version.major, version.minor, version.pre),
+        name: package.name.clone(),
+        version: format!("{}{dash}{pre}", major_and_minor.join(".")),
     }
 }
 
@@ -54,10 +57,10 @@ fn licence(package: &Package) -> String {
 }
 
 fn purpose(dependency: &NodeDep) -> &'static str {
-    let serves = |kind| dependency.dep_kinds.iter().any(|it| it.kind == kind);
+    let kinds = || dependency.dep_kinds.iter().map(|it| it.kind.as_deref());
     match () {
-        () if serves(DependencyKind::Normal) => "",
-        () if serves(DependencyKind::Build) => " (build)",
+        () if kinds().any(|kind| kind.is_none()) => "",
+        () if kinds().any(|kind| kind == Some("build")) => " (build)",
         () => " (tests)",
     }
 }

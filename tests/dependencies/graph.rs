@@ -7,7 +7,7 @@ use std::{
     sync::OnceLock,
 };
 
-use cargo_metadata::{CargoOpt, Error, Metadata, MetadataCommand, Node, NodeDep, PackageId};
+use crate::metadata::{Metadata, Node, NodeDep};
 
 /// A file of this repository.
 pub fn file(name: impl AsRef<Path>) -> PathBuf {
@@ -25,10 +25,10 @@ pub fn file(name: impl AsRef<Path>) -> PathBuf {
 pub fn metadata() -> Option<&'static Metadata> {
     static METADATA: OnceLock<Option<Metadata>> = OnceLock::new();
     let told = METADATA.get_or_init(|| {
-        let here = ask(&["--locked", "--offline"]);
-        match here.or_else(|_| ask(&["--locked"])) {
+        let here = Metadata::ask(&["--locked", "--offline"]);
+        match here.or_else(|_| Metadata::ask(&["--locked"])) {
             Ok(metadata) => Some(reached(metadata)),
-            Err(error) if error.to_string().contains("failed to download") => None,
+            Err(error) if error.contains("failed to download") => None,
             Err(error) => panic!("cargo metadata: {error}"),
         }
     });
@@ -39,16 +39,6 @@ pub fn metadata() -> Option<&'static Metadata> {
         eprintln!("SKIPPED: {why}");
     }
     told.as_ref()
-}
-
-fn ask(options: &[&str]) -> Result<Metadata, Error> {
-    let options: Vec<_> = options.iter().map(ToString::to_string).collect();
-    MetadataCommand::new()
-        .manifest_path(file("Cargo.toml"))
-        .features(CargoOpt::AllFeatures)
-        .other_options(options)
-        .env("CARGO_NET_RETRY", "1") // Who has no network shall not wait for it.
-        .exec()
 }
 
 /// Without packages that no build takes: cargo also names those that a feature
@@ -66,11 +56,8 @@ fn reached(mut metadata: Metadata) -> Metadata {
 }
 
 /// What a package depends on itself.
-pub fn dependencies<'a>(
-    metadata: &'a Metadata,
-    id: &PackageId,
-) -> impl Iterator<Item = &'a NodeDep> {
-    let nodes = metadata.resolve.iter().flat_map(|resolve| &resolve.nodes);
+pub fn dependencies<'a>(metadata: &'a Metadata, id: &str) -> impl Iterator<Item = &'a NodeDep> {
+    let nodes = metadata.resolve.nodes.iter();
     let mut nodes = nodes.filter(move |node| node.id == *id);
     let node = nodes.next();
     node.into_iter().flat_map(|node| {
@@ -80,8 +67,8 @@ pub fn dependencies<'a>(
 }
 
 fn is_taken(metadata: &Metadata, node: &Node, dependency: &NodeDep) -> bool {
-    let (package, name) = (&metadata[&node.id], &metadata[&dependency.pkg].name);
-    let mut named = package.dependencies.iter().filter(|it| it.name == **name);
+    let (package, name) = (metadata.package(&node.id), &metadata.package(&dependency.pkg).name);
+    let mut named = package.dependencies.iter().filter(|it| it.name == *name);
     named.any(|it| {
         let key = it.rename.as_ref().unwrap_or(&it.name);
         let (alone, with) = (format!("dep:{key}"), format!("{key}/"));

@@ -4,5 +4,6 @@
 mod facts;
 mod graph;
 mod licences;
+mod metadata;
 mod page;
 mod rules;

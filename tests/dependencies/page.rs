@@ -6,11 +6,10 @@ use std::{
     fs,
 };
 
-use cargo_metadata::Metadata;
-
 use crate::{
     facts::facts,
     graph::{file, metadata},
+    metadata::Metadata,
 };
 
 const PAGE: &str = "docs/dependencies.md";
@@ -116,7 +115,7 @@ fn the_page_of_the_manual_names_the_python_packages_in_the_versions_that_are_use
     let mujoco = pin
         .split_whitespace()
         .find(|word| word.starts_with("mujoco=="));
-    let rerun = metadata.packages.iter().find(|it| *it.name == "rerun");
+    let rerun = metadata.packages.iter().find(|it| it.name == "rerun");
     let rerun = rerun.map(|it| format!("rerun-sdk=={}", it.version));
     for pinned in [mujoco.expect("mujoco"), &rerun.expect("rerun")] {
         assert!(

@@ -3,11 +3,13 @@
 
 use std::fs;
 
-use cargo_metadata::{Dependency, Package, semver::VersionReq};
 use serde::Deserialize;
 use spdx::{Expression, Licensee, ParseMode};
 
-use crate::graph::file;
+use crate::{
+    graph::file,
+    metadata::{Dependency, Package},
+};
 
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -108,7 +110,7 @@ impl Licences {
         let Some(licence) = &package.license else {
             return Some("tells no licence: do without it".to_owned());
         };
-        let own = self.exceptions.iter().filter(|it| it.name == *package.name);
+        let own = self.exceptions.iter().filter(|it| it.name == package.name);
         let own = own.flat_map(|it| &it.allow).cloned();
         let granted: Vec<_> = own.chain(self.allow.iter().cloned()).collect();
         let advice = "do without it, or add an exception to deny.toml that says why";
@@ -119,21 +121,21 @@ impl Licences {
     /// Whether `package` is here by `exception` alone.
     pub fn needs(&self, exception: &Exception, package: &Package) -> bool {
         let licence = package.license.as_deref().unwrap_or_default();
-        exception.name == *package.name && !suffice(&self.allow, licence)
+        exception.name == package.name && !suffice(&self.allow, licence)
     }
 }
 
 impl Bans {
     fn wrong(&self, dependency: &Dependency) -> Option<String> {
         let ours = self.allow_wildcard_paths && dependency.path.is_some();
-        let wild = dependency.req == VersionReq::STAR && !ours;
+        let wild = dependency.req == "*" && !ours;
         wild.then(|| format!("takes any version of {}: name one", dependency.name))
     }
 }
 
 impl Sources {
     fn wrong(&self, package: &Package) -> Option<String> {
-        let source = &package.source.as_ref()?.repr;
+        let source = &package.source.as_ref()?;
         let known = |registry: &String| *source == format!("registry+{registry}");
         let advice = "take it from a registry that deny.toml allows";
         (!self.allow_registry.iter().any(known)).then(|| format!("comes from {source}: {advice}"))
