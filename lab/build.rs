@@ -61,14 +61,15 @@ fn commit(root: &Path) {
         git.arg("-C").arg(root).args(args);
         said(git.env("GIT_OPTIONAL_LOCKS", "0"))
     };
-    // What a commit or a checkout changes; without a log of them, the branch.
-    let branch = git(&["rev-parse", "--symbolic-full-name", "HEAD"]).unwrap_or_default();
-    for name in ["HEAD", "logs/HEAD", &branch] {
+    // What a commit or a checkout changes; without a log of them, the branch, of
+    // which there may be none.
+    let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
+    for name in ["HEAD", "logs/HEAD"].into_iter().chain(branch.as_deref()) {
         if let Some(file) = git(&["rev-parse", "--git-path", name]) {
             watch(&root.join(file));
         }
     }
-    let Some(commit) = git(&["log", "-1", "--format=%h %cs"]) else {
+    let Some(commit) = git(&["log", "-1", "--no-show-signature", "--format=%h %cs"]) else {
         return;
     };
     let changed = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat());

@@ -34,7 +34,12 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
                 "2",
                 "The input is bad: an option, a value, or a file that is not what it should be.",
             ),
-            ("130", "Ctrl-C was pressed a second time."),
+            (
+                "130",
+                "Ctrl-C ended it at once. A run and a sweep end in order at the first, with 0 \
+                 and with 1 and what was done so far, and at once at the second. In the lab \
+                 Ctrl-C is the key q.",
+            ),
         ],
     ),
     (
@@ -47,8 +52,8 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
             ),
             (
                 "XDG_DATA_HOME",
-                "Where the folder ratelab with the predictions is; ~/.local/share if it is not \
-                 set.",
+                "On Linux, where the folder ratelab with the predictions is; ~/.local/share if \
+                 it is not set.",
             ),
         ],
     ),
@@ -65,7 +70,8 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
             ),
             (
                 "~/.local/share/ratelab/answers.toml",
-                "Predictions made elsewhere. ratelab exercise says which file it is.",
+                "A file such as this keeps predictions made elsewhere, by the customs of the \
+                 system. ratelab exercise says which file it is.",
             ),
             (
                 "../lib/ratelab/",
@@ -81,7 +87,7 @@ pub fn man(folder: Option<&Path>) -> Result<(), Error> {
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
     let Some(folder) = folder else {
-        let page = page(&command, &SECTIONS).map_err(|why| unwritten("the page", why))?;
+        let page = page(&command, &SECTIONS)?;
         return say(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
@@ -97,13 +103,8 @@ type Sections<'a> = &'a [(&'a str, &'a [(&'a str, &'a str)])];
 
 fn write(command: &Command, sections: Sections, folder: &Path) -> Result<(), Error> {
     let file = folder.join(manual(command).get_filename());
-    let written = page(command, sections).and_then(|page| fs::write(&file, page));
-    written.map_err(|why| unwritten(&file.display().to_string(), why))
-}
-
-fn unwritten(what: &str, why: io::Error) -> Error {
-    let what = what.to_owned();
-    Error::Write { what, why }
+    let page = page(command, sections)?;
+    fs::write(&file, page).map_err(|why| Error::unwritable("man", &file, &why))
 }
 
 fn manual(command: &Command) -> Man {
@@ -117,7 +118,14 @@ fn manual(command: &Command) -> Man {
 }
 
 /// The page of one command.
-fn page(command: &Command, sections: Sections) -> io::Result<Vec<u8>> {
+fn page(command: &Command, sections: Sections) -> Result<Vec<u8>, Error> {
+    render(command, sections).map_err(|why| Error::Write {
+        what: "the page".to_owned(),
+        why,
+    })
+}
+
+fn render(command: &Command, sections: Sections) -> io::Result<Vec<u8>> {
     let manual = manual(command);
     let mut page = Vec::new();
     manual.render_title(&mut page)?;

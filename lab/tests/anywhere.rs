@@ -10,7 +10,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use common::text;
+use common::{outside::assert_outside, text};
 
 /// Somebody with a home, at work in a folder that is no clone.
 struct User {
@@ -22,6 +22,7 @@ impl User {
     fn new() -> Self {
         let folder = || TempDir::new().expect("a folder");
         let (home, work) = (folder(), folder());
+        assert_outside(work.path());
         Self { home, work }
     }
 

@@ -89,6 +89,18 @@ fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
 }
 
 #[test]
+fn a_prediction_that_could_not_be_kept_is_not_asked_for() {
+    let learner = Learner::new();
+    let in_the_way = learner.answers().with_extension("toml.new");
+    fs::create_dir(in_the_way).expect("a folder");
+    let (said, _) = learner.is_refused(&["1"]);
+    assert!(
+        said.contains("--answers FILE keeps them elsewhere"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_prediction_can_come_from_a_pipe() {
     let learner = Learner::new();
     let script = format!(

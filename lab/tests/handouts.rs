@@ -4,12 +4,14 @@ mod common;
 
 use std::{
     fs,
+    path::Path,
     process::{Command, Stdio},
 };
 
+use ratelab::experiment::BROKEN_HZ;
 use tempfile::TempDir;
 
-use common::{path, ratelab, text};
+use common::{complaint, path, ratelab, text};
 
 fn said(args: &[&str]) -> String {
     let output = ratelab(args);
@@ -93,6 +95,52 @@ fn a_version_is_a_line_or_all_there_is_to_report() {
     ];
     assert!(names.eq(facts), "{long}");
     assert!(!long.contains('/'), "no paths: {long}");
+}
+
+/// The commit in this clone, if it is one and there is a git.
+fn head() -> Option<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // A copy without history may lie in somebody else's repository.
+    if !root.join(".git").exists() {
+        return None;
+    }
+    let mut git = Command::new("git");
+    let output = git.arg("-C").arg(root).args(["rev-parse", "HEAD"]).output();
+    let output = output.ok().filter(|output| output.status.success())?;
+    Some(text(&output.stdout))
+}
+
+#[test]
+fn the_version_tells_the_commit_in_the_clone() {
+    let long = said(&["--version"]);
+    let mut lines = long.lines().map(str::split_whitespace);
+    let mut commit = lines.find(|line| line.clone().next() == Some("commit"));
+    let commit = commit.as_mut().and_then(|line| line.nth(1));
+    let commit = commit.expect("a commit");
+    match head() {
+        Some(head) => assert!(commit.len() > 6 && head.starts_with(commit), "{long}"),
+        None => assert_eq!(commit, "unknown"),
+    }
+}
+
+#[test]
+fn how_slow_a_broken_policy_is_is_told_as_it_is() {
+    let slow = format!("{BROKEN_HZ} times a second");
+    for (args, times) in [(&["run", "--help"][..], 2), (&["keys"], 1)] {
+        let said = said(args);
+        // Help may break its lines anywhere.
+        let words: Vec<_> = said.split_whitespace().collect();
+        let told = words.join(" ").matches(&slow).count();
+        assert_eq!(told, times, "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn pages_that_cannot_be_written_are_refused_with_what_to_try() {
+    let folder = TempDir::new().expect("folder");
+    fs::create_dir(folder.path().join("ratelab.1")).expect("in the way");
+    let refused = complaint(&ratelab(&["man", &path(&folder, "")]), 2);
+    assert!(refused.contains("ratelab.1: this is a folder"), "{refused}");
 }
 
 #[test]

@@ -43,7 +43,8 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
             .output()
             .expect("ratelab starts")
     };
-    let bin = viewer(&folder, "rerun-cli 0.36.3 [rustc 1.92.0]");
+    let ours = rerun::build_info().version;
+    let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
     let output = replay(&bin);
     assert!(
         output.status.success() && output.stderr.is_empty(),
@@ -55,7 +56,7 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
     let output = replay(&viewer(&folder, "rerun-cli 0.30.0"));
     let said = complaint(&output, 0);
     assert!(
-        said.contains("0.30.0") && said.contains("pip install rerun-sdk==0.36.3"),
+        said.contains("0.30.0") && said.contains(&format!("pip install rerun-sdk=={ours}")),
         "{said}"
     );
     let said = complaint(&replay(&viewer(&folder, "usage: something else")), 1);

@@ -1,6 +1,10 @@
 //! The predictions that a learner made, kept in a file.
 
-use std::{collections::BTreeMap, fs, io, path::Path};
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -30,6 +34,18 @@ impl Answers {
         })
     }
 
+    /// Tries whether predictions can be saved to the file at `path`, which stays as
+    /// it is. Folders that it needs are made.
+    ///
+    /// # Errors
+    /// [`AnswersError`] if they cannot.
+    pub fn try_place(path: &Path) -> Result<(), AnswersError> {
+        let new = beside(path);
+        write(&new, "")
+            .and_then(|()| fs::remove_file(&new))
+            .map_err(|error| AnswersError::unusable(path, error))
+    }
+
     /// Writes the predictions to the file at `path`, all of them or, if that
     /// fails, none. Folders that it needs are made.
     ///
@@ -37,10 +53,8 @@ impl Answers {
     /// [`AnswersError`] if the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), AnswersError> {
         let text = toml::to_string(self).map_err(|error| AnswersError::unusable(path, error))?;
-        let new = path.with_extension("toml.new");
-        let written = path.parent().map_or(Ok(()), fs::create_dir_all);
-        let written = written.and_then(|()| fs::write(&new, text));
-        written
+        let new = beside(path);
+        write(&new, &text)
             .and_then(|()| fs::rename(&new, path))
             .map_err(|error| {
                 // Whether it is there or not, the failure to write is what counts.
@@ -63,6 +77,17 @@ impl Answers {
     pub fn clear(&mut self, exercise: &Brief) {
         self.0.remove(exercise.name);
     }
+}
+
+/// Where answers are written before they take the place of the file at `path`.
+fn beside(path: &Path) -> PathBuf {
+    path.with_extension("toml.new")
+}
+
+/// Writes a file and makes the folders that it needs.
+fn write(file: &Path, text: &str) -> io::Result<()> {
+    file.parent().map_or(Ok(()), fs::create_dir_all)?;
+    fs::write(file, text)
 }
 
 /// What is wrong with `text`, and in which line.

@@ -30,9 +30,9 @@ const BRIEF: Brief = Brief {
                 is due as k divided by the rate, in whole nanoseconds. The other adds a period in \
                 floating point after every tick. At 25 Hz against 50 Hz the policy ticks with \
                 every second tick of the sensor, at the same instant, the sensor first by rights. \
-                Yet the course publishes a mean latency of 29.5 ms for 25 Hz. Which scheduler did \
-                it use, and why does that come out? Look at how old readings are when the policy \
-                uses them, and actions when they are applied; then read \
+                Yet the course's scheduler comes to a mean latency of 29.5 ms at 25 Hz. Which of \
+                the two is it, and why does that come out? Look at how old readings are when the \
+                policy uses them, and actions when they are applied; then read \
                 exercises/src/ties/accumulating.rs to its last line.",
     question: "What is the mean latency at 25 Hz if nodes due together really are?",
     unit: "ms",

@@ -5,7 +5,7 @@
 pub enum Pane {
     /// The node graph.
     Graph,
-    /// The cart-pole.
+    /// The plant: the cart-pole.
     Plant,
     /// The pole's angle over time.
     Angle,

@@ -27,7 +27,11 @@ pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Resul
             )));
         }
         (None, Some(given)) => given,
-        (None, None) => ask(brief)?,
+        (None, None) => {
+            // What was thought about and typed shall not be lost.
+            Answers::try_place(file)?;
+            ask(brief)?
+        }
     };
     answers.set(brief, prediction.clone());
     answers.save(file)?;

@@ -1,6 +1,8 @@
 //! What tests of the command share.
 #![allow(dead_code)] // Each test uses its own part.
 
+pub mod outside;
+
 use std::{
     path::Path,
     process::{Command, Output},

@@ -1,6 +1,9 @@
 //! A terminal with ratelab in it, driven and read by a test.
 #![allow(dead_code)] // Each test uses its own part.
 
+#[path = "outside.rs"]
+mod outside;
+
 use std::{
     io::{Read, Write},
     path::Path,
@@ -9,6 +12,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use outside::assert_outside;
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
 
 /// How long to wait for something that takes a fraction of a second, before
@@ -26,7 +30,9 @@ pub struct Lab {
 
 impl Lab {
     pub fn open(args: &[&str], rows: u16, cols: u16) -> Self {
-        Self::open_in(&std::env::temp_dir(), args, rows, cols)
+        let folder = std::env::temp_dir();
+        assert_outside(&folder);
+        Self::open_in(&folder, args, rows, cols)
     }
 
     pub fn open_in(folder: &Path, args: &[&str], rows: u16, cols: u16) -> Self {

@@ -42,7 +42,9 @@ impl App {
 
     pub(super) fn break_it(&mut self) {
         if self.config.control_hz.get() == BROKEN_HZ {
-            self.say("it is broken already: the policy decides 5 times a second");
+            self.say(format!(
+                "it is broken already: the policy decides {BROKEN_HZ} times a second"
+            ));
         } else {
             self.turn_to_hz(BROKEN_HZ, Knob::ControlHz);
         }

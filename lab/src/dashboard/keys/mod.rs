@@ -72,7 +72,7 @@ macro_rules! screen_with_panes {
                     (Key::Char('4'), $Action::Focus(Pane::Figures)),
                     (Key::Char('5'), $Action::Focus(Pane::Events)),
                 ],
-                "focus the next pane; graph, cart-pole, angle, figures, events",
+                "focus the next pane; graph, plant, angle, figures, events",
                 None,
             ),
             row(
