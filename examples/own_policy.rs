@@ -13,9 +13,9 @@ use ratelab::{
     runtime::Hz,
 };
 
-/// Pushes with all it has to where the pole will be in a quarter of a second, or a
-/// little further the way the cart rolls: that tips the pole back, and the cart
-/// has to come back with it.
+/// Pushes with all it has to where the pole will be in a quarter of a second, with
+/// a little of the cart's speed added: that leans the pole against the way the cart
+/// rolls, which brings it back.
 struct BangBang;
 
 impl Policy for BangBang {

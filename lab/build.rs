@@ -64,12 +64,16 @@ fn commit(root: &Path) {
     // What a commit or a checkout changes; without a log of them, the branch, of
     // which there may be none.
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
-    for name in ["HEAD", "logs/HEAD"].into_iter().chain(branch.as_deref()) {
+    let watch = |name| {
         if let Some(file) = git(&["rev-parse", "--git-path", name]) {
             watch(&root.join(file));
         }
-    }
+    };
+    ["HEAD", "logs/HEAD"].into_iter().for_each(watch);
+    branch.as_deref().into_iter().for_each(watch);
     let Some(commit) = git(&["log", "-1", "--no-show-signature", "--format=%h %cs"]) else {
+        // The first commit of all adds the first branch.
+        watch("refs/heads");
         return;
     };
     let changed = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat());
