@@ -67,7 +67,10 @@ pub fn dependencies<'a>(metadata: &'a Metadata, id: &str) -> impl Iterator<Item 
 }
 
 fn is_taken(metadata: &Metadata, node: &Node, dependency: &NodeDep) -> bool {
-    let (package, name) = (metadata.package(&node.id), &metadata.package(&dependency.pkg).name);
+    let (package, name) = (
+        metadata.package(&node.id),
+        &metadata.package(&dependency.pkg).name,
+    );
     let mut named = package.dependencies.iter().filter(|it| it.name == *name);
     named.any(|it| {
         let key = it.rename.as_ref().unwrap_or(&it.name);

@@ -67,7 +67,11 @@ fn a_rule_that_nothing_needs_is_told() {
 #[test]
 fn a_crate_without_a_licence_from_elsewhere_and_for_any_version_is_told() {
     let Some(metadata) = metadata() else { return };
-    let root = metadata.ours().find(|it| it.name == "ratelab").expect("the root").clone();
+    let root = metadata
+        .ours()
+        .find(|it| it.name == "ratelab")
+        .expect("the root")
+        .clone();
     let wrong = |change: &dyn Fn(&mut Package)| {
         let mut package = root.clone();
         change(&mut package);

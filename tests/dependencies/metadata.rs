@@ -74,7 +74,10 @@ impl Metadata {
         let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut cargo = Command::new(cargo);
         cargo.args(["metadata", "--format-version", "1", "--all-features"]);
-        cargo.args(options).arg("--manifest-path").arg(file("Cargo.toml"));
+        cargo
+            .args(options)
+            .arg("--manifest-path")
+            .arg(file("Cargo.toml"));
         cargo.env("CARGO_NET_RETRY", "1"); // Who has no network shall not wait for it.
         let told = cargo.output().map_err(|error| error.to_string())?;
         if told.status.success() {
@@ -87,7 +90,9 @@ impl Metadata {
     /// The package with an identifier that cargo told.
     pub fn package(&self, id: &str) -> &Package {
         let mut packages = self.packages.iter();
-        packages.find(|package| package.id == id).expect("cargo told of it")
+        packages
+            .find(|package| package.id == id)
+            .expect("cargo told of it")
     }
 
     /// The packages of this workspace.

@@ -136,7 +136,7 @@ impl Bans {
 impl Sources {
     fn wrong(&self, package: &Package) -> Option<String> {
         let source = &package.source.as_ref()?;
-        let known = |registry: &String| *source == format!("registry+{registry}");
+        let known = |registry: &String| source.as_str() == format!("registry+{registry}");
         let advice = "take it from a registry that deny.toml allows";
         (!self.allow_registry.iter().any(known)).then(|| format!("comes from {source}: {advice}"))
     }
