@@ -6,6 +6,7 @@ mod explain;
 mod graph;
 mod recordings;
 mod run;
+mod sweep;
 mod values;
 
 use std::path::PathBuf;
@@ -13,7 +14,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 
-use crate::{sweep::SweepArgs, version};
+use crate::version;
 
 pub use self::{
     examples::EXAMPLES,
@@ -22,7 +23,7 @@ pub use self::{
     graph::{ClockArg, GraphArgs},
     recordings::{InfoArgs, ReplayArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
-    values::duration,
+    sweep::SweepArgs,
 };
 
 /// Headings under which options are listed.

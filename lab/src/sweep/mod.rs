@@ -28,9 +28,8 @@ use std::{
 
 use ratelab::experiment::sweep::{Swept, all_cores};
 
-pub use options::SweepArgs;
-
 use crate::{
+    cli::SweepArgs,
     error::Error,
     lab::theme,
     run::{Outputs, say},
