@@ -1,0 +1,142 @@
+//! What a page has a reader do, done; and what comes of it beside what the page
+//! shows.
+
+use std::{fs, ops::Range};
+
+use snapbox::{Assert, Data, IntoData};
+
+use crate::{
+    page::{Command, Page, Shown, Step},
+    root,
+    shell::{Shell, takes_the_terminal},
+};
+
+/// Text to be put into a page, and where.
+pub type Edit = (Range<usize>, String);
+
+/// Does as a reader is told; what the page would have to say instead, if it does
+/// not say so.
+pub fn perform(page: &Page, step: &Step, shell: &Shell) -> Result<Option<Edit>, String> {
+    let command = match &step.command {
+        Command::Table(file) => return Ok(table(page, step, file)),
+        Command::Shell(command) => command,
+    };
+    if is_tried_elsewhere(command) {
+        return Ok(None);
+    }
+    let failed = |why| format!("$ {command}\n{why}");
+    if takes_the_terminal(command) {
+        return shell.look(command).map(|()| None).map_err(failed);
+    }
+    let all = !matches!(step.shown, Shown::Generated(_));
+    let printed = shell.run(command, all).map_err(failed)?;
+    Ok(match &step.shown {
+        Shown::Success => None,
+        Shown::Output(place) => {
+            let same = agree(page.text[place.clone()].trim_end(), printed.trim_end());
+            (!same).then(|| (place.clone(), masked(printed.trim_end())))
+        }
+        Shown::Generated(place) => generated(page, place, &printed),
+    })
+}
+
+/// Whether a command printed what was to be seen.
+fn agree(said: &str, printed: &str) -> bool {
+    let compare = Assert::new().normalize_paths(false);
+    let printed = Data::text(printed);
+    compare.try_eq(None, printed, said.into_data()).is_ok()
+}
+
+/// Output as it goes into a page: wall times and file sizes are left open.
+fn masked(printed: &str) -> String {
+    let mut text = printed
+        .lines()
+        .fold(String::new(), |text, line| text + line + "\n");
+    for (before, after) in [
+        (" s sim (", " s wall)"),
+        (".rrd (", " kB"),
+        ("kept in ", "/exercises/answers.toml"),
+    ] {
+        let pieces: Vec<_> = text.split(before).map(str::to_owned).collect();
+        text = pieces[0].clone();
+        for piece in &pieces[1..] {
+            let open = piece
+                .find(after)
+                .map_or(piece.clone(), |end| format!("[..]{}", &piece[end..]));
+            text += &format!("{before}{open}");
+        }
+    }
+    text
+}
+
+/// What is to stand between the comments of a part that a command makes; inside
+/// of its fence, if it has one.
+fn generated(page: &Page, place: &Range<usize>, printed: &str) -> Option<Edit> {
+    let said = &page.text[place.clone()];
+    let first = said.find('\n').map_or(0, |end| end + 1);
+    let fenced = said.starts_with("```");
+    let now = match (fenced, said.trim_end().rfind('\n')) {
+        (true, Some(last)) => {
+            format!(
+                "{}{}\n{}",
+                &said[..first],
+                printed.trim_end(),
+                &said[last + 1..]
+            )
+        }
+        _ => format!("{}\n", printed.trim_end()),
+    };
+    (said != now).then(|| (place.clone(), now))
+}
+
+/// A CSV file as a page shows it: what its comments tell as a list, and its rows as
+/// a table.
+fn table(page: &Page, step: &Step, file: &str) -> Option<Edit> {
+    let Shown::Generated(place) = &step.shown else {
+        return None;
+    };
+    let text = fs::read_to_string(root().join(file)).expect(file);
+    let (facts, rows): (Vec<_>, Vec<_>) = text.lines().partition(|line| line.starts_with('#'));
+    let mut now = facts.join("\n").replace("# ", "- ") + "\n\n";
+    for (number, row) in rows.iter().enumerate() {
+        let cells: Vec<_> = row.split(',').collect();
+        now += &format!("| {} |\n", cells.join(" | "));
+        if number == 0 {
+            now += &format!("|{}\n", "---|".repeat(cells.len()));
+        }
+    }
+    generated(page, place, &now)
+}
+
+pub fn update(page: &Page, edits: Vec<Edit>) {
+    let mut text = page.text.clone();
+    for (place, now) in edits.into_iter().rev() {
+        text.replace_range(place, &now);
+    }
+    fs::write(root().join(&page.name), text).expect("written");
+}
+
+pub fn differs(page: &Page, place: Range<usize>, now: String) -> String {
+    let line = page.text[..place.start].lines().count() + 1;
+    let compare = Assert::new().normalize_paths(false);
+    let said = page.text[place].to_owned();
+    match compare.try_eq(
+        Some(&format!("line {line}")),
+        Data::text(now),
+        said.into_data(),
+    ) {
+        Ok(()) => format!("line {line}: white space differs"),
+        Err(difference) => difference.to_string(),
+    }
+}
+
+/// Whether a command is tried elsewhere: by `.ci/run`, or not at all, for there is
+/// nothing to try but a version, which is that of the recorder.
+fn is_tried_elsewhere(command: &str) -> bool {
+    let viewer = rerun::build_info().version;
+    let checks = fs::read_to_string(root().join(".ci/run")).expect(".ci/run");
+    let step = format!("step {command}");
+    let mut steps = checks.lines().filter_map(|line| line.strip_prefix(&step));
+    steps.any(|more| more.is_empty() || more.starts_with(' '))
+        || command == format!("python3 -m pip install rerun-sdk=={viewer}")
+}
