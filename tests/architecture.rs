@@ -2,17 +2,16 @@
 //! knows no terminal, no command line and no recorder. And none gets too large to
 //! be read at one go.
 
+#[path = "common/clone.rs"]
+mod clone;
+
 use std::{
     collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
 
-fn root() -> PathBuf {
-    // Read while running: the clone may have moved since this was compiled.
-    let dir = std::env::var_os("CARGO_MANIFEST_DIR");
-    dir.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
-}
+use clone::root;
 
 /// The lines of a manifest that name what the library itself depends on,
 /// whatever the platform.

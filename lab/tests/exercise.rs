@@ -1,12 +1,16 @@
 //! `ratelab exercise` as a learner and a script meet it.
 
+mod common;
+
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::{Command, Output, Stdio},
 };
 
 use tempfile::TempDir;
+
+use common::reference;
 
 /// A learner in a clone of their own, as far as predictions are concerned.
 struct Learner(TempDir);
@@ -137,16 +141,11 @@ fn check_measures_all_that_is_promised() {
 #[test]
 fn a_rescue_by_hand_is_judged_from_its_recording() {
     let learner = Learner::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
-    let judged = |name: &str| {
-        let file = root.join(name).display().to_string();
-        learner.succeeds(&["5", "--session", &file])
-    };
+    let judged = |name: &str| learner.succeeds(&["5", "--session", &reference(name)]);
     assert!(judged("rescued.rrd").contains("rescued: slowed at 0.995 s for 1.12 s"));
     assert!(judged("balanced-50hz.rrd").contains("never slowed"));
     assert!(judged("fall-5hz.rrd").contains("it fell at 0.840 s"));
-    let file = root.join("rescued.rrd").display().to_string();
-    learner.is_refused(&["2", "--session", &file]);
+    learner.is_refused(&["2", "--session", &reference("rescued.rrd")]);
 }
 
 #[test]

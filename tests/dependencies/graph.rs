@@ -7,14 +7,14 @@ use std::{
     sync::OnceLock,
 };
 
-use crate::metadata::{Metadata, Node, NodeDep};
+use crate::{
+    clone,
+    metadata::{Metadata, Node, NodeDep},
+};
 
 /// A file of this repository.
 pub fn file(name: impl AsRef<Path>) -> PathBuf {
-    // Read while running: the clone may have moved since this was compiled.
-    let dir = std::env::var_os("CARGO_MANIFEST_DIR");
-    let dir: PathBuf = dir.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
-    dir.join(name)
+    clone::root().join(name)
 }
 
 /// What cargo says, or `None` where it cannot know: a build brings the crates of

@@ -9,7 +9,10 @@ use ratelab::{
     runtime::{Depth, Hz, Time},
 };
 
-use super::{heading, values::duration};
+use super::{
+    heading,
+    values::{duration, within},
+};
 
 /// What a sweep can be asked for. Lists are written like 5,10,25 and ranges
 /// like 1..30 or 1..30:0.5. Names with underscores are accepted too.
@@ -102,11 +105,8 @@ pub struct SweepArgs {
 }
 
 /// The most threads that are accepted.
-const MOST_THREADS: usize = 1_024;
+const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1_024).expect("it is not zero");
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let threads = text.trim().parse().ok();
-    threads
-        .filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS)
-        .ok_or_else(|| format!("expected 1 to {MOST_THREADS} threads"))
+    within(text, "threads", NonZeroUsize::MIN..=MOST_THREADS)
 }

@@ -47,7 +47,6 @@ fn root() -> &'static Path {
 /// Checks a page, or brings it up to date.
 fn check(name: &str) {
     let page = Page::read(root(), name);
-    Shell::check_examples(root());
     let shell = Shell::new(root());
     let (mut faults, mut edits) = (Vec::new(), Vec::new());
     for step in &page.steps {
@@ -62,7 +61,7 @@ fn check(name: &str) {
         faults.extend(
             edits
                 .into_iter()
-                .map(|(place, now)| steps::differs(&page, place, now)),
+                .map(|(place, now)| steps::differs(&page, place, &now)),
         );
     }
     faults.extend(Figures::read(root()).check(&page, root(), &tour::part(&page)));
@@ -128,6 +127,12 @@ fn pages_in(folder: &str) -> Vec<String> {
             false => Vec::new(),
         })
         .collect()
+}
+
+/// What a page shows of an example and what the program prints belong together.
+#[test]
+fn examples_of_the_manual_are_built_from_what_it_shows() {
+    shell::check_examples(root());
 }
 
 #[test]

@@ -107,21 +107,6 @@ impl Shell {
         fs::write(folder.join(format!("libmujoco.so.{version}")), "").expect("library");
     }
 
-    /// Where cargo puts examples; each must be younger than its source.
-    pub fn check_examples(root: &Path) {
-        let built = built().join("examples");
-        for entry in fs::read_dir(root.join("examples")).expect("examples") {
-            let source = entry.expect("example").path();
-            let age = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
-            let program = built.join(source.file_stem().expect("a name"));
-            let name = program.display();
-            assert!(
-                age(&program) >= age(&source),
-                "cargo test builds {name}: it is not up to date"
-            );
-        }
-    }
-
     /// What a reader has about him.
     fn environment(&self) -> [(&'static str, String); 5] {
         let path = std::env::var("PATH").unwrap_or_default();
@@ -171,6 +156,21 @@ impl Shell {
 /// Where cargo puts what it builds.
 fn built() -> PathBuf {
     Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("")
+}
+
+/// Holds the age of each example against that of its source.
+pub fn check_examples(root: &Path) {
+    let built = built().join("examples");
+    for entry in fs::read_dir(root.join("examples")).expect("examples") {
+        let source = entry.expect("example").path();
+        let age = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
+        let program = built.join(source.file_stem().expect("a name"));
+        let name = program.display();
+        assert!(
+            age(&program) >= age(&source),
+            "cargo test builds {name}: it is not up to date"
+        );
+    }
 }
 
 /// Commands that do anything to the machine have no place in a check.

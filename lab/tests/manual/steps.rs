@@ -33,40 +33,42 @@ pub fn perform(page: &Page, step: &Step, shell: &Shell) -> Result<Option<Edit>, 
     Ok(match &step.shown {
         Shown::Success => None,
         Shown::Output(place) => {
-            let same = agree(page.text[place.clone()].trim_end(), printed.trim_end());
-            (!same).then(|| (place.clone(), masked(printed.trim_end())))
+            let (said, printed) = (page.text[place.clone()].trim_end(), printed.trim_end());
+            let differs = compare(command, said, printed).is_err();
+            differs.then(|| (place.clone(), masked(printed)))
         }
         Shown::Generated(place) => generated(page, place, &printed),
     })
 }
 
-/// Whether a command printed what was to be seen.
-fn agree(said: &str, printed: &str) -> bool {
+/// Whether a command printed what was to be seen; or else how it differs.
+fn compare(title: &str, said: &str, printed: &str) -> Result<(), String> {
     let compare = Assert::new().normalize_paths(false);
-    let printed = Data::text(printed);
-    compare.try_eq(None, printed, said.into_data()).is_ok()
+    let (printed, said) = (Data::text(printed), said.to_owned().into_data());
+    let compared = compare.try_eq(Some(&title), printed, said);
+    compared.map_err(|difference| difference.to_string())
 }
+
+/// What differs from run to run: what stands before it, and after it.
+const OPEN: [(&str, &str); 3] = [
+    (" s sim (", " s wall)"),
+    (".rrd (", " kB"),
+    ("kept in ", "/exercises/answers.toml"),
+];
 
 /// Output as it goes into a page: wall times and file sizes are left open.
 fn masked(printed: &str) -> String {
-    let mut text = printed
-        .lines()
-        .fold(String::new(), |text, line| text + line + "\n");
-    for (before, after) in [
-        (" s sim (", " s wall)"),
-        (".rrd (", " kB"),
-        ("kept in ", "/exercises/answers.toml"),
-    ] {
-        let pieces: Vec<_> = text.split(before).map(str::to_owned).collect();
-        text = pieces[0].clone();
-        for piece in &pieces[1..] {
-            let open = piece
-                .find(after)
-                .map_or(piece.clone(), |end| format!("[..]{}", &piece[end..]));
-            text += &format!("{before}{open}");
-        }
-    }
-    text
+    let lines = printed.lines().map(|line| {
+        OPEN.iter().fold(line.to_owned(), |line, (before, after)| {
+            let start = line.find(before).map(|at| at + before.len());
+            let end = start.and_then(|start| Some(start + line[start..].find(after)?));
+            match (start, end) {
+                (Some(start), Some(end)) => format!("{}[..]{}", &line[..start], &line[end..]),
+                _ => line,
+            }
+        }) + "\n"
+    });
+    lines.collect()
 }
 
 /// What is to stand between the comments of a part that a command makes; inside
@@ -108,6 +110,7 @@ fn table(page: &Page, step: &Step, file: &str) -> Option<Edit> {
     generated(page, place, &now)
 }
 
+/// Brings a page up to date.
 pub fn update(page: &Page, edits: Vec<Edit>) {
     let mut text = page.text.clone();
     for (place, now) in edits.into_iter().rev() {
@@ -116,17 +119,12 @@ pub fn update(page: &Page, edits: Vec<Edit>) {
     fs::write(root().join(&page.name), text).expect("written");
 }
 
-pub fn differs(page: &Page, place: Range<usize>, now: String) -> String {
-    let line = page.text[..place.start].lines().count() + 1;
-    let compare = Assert::new().normalize_paths(false);
-    let said = page.text[place].to_owned();
-    match compare.try_eq(
-        Some(&format!("line {line}")),
-        Data::text(now),
-        said.into_data(),
-    ) {
-        Ok(()) => format!("line {line}: white space differs"),
-        Err(difference) => difference.to_string(),
+/// How a part of a page differs from what it would have to be.
+pub fn differs(page: &Page, place: Range<usize>, now: &str) -> String {
+    let title = format!("line {}", page.text[..place.start].lines().count() + 1);
+    match compare(&title, &page.text[place], now) {
+        Ok(()) => format!("{title}: white space differs"),
+        Err(difference) => difference,
     }
 }
 
