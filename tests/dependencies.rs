@@ -1,0 +1,57 @@
+//! What the manifests ask for: every crate has its reason in `docs/dependencies.md`,
+//! and the library needs no terminal, no command line and no recorder.
+
+#[path = "common/clone.rs"]
+mod clone;
+
+use std::{collections::BTreeSet, fs};
+
+use toml::{Table, Value};
+
+fn read(file: &str) -> String {
+    fs::read_to_string(clone::root().join(file)).expect(file)
+}
+
+/// The crates from elsewhere in the sections called `kinds` of a manifest, for all
+/// platforms.
+fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
+    const OURS: [&str; 3] = ["exercises", "ratelab", "xtask"];
+    let manifest: Table = read(manifest).parse().expect("TOML");
+    let platforms = manifest.get("target").and_then(Value::as_table);
+    let platforms = platforms.into_iter().flat_map(Table::values);
+    let parts = platforms.filter_map(Value::as_table).chain([&manifest]);
+    let sections = parts.flat_map(|part| kinds.iter().filter_map(|kind| part.get(*kind)));
+    let names = sections.filter_map(Value::as_table).flat_map(Table::keys);
+    let others = names.filter(|name| !OURS.contains(&name.as_str()));
+    others.cloned().collect()
+}
+
+#[test]
+fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other() {
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let manifests = ["", "exercises/", "lab/", "xtask/"].map(|at| format!("{at}Cargo.toml"));
+    let named: BTreeSet<_> = manifests.iter().flat_map(|at| crates(at, &kinds)).collect();
+    let page = read("docs/dependencies.md");
+    let (_, table) = page.split_once("## Crates\n").expect("the table");
+    let rows = table.lines().filter_map(|line| line.strip_prefix("| `"));
+    let rows = rows.filter_map(|row| row.split_once("` | ").filter(|(_, why)| why.len() > 10));
+    let reasons: BTreeSet<_> = rows.map(|(name, _)| name.to_owned()).collect();
+    let missing: Vec<_> = named.difference(&reasons).collect();
+    let stale: Vec<_> = reasons.difference(&named).collect();
+    assert!(
+        missing.is_empty() && stale.is_empty(),
+        "docs/dependencies.md: no row with a reason for {missing:?}; rows for nothing: {stale:?}"
+    );
+}
+
+#[test]
+fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
+    let crates = crates("Cargo.toml", &["dependencies"]);
+    assert!(crates.contains("mujoco-rs"), "nothing was read");
+    for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
+        assert!(
+            !crates.contains(foreign),
+            "the library depends on {foreign}"
+        );
+    }
+}
