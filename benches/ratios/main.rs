@@ -1,4 +1,4 @@
-//! Ours beside the floor and the alternatives, in one run: `cargo bench`.
+//! Ours beside the floor and the alternatives, in one run: `cargo bench --bench ratios`.
 //!
 //! A table of *ratios*, because a time alone says as much about the machine as
 //! about the program: both sides of a ratio are measured in this process,
