@@ -1,8 +1,6 @@
 //! `cargo xtask setup` brings MuJoCo's library into the clone, `cargo xtask
-//! recordings` makes the reference recordings anew, `cargo xtask costs` measures
-//! what builds and runs cost on this machine.
+//! recordings` generates the reference recordings again.
 
-mod costs;
 mod recordings;
 
 use std::env;
@@ -12,13 +10,11 @@ use std::process::ExitCode;
 use xtask::mujoco::{self, Error, Outcome, Platform, Source};
 
 const USAGE: &str = "\
-Usage: cargo xtask <setup | recordings | costs>
+Usage: cargo xtask <setup | recordings>
 
   setup        fetch MuJoCo's library into xtask/mujoco, if it is not there yet
                (the first build does the same; after it no network is needed)
-  recordings   make the reference recordings in recordings/ anew
-  costs        measure what a fresh clone costs on this machine, from the first
-               build to an hour of runs, into docs/costs.csv (ten minutes or more)";
+  recordings   generate the reference recordings in recordings/ again";
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = env::args_os().skip(1).collect();
@@ -30,9 +26,6 @@ fn main() -> ExitCode {
         }
         ([command], Some(package)) if command == "recordings" => {
             recordings::make(&Path::new(&package).join(".."))
-        }
-        ([command], Some(package)) if command == "costs" => {
-            costs::measure(&Path::new(&package).join(".."))
         }
         _ => {
             eprintln!("{USAGE}");

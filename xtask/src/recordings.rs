@@ -1,4 +1,4 @@
-//! Makes the reference recordings anew.
+//! Generates the reference recordings again.
 
 use std::{
     env, fs, io,
@@ -16,7 +16,7 @@ const RUNS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// Makes them in the folder `recordings` of the clone at `root`.
+/// Generates them in the folder `recordings` of the clone at `root`.
 pub fn make(root: &Path) -> ExitCode {
     for (name, options) in RUNS {
         let file = format!("recordings/{name}");

@@ -1,17 +1,16 @@
-//! A page of the manual, taken apart: what it has a reader type, what it says
-//! that the reader will see, and what it tells in prose.
+//! A page of the manual, taken apart: the commands it has a reader type, the output
+//! it shows for them, its links and its pictures.
 //!
 //! | in the page | is |
 //! |---|---|
 //! | a `console` block | `$ command` lines, each with its output: `[..]` stands for a part of a line that differs from run to run, `...` on a line of its own for any lines |
 //! | an `sh` block | a script whose every line succeeds |
 //! | `<!-- $ command -->` … `<!-- end -->` | what the command prints |
-//! | `<!-- FILE.csv -->` … `<!-- end -->` | the file as a table |
-//! | anything else | prose, in which every figure needs a source; HTML and other blocks are refused |
+//! | anything else | prose; HTML and other blocks are refused |
 
 use std::{fs, ops::Range, path::Path};
 
-use pulldown_cmark::{CodeBlockKind, CowStr, Event, Options, Parser, Tag, TagEnd};
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 /// A page.
 pub struct Page {
@@ -21,8 +20,6 @@ pub struct Page {
     pub text: String,
     /// What it has a reader type, in order.
     pub steps: Vec<Step>,
-    /// The parts of its text that are prose.
-    pub prose: Vec<Range<usize>>,
     /// Where its links lead.
     pub links: Vec<String>,
     /// Files of its pictures.
@@ -35,16 +32,9 @@ pub struct Page {
 
 /// Something to do.
 pub struct Step {
-    pub command: Command,
-    pub shown: Shown,
-}
-
-/// What to do.
-pub enum Command {
     /// To be typed.
-    Shell(String),
-    /// Show this CSV file as a table.
-    Table(String),
+    pub command: String,
+    pub shown: Shown,
 }
 
 /// What the page says comes of it.
@@ -63,7 +53,7 @@ enum Within {
     #[default]
     Prose,
     Fence(String, Option<Range<usize>>),
-    Generated(Command, usize),
+    Generated(String, usize),
 }
 
 impl Page {
@@ -73,7 +63,6 @@ impl Page {
             name: name.to_owned(),
             text: text.clone(),
             steps: Vec::new(),
-            prose: Vec::new(),
             links: Vec::new(),
             pictures: Vec::new(),
             code: Vec::new(),
@@ -129,19 +118,15 @@ impl Page {
                 }
             },
             (within, event) => {
-                self.tell(event, range);
+                self.inline(event);
                 within
             }
         }
     }
 
-    fn tell(&mut self, event: Event<'_>, range: Range<usize>) {
+    fn inline(&mut self, event: Event<'_>) {
         match event {
-            Event::Text(_) => self.prose.push(range),
-            Event::Code(code) => {
-                self.code.push(code.to_string());
-                self.prose.push(range);
-            }
+            Event::Code(code) => self.code.push(code.to_string()),
             Event::InlineHtml(html) => self.unknown.push(html.to_string()),
             Event::Start(Tag::Link { dest_url, .. }) => self.links.push(dest_url.to_string()),
             Event::Start(Tag::Image { dest_url, .. }) => self.pictures.push(dest_url.to_string()),
@@ -166,19 +151,13 @@ impl Page {
             let text = self.text[line.clone()].trim_end();
             if let Some(command) = text.strip_prefix("$ ") {
                 self.steps.push(Step {
-                    command: Command::Shell(command.to_owned()),
+                    command: command.to_owned(),
                     shown: Shown::Output(line.end..line.end),
                 });
                 continue;
             }
             match (text.strip_prefix("> "), self.steps[before..].last_mut()) {
-                (
-                    Some(more),
-                    Some(Step {
-                        command: Command::Shell(command),
-                        shown,
-                    }),
-                ) => {
+                (Some(more), Some(Step { command, shown })) => {
                     *command = format!("{command}\n{more}");
                     *shown = Shown::Output(line.end..line.end);
                 }
@@ -194,19 +173,15 @@ impl Page {
         }
     }
 
-    /// A command a line; what their comments say is prose.
+    /// A command a line, perhaps with a comment.
     fn script(&mut self, content: Range<usize>) {
-        for line in lines(&self.text, content) {
-            let text = &self.text[line.clone()];
-            let command = text.split('#').next().unwrap_or_default();
-            self.prose.push(line.start + command.len()..line.end);
-            if !command.trim().is_empty() {
-                self.steps.push(Step {
-                    command: Command::Shell(command.trim().to_owned()),
-                    shown: Shown::Success,
-                });
-            }
-        }
+        let lines = self.text[content].lines();
+        let commands = lines.map(|line| line.split('#').next().unwrap_or_default().trim());
+        let commands = commands.filter(|command| !command.is_empty());
+        self.steps.extend(commands.map(|command| Step {
+            command: command.to_owned(),
+            shown: Shown::Success,
+        }));
     }
 }
 
@@ -225,12 +200,8 @@ fn lines(text: &str, part: Range<usize>) -> Vec<Range<usize>> {
 
 const END: &str = "<!-- end -->";
 
-/// What a comment says that the following part of the page is made by.
-fn generator(html: &CowStr<'_>) -> Option<Command> {
-    let comment = html.trim().strip_prefix("<!-- ")?.strip_suffix(" -->")?;
-    match comment.strip_prefix("$ ") {
-        Some(command) => Some(Command::Shell(command.to_owned())),
-        None if comment.ends_with(".csv") => Some(Command::Table(comment.to_owned())),
-        None => None,
-    }
+/// The command that makes the following part of the page, as a comment names it.
+fn generator(html: &str) -> Option<String> {
+    let command = html.trim().strip_prefix("<!-- $ ")?.strip_suffix(" -->")?;
+    Some(command.to_owned())
 }

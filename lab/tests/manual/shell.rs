@@ -27,9 +27,20 @@ exit 125
 /// A viewer that nobody has to look at.
 const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\"\n";
 
+/// Runs the command that it would measure, which is its last argument, once.
+const HYPERFINE: &str = "#!/bin/sh\nfor command; do :; done\nexec sh -c \"$command\"\n";
+
 /// Programs that a page may name.
-const PROGRAMS: [&str; 8] = [
-    "cargo", "cat", "cp", "echo", "head", "mkdir", "ratelab", "tail",
+const PROGRAMS: [&str; 9] = [
+    "cargo",
+    "cat",
+    "cp",
+    "echo",
+    "head",
+    "hyperfine",
+    "mkdir",
+    "ratelab",
+    "tail",
 ];
 
 /// What commands on the pages read: folders, without what is in folders of theirs.
@@ -64,6 +75,7 @@ impl Shell {
         symlink(ratelab, shell.programs().join("ratelab")).expect("ratelab");
         shell.program("cargo", CARGO);
         shell.program("rerun", VIEWER);
+        shell.program("hyperfine", HYPERFINE);
         for folder in FOLDERS {
             for entry in fs::read_dir(shell.root.join(folder)).expect(folder) {
                 let name = entry.expect(folder).file_name();

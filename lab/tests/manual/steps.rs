@@ -6,7 +6,7 @@ use std::{fs, ops::Range};
 use snapbox::{Assert, Data, IntoData};
 
 use crate::{
-    page::{Command, Page, Shown, Step},
+    page::{Page, Shown, Step},
     root,
     shell::{Shell, takes_the_terminal},
 };
@@ -17,10 +17,7 @@ pub type Edit = (Range<usize>, String);
 /// Does as a reader is told; what the page would have to say instead, if it does
 /// not say so.
 pub fn perform(page: &Page, step: &Step, shell: &Shell) -> Result<Option<Edit>, String> {
-    let command = match &step.command {
-        Command::Table(file) => return Ok(table(page, step, file)),
-        Command::Shell(command) => command,
-    };
+    let command = &step.command;
     if is_tried_elsewhere(command) {
         return Ok(None);
     }
@@ -89,25 +86,6 @@ fn generated(page: &Page, place: &Range<usize>, printed: &str) -> Option<Edit> {
         _ => format!("{}\n", printed.trim_end()),
     };
     (said != now).then(|| (place.clone(), now))
-}
-
-/// A CSV file as a page shows it: what its comments tell as a list, and its rows as
-/// a table.
-fn table(page: &Page, step: &Step, file: &str) -> Option<Edit> {
-    let Shown::Generated(place) = &step.shown else {
-        return None;
-    };
-    let text = fs::read_to_string(root().join(file)).expect(file);
-    let (facts, rows): (Vec<_>, Vec<_>) = text.lines().partition(|line| line.starts_with('#'));
-    let mut now = facts.join("\n").replace("# ", "- ") + "\n\n";
-    for (number, row) in rows.iter().enumerate() {
-        let cells: Vec<_> = row.split(',').collect();
-        now += &format!("| {} |\n", cells.join(" | "));
-        if number == 0 {
-            now += &format!("|{}\n", "---|".repeat(cells.len()));
-        }
-    }
-    generated(page, place, &now)
 }
 
 /// Brings a page up to date.
