@@ -53,7 +53,7 @@ const MOMENTS: &[Moment] = &[
                and the events say how old the readings behind its last actions were: the policy \
                decides every 200 ms.",
         keys: "[[[[[[[[",
-        sees: &["policy at 5 Hz", "FELL at", "sensing up to", "decides every 200 ms"],
+        sees: &["policy at 5 Hz", "FELL at", "decides every 200 ms", "used readings up to"],
         gone: &[],
     },
     Moment {
@@ -65,14 +65,14 @@ const MOMENTS: &[Moment] = &[
     Moment {
         says: "Press `r` as often as you like: it falls at 0.840 s, every time.",
         keys: "r",
-        sees: &["BALANCED so far", "FELL at 0.840 s", "readings dropped are the symptom"],
+        sees: &["BALANCED so far", "FELL at 0.840 s", "dropped readings are the symptom"],
         gone: &[],
     },
     Moment {
         says: "5. Was it the drops? Press `>` six times, so that `/obs` keeps 100 messages, and \
                `r`. Nothing is dropped any more, and the pole falls at 0.840 s.",
         keys: ">>>>>>r",
-        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "✓ 0 dropped", "no reading was dropped"],
+        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "✓ 0 dropped", "a queue of 100 hides the symptom"],
         gone: &[],
     },
     Moment {
