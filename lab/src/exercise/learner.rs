@@ -14,15 +14,18 @@ use crate::{cli::ExerciseArgs, error::Error, run::say};
 /// Does `exercise` with the learner whose predictions are in `file`.
 pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
     let brief = exercise.brief();
+    let given = args.predict.as_deref();
+    let given = given.map(|text| Prediction::read(text, brief)).transpose();
+    let given = given.map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
     let mut answers = Answers::load(file)?;
     let known = answers.get(brief).filter(|_| !args.redo).cloned();
-    let asks = known.is_none() && args.predict.is_none() && io::stdin().is_terminal();
+    let asks = known.is_none() && given.is_none() && io::stdin().is_terminal();
     if asks {
         // What was thought about and typed shall not be lost.
         Answers::try_place(file)?;
         say(&introduction(brief))?;
     }
-    let prediction = match (known, &args.predict) {
+    let prediction = match (known, given) {
         (Some(known), None) => known,
         (Some(known), Some(_)) => {
             let number = brief.in_unit(known.number());
@@ -32,11 +35,7 @@ pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Resul
             )));
         }
         (None, given) => {
-            let prediction = match given {
-                Some(text) => Prediction::read(text, brief)
-                    .map_err(|error| Error::BadInput(format!("--predict: {error}")))?,
-                None => ask(brief)?,
-            };
+            let prediction = given.map_or_else(|| ask(brief), Ok)?;
             answers.set(brief, prediction.clone());
             answers.save(file)?;
             prediction
