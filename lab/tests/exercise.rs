@@ -223,7 +223,7 @@ fn rubbish_is_refused_in_one_line() {
     }
     fs::write(learner.answers(), "cliff = 8").expect("written");
     let (said, _) = learner.is_refused(&["1", "--predict", "8 because"]);
-    assert!(said.contains("8 is a number without a reason"), "{said}");
+    assert!(said.contains("8 Hz is a number without a reason"), "{said}");
     let output = learner.does(&["1", "--predict", "8 because it is"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }
