@@ -64,6 +64,56 @@ proptest! {
     }
 }
 
+fn ms(milliseconds: f64) -> Duration {
+    Duration::from_secs_f64(milliseconds / 1e3)
+}
+
+#[test]
+fn quantiles_of_durations_on_a_grid_are_these_durations() {
+    for exact in [140.0, 19.99, 40.0, 100.0, 180.0, 0.02, 3_600_000.0].map(ms) {
+        let samples = vec![exact.as_nanos() as u64; 7];
+        // One that is longer, so that none of them is the maximum.
+        let distribution = recorded(&[samples, vec![1 << 45]].concat());
+        for quantile in [0.0, 0.01, 0.5, 0.8] {
+            assert_eq!(distribution.quantile(quantile), Some(exact));
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn quantiles_rise_from_the_shortest_sample_to_the_longest(
+        samples in proptest::collection::vec(0..1u64 << 20, 1..200),
+    ) {
+        let distribution = recorded(&samples);
+        let quantiles = (0..=100).map(|percent| {
+            let quantile = distribution.quantile(f64::from(percent) / 100.0);
+            quantile.expect("samples").as_nanos() as u64
+        });
+        let quantiles: Vec<u64> = quantiles.collect();
+        prop_assert!(quantiles.is_sorted(), "{quantiles:?}");
+        prop_assert!(quantiles[0] >= samples.iter().copied().min().unwrap_or(0));
+        prop_assert_eq!(Some(quantiles[100]), samples.iter().copied().max());
+    }
+
+    #[test]
+    fn bars_count_every_sample_once_within_a_tenth_of_a_percent(
+        mut samples in proptest::collection::vec(0..1u64 << 40, 1..200),
+    ) {
+        samples.sort_unstable();
+        let bars: Vec<(Duration, u64)> = recorded(&samples).bars().collect();
+        prop_assert!(bars.is_sorted_by(|a, b| a.0 < b.0), "{bars:?}");
+        let repeated = |(at, count): &(Duration, u64)| {
+            std::iter::repeat_n(at.as_nanos() as f64, *count as usize)
+        };
+        let counted: Vec<f64> = bars.iter().flat_map(repeated).collect();
+        prop_assert_eq!(counted.len(), samples.len());
+        for (counted, exact) in counted.iter().zip(samples) {
+            prop_assert!((counted - exact as f64).abs() <= exact as f64 / 1e3);
+        }
+    }
+}
+
 #[test]
 fn samples_of_any_length_are_counted() {
     let longest = u64::MAX;

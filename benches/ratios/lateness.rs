@@ -53,9 +53,9 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     let run = RealClock::default().run(&mut graph, inbox, Time::ZERO + stretch);
     run.expect("no node fails");
     let snapshot = graph.observer().snapshot();
-    let lateness = snapshot.nodes[0].lateness.histogram().iter_recorded();
+    let lateness = snapshot.nodes[0].lateness.bars();
     lateness
-        .flat_map(|bar| std::iter::repeat_n(bar.value_iterated_to(), bar.count_at_value() as usize))
+        .flat_map(|(late, count)| std::iter::repeat_n(late.as_nanos() as u64, count as usize))
         .collect()
 }
 

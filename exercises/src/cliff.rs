@@ -8,7 +8,7 @@ use ratelab::experiment::{
 };
 
 use crate::practice::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Table, hz, mean_ms,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -31,6 +31,11 @@ const BRIEF: Brief = Brief {
                 stayed up and how old, on average, the reading behind an applied action was.",
     question: "At which control rate does the pole first fail to stay up?",
     unit: "Hz",
+    range: Range {
+        least: 0.0,
+        most: RATES[0],
+        whole: false,
+    },
 };
 
 impl Exercise for Cliff {

@@ -12,7 +12,9 @@ use ratelab::{
 
 use crate::{
     cliff::SEEDS,
-    practice::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Table, hz, mean_ms},
+    practice::{
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
+    },
 };
 
 /// The queues to compare (messages).
@@ -32,6 +34,11 @@ const BRIEF: Brief = Brief {
                 starts; watch the drops, and the step at which the pole falls.",
     question: "With a queue of 100 messages, how many of the three runs stay up?",
     unit: "",
+    range: Range {
+        least: 0.0,
+        most: SEEDS.len() as f64,
+        whole: true,
+    },
 };
 
 impl Exercise for DeeperQueue {

@@ -11,7 +11,7 @@
 //!
 //! let exercise = exercises::find(2).expect("there is a second one");
 //! println!("{}\n\n{}", exercise.brief().objective, exercise.brief().question);
-//! let prediction: Prediction = "2 because nothing is lost any more".parse()?;
+//! let prediction = Prediction::read("2 because nothing is lost any more", exercise.brief())?;
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(exercise.check()?.iter().all(|claim| claim.holds()));

@@ -9,7 +9,8 @@ use ratelab::{
 use crate::{
     cliff::SEEDS,
     practice::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Recorded, Table, hz, record,
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, hz,
+        record,
     },
 };
 
@@ -46,6 +47,11 @@ const BRIEF: Brief = Brief {
                 show who is up after all, and how wide the pole still swings at the end.",
     question: "What is the lowest of these rates at which theory calls the loop stable?",
     unit: "Hz",
+    range: Range {
+        least: RATES[0],
+        most: RATES[RATES.len() - 1],
+        whole: true,
+    },
 };
 
 impl Exercise for Limits {

@@ -4,7 +4,7 @@ use exercises::{
     ALL,
     practice::{
         Answer, Answers, Band, Bands, BandsError, Brief, Findings, Kind, Measurement, Prediction,
-        Table,
+        Range, Table,
     },
 };
 
@@ -16,59 +16,199 @@ const BRIEF: Brief = Brief {
     objective: "Nothing.",
     question: "How many?",
     unit: "Hz",
+    range: Range {
+        least: 0.0,
+        most: 100.0,
+        whole: false,
+    },
 };
 
 fn predict(text: &str) -> Prediction {
-    text.parse().expect(text)
+    Prediction::read(text, &BRIEF).expect(text)
+}
+
+fn refused(text: &str, brief: &Brief) -> String {
+    let refused = Prediction::read(text, brief).expect_err(text);
+    refused.to_string()
+}
+
+fn brief(number: u32) -> &'static Brief {
+    exercises::find(number).expect("an exercise").brief()
 }
 
 #[test]
-fn a_prediction_is_a_number_and_a_reason() {
+fn a_prediction_is_a_number_and_a_reason_in_any_words() {
     for (text, number, reason) in [
         ("8 because it is slow", 8.0, "it is slow"),
         ("8 Hz because it is slow", 8.0, "it is slow"),
+        ("8 Hz: Because it is slow", 8.0, "it is slow"),
         ("  7.5Hz, because it is slow. ", 7.5, "it is slow."),
+        ("7,5 because it is slow", 7.5, "it is slow"),
+        ("8, because it is slow", 8.0, "it is slow"),
+        ("1e1 hertz so it seems", 10.0, "so it seems"),
+        ("0.01 kHz so it seems", 10.0, "so it seems"),
         ("10: the pole needs a tenth", 10.0, "the pole needs a tenth"),
-        ("-1 so it seems", -1.0, "so it seems"),
+        ("8 weil es reicht", 8.0, "weil es reicht"),
+        ("8因为它很慢", 8.0, "因为它很慢"),
+        ("0, 5 Hz is too slow", 0.0, "5 Hz is too slow"),
+        ("+.5 for no reason", 0.5, "for no reason"),
     ] {
         let prediction = predict(text);
-        assert_eq!((prediction.number(), prediction.reason()), (number, reason));
+        assert_eq!(
+            (prediction.number(), prediction.reason()),
+            (number, reason),
+            "{text}"
+        );
         assert_eq!(predict(&prediction.to_string()), prediction);
     }
 }
 
 #[test]
 fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
+    let none = "no prediction yet: expected a number in Hz and a reason, as in N because …";
+    let bare = "8 Hz is a number without a reason: add one, as in 8 Hz because …";
     for (text, said) in [
-        (
-            "",
-            "nothing is predicted yet: say a number and why, such as 8 because …",
-        ),
-        (
-            "  ",
-            "nothing is predicted yet: say a number and why, such as 8 because …",
-        ),
+        ("", none),
+        ("  ", none),
         (
             "because",
-            "\"because\" does not begin with a number: say one and why, such as 8 because …",
+            "\"because\": expected a number in Hz and a reason, as in N because …",
         ),
-        (
-            "8",
-            "8 is a number without a reason: add one, such as 8 because …",
-        ),
-        (
-            "8 because",
-            "8 is a number without a reason: add one, such as 8 because …",
-        ),
-        (
-            "8 ...",
-            "8 is a number without a reason: add one, such as 8 because …",
-        ),
+        ("8", bare),
+        ("8 because", bare),
+        ("8 ...", bare),
+        ("8 Hz", bare),
+        ("8 Hz, because", bare),
+        ("8 because Hz", bare),
+        ("8 because 8", bare),
     ] {
-        let refused = text.parse::<Prediction>().expect_err(text);
-        assert_eq!(refused.to_string(), said);
+        assert_eq!(refused(text, &BRIEF), said, "{text}");
     }
     assert!(Prediction::new(f64::NAN, "it is none").is_err());
+}
+
+#[test]
+fn a_prediction_of_several_numbers_is_refused() {
+    for text in [
+        "5-10 so",
+        "5 - 10 so",
+        "5–10 Hz so",
+        "5 10 so",
+        "8/10 so",
+        "1.000,5 so",
+        "5 Hz-10 Hz so",
+    ] {
+        let said = refused(text, &BRIEF);
+        assert!(
+            said.contains("expected a number in Hz and a reason"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_time_may_be_given_in_any_unit_of_time() {
+    for (text, seconds) in [
+        ("0.7 because so", 0.7),
+        ("0,7 s because so", 0.7),
+        ("700 ms because so", 0.7),
+        ("700ms so it seems", 0.7),
+        ("700000 µs because so", 0.7),
+        ("0.1 min because so", 6.0),
+    ] {
+        let read = Prediction::read(text, brief(5)).expect(text);
+        assert_eq!(read.number(), seconds, "{text}");
+    }
+    let read = Prediction::read("0.0299 s because so", brief(3)).expect("read");
+    assert!((read.number() - 29.9).abs() < 1e-9);
+}
+
+#[test]
+fn a_unit_of_something_else_is_refused() {
+    for (number, text, said) in [
+        (
+            1,
+            "8 s because so",
+            "\"s\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            1,
+            "8kg because so",
+            "\"kg\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            1,
+            "8x because so",
+            "\"x\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            2,
+            "2 Hz because so",
+            "\"Hz\" is not a unit here: expected a number",
+        ),
+        (
+            5,
+            "5 % because so",
+            "\"%\" is not a unit here: expected a number in s",
+        ),
+    ] {
+        assert_eq!(refused(text, brief(number)), said);
+    }
+}
+
+#[test]
+fn a_number_that_the_exercise_cannot_come_to_is_refused() {
+    for (number, text, said) in [
+        (1, "1e400", "inf Hz is impossible here: expected 0 to 50 Hz"),
+        (
+            1,
+            "-1 because so",
+            "-1 Hz is impossible here: expected 0 to 50 Hz",
+        ),
+        (
+            2,
+            "-1 because so",
+            "-1 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            2,
+            "10 of three",
+            "10 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            2,
+            "1.5 because so",
+            "1.5 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            4,
+            "4 because so",
+            "4 Hz is impossible here: expected a whole number, 5 to 12 Hz",
+        ),
+        (
+            5,
+            "700 because so",
+            "700 s is impossible here: expected 0 to 10 s",
+        ),
+    ] {
+        assert_eq!(refused(text, brief(number)), said);
+    }
+    for runs in ["0", "1", "2", "3", "3 runs", "3.0"] {
+        let text = format!("{runs} because so");
+        Prediction::read(&text, brief(2)).expect(&text);
+    }
+}
+
+#[test]
+fn every_exercise_reads_a_number_in_its_own_unit() {
+    for exercise in ALL {
+        let brief = exercise.brief();
+        for number in [brief.range.least, brief.range.most] {
+            let text = format!("{number} {} because so", brief.unit);
+            let read = Prediction::read(&text, brief).expect(&text);
+            assert_eq!(read.number(), number);
+        }
+    }
 }
 
 #[test]
@@ -176,21 +316,24 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
     assert!(matches!(unknown, Err(BandsError::NoExercise(_))));
 }
 
-fn reconciled(answer: Answer, prediction: &str) -> String {
-    let findings = Findings {
+fn findings(answer: Answer) -> Findings {
+    Findings {
         table: Table::default(),
         answer,
         meaning: "So it is.".to_owned(),
         measurements: Vec::new(),
-    };
-    findings.reconcile(&BRIEF, &predict(prediction))
+    }
+}
+
+fn reconciled(answer: Answer, prediction: &str) -> String {
+    findings(answer).reconcile(&BRIEF, &predict(prediction))
 }
 
 #[test]
 fn a_prediction_is_put_beside_the_measurement() {
     assert_eq!(
         reconciled(Answer::Exactly(9.98004), "10 because it is half."),
-        "You predicted 10 Hz, because it is half.\nMeasured: 9.98 Hz. Close: 0.02 Hz above it.\n\n\
+        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. Close: 0.02 Hz above it.\n\n\
          So it is."
     );
     let turn = Answer::Between {
@@ -208,9 +351,12 @@ fn a_prediction_is_put_beside_the_measurement() {
         let text = reconciled(turn, &format!("{predicted} because so"));
         assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
         assert!(text.contains(judged), "{text}");
+        let prediction = predict(&format!("{predicted} because so"));
+        let (hit, _) = findings(turn).judge(&BRIEF, &prediction);
+        assert_eq!(hit, judged == "You called it.", "{predicted}");
     }
-    let none = reconciled(Answer::Exactly(0.0), "2 because so");
-    assert!(none.contains("You were 2 Hz above it."), "{none}");
+    let zero = reconciled(Answer::Exactly(0.0), "2 because so");
+    assert!(zero.contains("You were 2 Hz above it."), "{zero}");
 }
 
 #[test]

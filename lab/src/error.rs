@@ -67,6 +67,9 @@ pub enum Error {
         /// Of how many.
         of: usize,
     },
+    /// A session that is not the learner's rescue.
+    #[error("{0} is not accepted as your rescue")]
+    NotRescued(String),
     /// An exercise cannot be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),

@@ -56,11 +56,21 @@ fn nothing_is_revealed_before_a_prediction() {
     for number in ["1", "2", "3", "4", "5"] {
         let (said, shown) = learner.is_refused(&[number]);
         assert!(said.contains("--predict"), "{said}");
-        assert!(shown.contains(&format!("Exercise {number}:")), "{shown}");
-        assert!(!shown.contains("Measured"), "{shown}");
+        assert_eq!(shown, "");
     }
-    for predicted in ["", "8", "eight because", "nan because it is", "8 because"] {
-        learner.is_refused(&["1", "--predict", predicted]);
+    for predicted in [
+        "",
+        "8",
+        "eight because",
+        "nan because it is",
+        "8 because",
+        "8 Hz",
+        "700 ms because so",
+        "-1 because so",
+        "51 because so",
+    ] {
+        let (_, shown) = learner.is_refused(&["1", "--predict", predicted]);
+        assert_eq!(shown, "", "{predicted}");
     }
     assert!(!learner.answers().exists());
 }
@@ -74,7 +84,7 @@ fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
         "{first}"
     );
     assert!(
-        first.contains("You predicted 8 Hz, because half of 50 is plenty."),
+        first.contains("You predicted 8 Hz: half of 50 is plenty."),
         "{first}"
     );
     assert!(first.contains("between 10 Hz and 5 Hz"), "{first}");
@@ -93,11 +103,26 @@ fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
 }
 
 #[test]
-fn a_prediction_that_could_not_be_kept_is_not_asked_for() {
+fn an_exercise_that_nobody_can_answer_makes_no_folder() {
+    let home = TempDir::new().expect("a folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+    command.args(["exercise", "1"]).stdin(Stdio::null());
+    command.env("HOME", home.path()).env_remove("XDG_DATA_HOME");
+    let output = command.current_dir(home.path()).output();
+    let output = output.expect("ratelab starts");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(output.stdout.is_empty(), "{output:?}");
+    let left: Vec<_> = home.path().read_dir().expect("folder").collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn a_prediction_that_cannot_be_kept_is_refused_before_anything_is_measured() {
     let learner = Learner::new();
     let in_the_way = learner.answers().with_extension("toml.new");
     fs::create_dir(in_the_way).expect("a folder");
-    let (said, _) = learner.is_refused(&["1"]);
+    let (said, shown) = learner.is_refused(&["1", "--predict", "8 because it is"]);
+    assert_eq!(shown, "");
     assert!(
         said.contains("--answers FILE keeps them elsewhere"),
         "{said}"
@@ -139,12 +164,54 @@ fn check_measures_all_that_is_promised() {
 }
 
 #[test]
+fn check_keeps_measurements_and_the_prediction_apart() {
+    let learner = Learner::new();
+    for (predicted, told) in [
+        (
+            "13",
+            "your prediction of 13 Hz was wrong. You were 3 Hz above it.",
+        ),
+        ("8", "your prediction of 8 Hz was right. You called it."),
+    ] {
+        let prediction = format!("{predicted} because so");
+        learner.succeeds(&["1", "--redo", "--predict", &prediction]);
+        let checked = learner.succeeds(&["check", "1"]);
+        let lines: Vec<&str> = checked.lines().map(str::trim).collect();
+        let held = "✓ 1 The control-rate cliff: 43 measurements hold";
+        assert_eq!(lines, [held, told]);
+    }
+}
+
+#[test]
 fn a_rescue_by_hand_is_judged_from_its_recording() {
     let learner = Learner::new();
-    let judged = |name: &str| learner.succeeds(&["5", "--session", &reference(name)]);
-    assert!(judged("rescued.rrd").contains("rescued: slowed at 0.995 s for 1.12 s"));
-    assert!(judged("balanced-50hz.rrd").contains("never slowed"));
-    assert!(judged("fall-5hz.rrd").contains("it fell at 0.840 s"));
+    // The one that comes with ratelab, and something behind its last message.
+    let own = learner.0.path().join("own.rrd");
+    let mut rescued = fs::read(reference("rescued.rrd")).expect("read");
+    rescued.push(0);
+    fs::write(&own, rescued).expect("written");
+    let judged = |file: &str| {
+        let output = learner.does(&["5", "--session", file]);
+        (
+            output.status.code(),
+            String::from_utf8(output.stdout).expect("UTF-8"),
+        )
+    };
+    let (code, said) = judged(&own.display().to_string());
+    assert!(
+        said.contains("rescued: slowed at 0.995 s for 1.12 s"),
+        "{code:?} {said}"
+    );
+    assert!(said.starts_with('✓'), "{said}");
+    for (name, why) in [
+        ("balanced-50hz.rrd", "never slowed"),
+        ("fall-5hz.rrd", "it fell at 0.840 s"),
+        ("rescued.rrd", "comes with ratelab, record your own"),
+    ] {
+        let (code, said) = judged(&reference(name));
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.starts_with('✖') && said.contains(why), "{said}");
+    }
     learner.is_refused(&["2", "--session", &reference("rescued.rrd")]);
 }
 
@@ -156,7 +223,7 @@ fn rubbish_is_refused_in_one_line() {
     }
     fs::write(learner.answers(), "cliff = 8").expect("written");
     let (said, _) = learner.is_refused(&["1", "--predict", "8 because"]);
-    assert!(said.contains("8 is a number without a reason"), "{said}");
+    assert!(said.contains("8 Hz is a number without a reason"), "{said}");
     let output = learner.does(&["1", "--predict", "8 because it is"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }

@@ -185,8 +185,11 @@ fn an_exercise_is_done_in_the_lab() {
     lab.type_keys("2\r");
     lab.wait_for("how many of the three runs");
     lab.type_keys("many\r");
-    lab.wait_for("does not begin with a number");
-    lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}0 because stale is stale\r");
+    lab.wait_for("expected a number and a reason");
+    lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}8 of three\r");
+    lab.wait_for("8 is impossible here");
+    lab.type_keys(&"\u{7f}".repeat(10));
+    lab.type_keys("0 because stale is stale\r");
     lab.wait_for("You predicted 0");
     lab.type_keys("\u{1b}");
     lab.wait_for("you predicted 0");

@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use super::{
     bands::{Bands, BandsError, Claim},
-    prediction::Prediction,
+    prediction::{Prediction, Range, in_unit},
     table::Table,
 };
 
@@ -41,7 +41,7 @@ impl fmt::Display for Kind {
 }
 
 /// What a learner is told before anything is run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brief {
     /// Its place in the course, counted from one.
     pub number: u32,
@@ -57,6 +57,15 @@ pub struct Brief {
     pub question: &'static str,
     /// The unit of that number; empty for a count.
     pub unit: &'static str,
+    /// The numbers that are possible.
+    pub range: Range,
+}
+
+impl Brief {
+    /// `number` with the unit of the question, if that has one.
+    pub fn in_unit(&self, number: f64) -> String {
+        in_unit(number, self.unit)
+    }
 }
 
 /// One exercise.
@@ -76,8 +85,7 @@ pub trait Exercise: Sync {
     /// [`Failure`] if a run could not be made or the bands are damaged. A band
     /// that does not hold is a [`Claim`] that does not.
     fn check(&self) -> Result<Vec<Claim>, Failure> {
-        let findings = self.run()?;
-        Ok(Bands::load()?.compare(self.brief(), &findings.measurements)?)
+        self.run()?.claims(self.brief())
     }
 }
 
@@ -128,22 +136,23 @@ pub enum Answer {
 }
 
 impl Answer {
-    /// How a predicted `number` compares; `unit` gives numbers their unit.
-    fn judge(self, number: f64, unit: impl Fn(f64) -> String) -> String {
+    /// How a predicted `number` in `unit` compares, and whether it is right.
+    fn judge(self, number: f64, unit: &str) -> (bool, String) {
         let (near, far) = match self {
             Self::Exactly(measured) => (measured, measured),
             Self::Between { held, .. } if number == held => {
-                return format!("Just missed: at {} all was still well.", unit(held));
+                let held = in_unit(held, unit);
+                return (false, format!("Just missed: at {held} all was still well."));
             }
             Self::Between { held, failed } => (held.min(failed), held.max(failed)),
         };
         let distance = number - number.clamp(near, far);
         let way = if distance > 0.0 { "above" } else { "below" };
-        let missed = format!("{} {way} it", unit(rounded(distance.abs())));
+        let missed = format!("{} {way} it", in_unit(rounded(distance.abs()), unit));
         match distance.abs() {
-            0.0 => "You called it.".to_owned(),
-            small if small <= CLOSE * far.abs() => format!("Close: {missed}."),
-            _ => format!("You were {missed}."),
+            0.0 => (true, "You called it.".to_owned()),
+            small if small <= CLOSE * far.abs() => (false, format!("Close: {missed}.")),
+            _ => (false, format!("You were {missed}.")),
         }
     }
 }
@@ -158,9 +167,22 @@ fn rounded(number: f64) -> f64 {
 const CLOSE: f64 = 0.1;
 
 impl Findings {
+    /// What was measured beside its bands.
+    ///
+    /// # Errors
+    /// [`Failure`] if the bands are damaged.
+    pub fn claims(&self, brief: &Brief) -> Result<Vec<Claim>, Failure> {
+        Ok(Bands::load()?.compare(brief, &self.measurements)?)
+    }
+
+    /// Whether a prediction was right, and by how much it was not.
+    pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
+        self.answer.judge(prediction.number(), brief.unit)
+    }
+
     /// What was predicted beside what was measured, and what that means.
     pub fn reconcile(&self, brief: &Brief, prediction: &Prediction) -> String {
-        let unit = |number: f64| format!("{number} {}", brief.unit).trim_end().to_owned();
+        let unit = |number| brief.in_unit(number);
         let measured = match self.answer {
             Answer::Exactly(number) => unit(rounded(number)),
             Answer::Between { held, failed } => {
@@ -168,10 +190,10 @@ impl Findings {
             }
         };
         format!(
-            "You predicted {}, because {}.\nMeasured: {measured}. {}\n\n{}",
+            "You predicted {}: {}.\nMeasured: {measured}. {}\n\n{}",
             unit(prediction.number()),
             prediction.reason().trim_end_matches('.'),
-            self.answer.judge(prediction.number(), unit),
+            self.judge(brief, prediction).1,
             self.meaning,
         )
     }

@@ -7,11 +7,12 @@ mod exercise;
 mod prediction;
 mod recorded;
 mod table;
+mod unit;
 
 pub use answers::{Answers, AnswersError};
 pub use bands::{Band, Bands, BandsError, Claim};
 pub use exercise::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement};
-pub use prediction::{Prediction, PredictionError};
+pub use prediction::{Prediction, PredictionError, Range};
 pub use table::Table;
 
 pub(crate) use exercise::{hz, mean_ms};

@@ -1,12 +1,13 @@
 //! What a learner expects before the run.
 
-use std::{fmt, str::FromStr};
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A number and why: what is predicted before anything is measured. As text:
-/// `8 because the pole needs a second to fall`.
+use super::{Brief, unit::Unit};
+
+/// A number and why: what is predicted before anything is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct Prediction {
@@ -18,19 +19,49 @@ impl Prediction {
     /// A prediction of `number`, in the unit of the question.
     ///
     /// # Errors
-    /// [`PredictionError`] if the number is none or the reason is empty.
+    /// [`PredictionError`] if the number is not finite or the reason is empty.
     pub fn new(number: f64, reason: &str) -> Result<Self, PredictionError> {
         let reason = reason.trim();
         if !number.is_finite() {
-            return Err(PredictionError::NoNumber(number.to_string()));
+            return Err(PredictionError::NotFinite(number));
         }
         if !reason.contains(char::is_alphanumeric) {
-            return Err(PredictionError::NoReason(number));
+            return Err(PredictionError::NoReason(number.to_string()));
         }
         Ok(Self {
             number,
             reason: reason.to_owned(),
         })
+    }
+
+    /// Reads what was typed in the exercise of `brief`: a number with a decimal
+    /// point or comma, perhaps a unit, and a reason in any words.
+    ///
+    /// # Errors
+    /// [`PredictionError`] if one of them is missing, the unit is one of another
+    /// quantity, or the number is impossible.
+    pub fn read(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
+        let (text, unit) = (text.trim(), brief.unit);
+        if text.is_empty() {
+            return Err(PredictionError::Empty(asked(unit)));
+        }
+        let not_one = || PredictionError::NoNumber(text.to_owned(), asked(unit));
+        let (number, rest) = split_number(text).ok_or_else(not_one)?;
+        let (number, reason) = convert(number, rest, brief)?;
+        if goes_on_with_a_number(reason) {
+            return Err(not_one());
+        }
+        let number = brief.range.check(number, unit)?;
+        let reason = without_because(reason);
+        let is_word = |word: &&str| !word.is_empty() && Unit::named(word).is_none();
+        if reason
+            .split(|c: char| !c.is_alphabetic())
+            .any(|word| is_word(&word))
+        {
+            Self::new(number, reason)
+        } else {
+            Err(PredictionError::NoReason(in_unit(number, unit)))
+        }
     }
 
     /// The number, in the unit of the question.
@@ -50,41 +81,133 @@ impl fmt::Display for Prediction {
     }
 }
 
-impl FromStr for Prediction {
-    type Err = PredictionError;
+/// `number` with its `unit`, if it has one.
+pub(super) fn in_unit(number: f64, unit: &str) -> String {
+    format!("{number} {unit}").trim_end().to_owned()
+}
 
-    /// Reads a number, perhaps its unit, and a reason, which follows the first
-    /// `because`, or else the number.
-    fn from_str(text: &str) -> Result<Self, PredictionError> {
-        let text = text.trim();
-        if text.is_empty() {
-            return Err(PredictionError::Empty);
+/// What to ask for.
+fn asked(unit: &str) -> String {
+    match unit {
+        "" => "a number".to_owned(),
+        unit => format!("a number in {unit}"),
+    }
+}
+
+/// The number at the beginning of `text`, and the text after it.
+fn split_number(text: &str) -> Option<(f64, &str)> {
+    let unsigned = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    let mut end = text.len() - unsigned.len() + digits(unsigned);
+    // A point, a comma or an exponent is part of the number if a digit follows.
+    for (signs, marks) in [(&[][..], &['.', ','][..]), (&['-', '+'], &['e', 'E'])] {
+        let fraction = text[end..].strip_prefix(marks);
+        let fraction = fraction.map(|rest| rest.strip_prefix(signs).unwrap_or(rest));
+        if let Some(rest) = fraction.filter(|rest| digits(rest) > 0) {
+            end = text.len() - rest.len() + digits(rest);
         }
-        let of_number = |c: char| c.is_ascii_digit() || ".-+".contains(c);
-        let end = text.find(|c| !of_number(c)).unwrap_or(text.len());
-        let (number, rest) = text.split_at(end);
-        let no_number = || PredictionError::NoNumber(text.to_owned());
-        let number: f64 = number.parse().map_err(|_| no_number())?;
-        let reason = match rest.split_once("because") {
-            Some((_unit, reason)) => reason,
-            None => rest.trim_start_matches([' ', ',', ':', ';']),
-        };
-        Self::new(number, reason)
+    }
+    let (number, rest) = text.split_at(end);
+    Some((number.replace(',', ".").parse().ok()?, rest))
+}
+
+/// `number` in the unit of the question, and what follows its unit in `rest`.
+fn convert<'t>(
+    number: f64,
+    rest: &'t str,
+    brief: &Brief,
+) -> Result<(f64, &'t str), PredictionError> {
+    let spaceless = rest.trim_start();
+    let part = |c: char| c.is_alphanumeric() || "%°".contains(c);
+    let end = spaceless.find(|c| !part(c)).unwrap_or(spaceless.len());
+    let (word, after) = spaceless.split_at(end);
+    let unit = Unit::named(word).filter(|_| !word.is_empty());
+    let asked = Unit::named(brief.unit);
+    let converted = unit
+        .zip(asked)
+        .and_then(|(unit, asked)| unit.convert(number, asked));
+    match converted {
+        Some(number) => Ok((number, after)),
+        // Letters right behind a number can only be its unit.
+        None if unit.is_some() || rest.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+            let word = word.to_owned();
+            Err(PredictionError::Unit(word, self::asked(brief.unit)))
+        }
+        None => Ok((number, rest)),
+    }
+}
+
+/// Whether a second number follows the first, as in `5-10` or `5 10`.
+fn goes_on_with_a_number(rest: &str) -> bool {
+    let gap = rest.trim_start();
+    let joined = gap.strip_prefix(['-', '–', '/']).map(str::trim_start);
+    let next = joined.or_else(|| rest.strip_prefix(['.', ',']));
+    let next = next.unwrap_or(gap);
+    next.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// A reason without the separator and the `because` before it.
+fn without_because(reason: &str) -> &str {
+    const BECAUSE: &str = "because";
+    let reason = reason.trim_start_matches([' ', ',', ':', ';', '.', '-', '–', '—']);
+    match reason.get(..BECAUSE.len()) {
+        Some(word) if word.eq_ignore_ascii_case(BECAUSE) => &reason[BECAUSE.len()..],
+        _ => reason,
+    }
+}
+
+/// The numbers that an exercise can come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
+    /// Whether only whole numbers are possible.
+    pub whole: bool,
+}
+
+impl Range {
+    /// `number`, if it is possible.
+    fn check(self, number: f64, unit: &str) -> Result<f64, PredictionError> {
+        let inside = (self.least..=self.most).contains(&number);
+        if inside && (!self.whole || number.fract() == 0.0) {
+            return Ok(number);
+        }
+        let number = in_unit(number, unit);
+        let kind = if self.whole { "a whole number, " } else { "" };
+        let most = in_unit(self.most, unit);
+        let possible = format!("{kind}{} to {most}", self.least);
+        Err(PredictionError::Impossible { number, possible })
     }
 }
 
 /// No prediction.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PredictionError {
-    /// Nothing was said.
-    #[error("nothing is predicted yet: say a number and why, such as 8 because …")]
-    Empty,
-    /// It does not begin with a number.
-    #[error("{0:?} does not begin with a number: say one and why, such as 8 because …")]
-    NoNumber(String),
+    /// Nothing was typed.
+    #[error("no prediction yet: expected {0} and a reason, as in N because …")]
+    Empty(String),
+    /// It does not begin with one number.
+    #[error("{0:?}: expected {1} and a reason, as in N because …")]
+    NoNumber(String, String),
+    /// The number is infinite or none.
+    #[error("{0} is no finite number")]
+    NotFinite(f64),
+    /// A unit of something else.
+    #[error("{0:?} is not a unit here: expected {1}")]
+    Unit(String, String),
+    /// The exercise cannot come to that number.
+    #[error("{number} is impossible here: expected {possible}")]
+    Impossible {
+        /// The number and its unit.
+        number: String,
+        /// The numbers that are possible.
+        possible: String,
+    },
     /// The number has no reason.
-    #[error("{0} is a number without a reason: add one, such as {0} because …")]
-    NoReason(f64),
+    #[error("{0} is a number without a reason: add one, as in {0} because …")]
+    NoReason(String),
 }
 
 /// A prediction as it stands in a file.

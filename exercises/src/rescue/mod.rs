@@ -8,7 +8,7 @@ use ratelab::{
 };
 
 use crate::practice::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Recorded, Table, record,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, record,
 };
 use judge::{Lacking, Rescued, Session, judge};
 
@@ -31,6 +31,11 @@ const BRIEF: Brief = Brief {
                 then decides 50 times a second again.",
     question: "After how many seconds at 5 Hz does 50 Hz come too late?",
     unit: "s",
+    range: Range {
+        least: 0.0,
+        most: 10.0,
+        whole: false,
+    },
 };
 
 impl Exercise for Rescue {

@@ -8,7 +8,7 @@ use ratelab::{
 };
 
 use crate::practice::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Table, hz, mean_ms,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
 };
 use accumulating::Accumulated;
 
@@ -36,6 +36,11 @@ const BRIEF: Brief = Brief {
                 exercises/src/ties/accumulating.rs to its last line.",
     question: "What is the mean latency at 25 Hz if nodes due together really are?",
     unit: "ms",
+    range: Range {
+        least: 0.0,
+        most: 1_000.0,
+        whole: false,
+    },
 };
 
 impl Exercise for Ties {

@@ -47,7 +47,7 @@ Examples:
 pub const EXERCISE: &str = "\
 Examples:
   ratelab exercise 1                    says what it is about, asks, measures
-  ratelab exercise 1 --predict \"8 because half of 15 still leaves time\"";
+  ratelab exercise 1 --predict \"30 because fewer decisions come too late\"";
 
 /// Of completions.
 pub const COMPLETIONS: &str = "\

@@ -151,7 +151,7 @@ impl Desk {
                 exercise,
                 typed,
                 refused,
-            } => match typed.parse::<Prediction>() {
+            } => match Prediction::read(typed, exercise.brief()) {
                 Ok(prediction) => {
                     let exercise = *exercise;
                     self.predict(exercise, prediction);

@@ -104,12 +104,9 @@ fn bin_width(longest: Duration) -> Duration {
 fn bins(distribution: &Distribution, bin: Duration) -> Vec<u64> {
     let width = bin.as_nanos().max(1) as u64;
     let mut bins = vec![0; BINS];
-    for recorded in distribution.histogram().iter_recorded() {
-        // The upper end of what the histogram cannot tell apart, so that a
-        // latency on the border of two bins belongs to the upper one.
-        let nanos = recorded.value_iterated_to();
-        let index = (nanos / width) as usize;
-        bins[index.min(BINS - 1)] += recorded.count_at_value();
+    for (latency, count) in distribution.bars() {
+        let index = (latency.as_nanos() as u64 / width) as usize;
+        bins[index.min(BINS - 1)] += count;
     }
     bins
 }

@@ -6,6 +6,7 @@
 //! ```
 
 mod app;
+mod cause;
 mod cliff;
 mod desk;
 mod error;

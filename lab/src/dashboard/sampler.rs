@@ -6,16 +6,17 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::{ACTUATOR, ControlStep, POLICY, Pose},
+    cartpole::{ACTUATOR, ControlStep, POLICY, Pose, SENSOR},
     experiment::{Config, OBS, Summary, TimedKnob, Verdict},
     policy::Brain,
     runtime::{
-        Message, Observer, Snapshot, Time,
+        ClockKind, Message, Observer, Snapshot, Time,
         telemetry::{NodeView, TopicView},
     },
 };
 
 use super::{
+    cause::{Cadence, Facts},
     figures::{Figures, NodeFigures},
     picture::{
         LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
@@ -176,7 +177,9 @@ impl Sampler {
         let (kind, why) = match summary.verdict {
             Verdict::Balanced | Verdict::Stopped { .. } => (VerdictKind::Done, Vec::new()),
             Verdict::PoleFell { .. } | Verdict::CartLeftRail { .. } => {
-                (VerdictKind::Lost, self.reasons(session, snapshot))
+                let pole_fell = matches!(summary.verdict, Verdict::PoleFell { .. });
+                let facts = self.facts(session, snapshot, pole_fell);
+                (VerdictKind::Lost, facts.reasons())
             }
         };
         VerdictPicture {
@@ -186,31 +189,34 @@ impl Sampler {
         }
     }
 
-    /// Why it was lost: a policy that does not try, or else how stale actions were
-    /// in the last second, and what the drops have to do with it.
-    fn reasons(&self, session: &impl Watched, snapshot: &Snapshot) -> Vec<String> {
+    /// What is known of a run that was lost.
+    fn facts(&self, session: &impl Watched, snapshot: &Snapshot, pole_fell: bool) -> Facts {
         let policy = brain(session);
-        if !policy.balances() {
-            return vec![format!("the {} policy balances at no rate", policy.name())];
+        let obs = snapshot.topic(OBS);
+        Facts {
+            policy: policy.name().to_owned(),
+            balances: policy.balances(),
+            pole_fell,
+            oldest: self.latencies.iter().map(|(_, latency)| *latency).max(),
+            sensor: cadence(snapshot, SENSOR),
+            decisions: cadence(snapshot, POLICY),
+            step: snapshot.period(ACTUATOR),
+            think: session.config().think,
+            depth: obs.map_or(1, |obs| obs.depth),
+            dropped: obs.map_or(0, TopicView::dropped),
         }
-        let latencies = self.latencies.iter().map(|(_, latency)| *latency);
-        let Some(oldest) = latencies.max() else {
-            return vec!["no action was ever applied".to_owned()];
-        };
-        let mut reasons = vec![format!(
-            "in its last second actions came from sensing up to {} old; the policy decides every {}",
-            ms(oldest),
-            ms(snapshot.period(POLICY)),
-        )];
-        let dropped = snapshot.topic(OBS).map_or(0, TopicView::dropped);
-        // Within a control step of the actuator nobody could act on anything newer.
-        if oldest > snapshot.period(ACTUATOR) {
-            reasons.push(match dropped {
-                0 => "no reading was dropped: a deep queue hides the symptom; latency is the disease: raise the control rate".to_owned(),
-                n => format!("{n} readings dropped are the symptom, latency is the disease: raise the control rate, not the depth"),
-            });
-        }
-        reasons
+    }
+}
+
+/// How often `node` works. Overruns are those of the real clock, and say nothing of
+/// a run that was handed over since.
+fn cadence(snapshot: &Snapshot, node: &str) -> Cadence {
+    let real = snapshot.status.clock == ClockKind::Real;
+    let view = snapshot.node(node);
+    Cadence {
+        period: snapshot.period(node),
+        ticks: view.map_or(0, |view| view.ticks),
+        overruns: view.filter(|_| real).map_or(0, |view| view.overruns),
     }
 }
 
@@ -252,8 +258,4 @@ fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
         age,
         held: topic.newest.map(|newest| now.since(newest)),
     }
-}
-
-fn ms(duration: Duration) -> String {
-    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
 }

@@ -132,6 +132,36 @@ fn every_size_shows_the_same_run() {
 }
 
 #[test]
+fn the_events_blame_the_slow_node_and_its_setting() {
+    let fallen = |knobs: &str| {
+        let knobs = ratelab::experiment::parse_knobs(knobs).expect("knobs");
+        let config = Config {
+            knobs,
+            ..Config::default()
+        };
+        screen(&ended(config), &PLAIN, 160, 50)
+    };
+    let sensor = fallen("0 sensor-hz 5");
+    assert!(
+        sensor.contains("the sensor reads every 200 ms: raise sensor-hz"),
+        "{sensor}"
+    );
+    assert!(
+        !sensor.contains("control-hz") && !sensor.contains("symptom"),
+        "{sensor}"
+    );
+    let policy = fallen("0 control-hz 5");
+    assert!(
+        policy.contains("the policy decides every 200 ms: raise control-hz"),
+        "{policy}"
+    );
+    assert!(
+        policy.contains("37 dropped readings are the symptom"),
+        "{policy}"
+    );
+}
+
+#[test]
 fn every_pane_alone_fits_the_smallest_screen() {
     let mut app = fallen();
     for pane in Pane::ALL {

@@ -14,27 +14,36 @@ use crate::{cli::ExerciseArgs, error::Error, run::say};
 /// Does `exercise` with the learner whose predictions are in `file`.
 pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
     let brief = exercise.brief();
-    let given = args.predict.as_deref().map(str::parse).transpose();
+    let given = args.predict.as_deref();
+    let given = given.map(|text| Prediction::read(text, brief)).transpose();
     let given = given.map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
     let mut answers = Answers::load(file)?;
-    say(&introduction(brief))?;
     let known = answers.get(brief).filter(|_| !args.redo).cloned();
+    let asks = known.is_none() && given.is_none() && io::stdin().is_terminal();
+    if asks {
+        // What was thought about and typed shall not be lost.
+        Answers::try_place(file)?;
+        say(&introduction(brief))?;
+    }
     let prediction = match (known, given) {
         (Some(known), None) => known,
         (Some(known), Some(_)) => {
+            let number = brief.in_unit(known.number());
+            let reason = known.reason();
             return Err(Error::BadInput(format!(
-                "you predicted {known} already, and a second guess is none: --redo asks again"
+                "you already predicted {number} ({reason}): --redo predicts again"
             )));
         }
-        (None, Some(given)) => given,
-        (None, None) => {
-            // What was thought about and typed shall not be lost.
-            Answers::try_place(file)?;
-            ask(brief)?
+        (None, given) => {
+            let prediction = given.map_or_else(|| ask(brief), Ok)?;
+            answers.set(brief, prediction.clone());
+            answers.save(file)?;
+            prediction
         }
     };
-    answers.set(brief, prediction.clone());
-    answers.save(file)?;
+    if !asks {
+        say(&introduction(brief))?;
+    }
     let findings = exercise.run()?;
     say(&findings.table.to_string())?;
     say(&wrapped(&findings.reconcile(brief, &prediction)))?;
@@ -67,13 +76,18 @@ fn ask(brief: &Brief) -> Result<Prediction, Error> {
         }
         let mut line = String::new();
         let read = io::stdin().read_line(&mut line).unwrap_or(0);
-        match line.parse() {
+        match Prediction::read(&line, brief) {
             Ok(prediction) => {
-                say("")?;
+                if typed {
+                    say("")?;
+                }
                 return Ok(prediction);
             }
             Err(error) if typed && read > 0 => say(&format!("  {error}"))?,
-            Err(error) => return Err(Error::BadInput(format!("{error}, or --predict"))),
+            Err(error) => {
+                let how = "type it, or give it with --predict";
+                return Err(Error::BadInput(format!("{error}: {how}")));
+            }
         }
     }
 }

@@ -92,19 +92,19 @@ fn list(answers: &Answers, file: &Path) -> String {
 /// What was predicted in an exercise, in words, if it was.
 pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
     let prediction = answers.get(brief)?;
-    let said = format!("you predicted {} {}", prediction.number(), brief.unit);
-    Some(said.trim_end().to_owned())
+    let number = brief.in_unit(prediction.number());
+    Some(format!("you predicted {number}"))
 }
 
-/// Measures again what each of `exercises` promises. Predictions that were not
-/// made are skipped.
+/// Measures again what each of `exercises` promises, and tells how the prediction
+/// came out. Only measurements can fail.
 fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
     let mut broken = 0;
     for exercise in exercises {
         let brief = exercise.brief();
-        let claims = exercise.check()?;
+        let findings = exercise.run()?;
+        let claims = findings.claims(brief)?;
         let failed: Vec<_> = claims.iter().filter(|claim| !claim.holds()).collect();
-        let predicted = predicted(answers, brief);
         let (sign, held) = match failed.len() {
             0 => ("✓", format!("{} measurements hold", claims.len())),
             n => (
@@ -112,14 +112,22 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
                 format!("{n} of {} measurements do not hold", claims.len()),
             ),
         };
+        let prediction = answers.get(brief);
+        let skipped = prediction.map_or("; no prediction yet, skipped", |_| "");
         say(&format!(
-            "{sign} {} {}: {held}; {}",
-            brief.number,
-            brief.title,
-            predicted.as_deref().unwrap_or("no prediction yet, skipped")
+            "{sign} {} {}: {held}{skipped}",
+            brief.number, brief.title
         ))?;
         for claim in &failed {
             say(&format!("    {claim}"))?;
+        }
+        if let Some(prediction) = prediction {
+            let number = brief.in_unit(prediction.number());
+            let (hit, by) = findings.judge(brief, prediction);
+            let outcome = if hit { "right" } else { "wrong" };
+            say(&format!(
+                "    your prediction of {number} was {outcome}. {by}"
+            ))?;
         }
         broken += failed.len();
     }

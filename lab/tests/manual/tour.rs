@@ -44,7 +44,7 @@ const MOMENTS: &[Moment] = &[
     // Step 3.
     Moment {
         keys: "[[[[[[[[",
-        sees: &["policy at 5 Hz", "FELL at", "sensing up to", "decides every 200 ms"],
+        sees: &["policy at 5 Hz", "FELL at", "decides every 200 ms", "used readings up to"],
         gone: &[],
     },
     // Step 4.
@@ -55,13 +55,13 @@ const MOMENTS: &[Moment] = &[
     },
     Moment {
         keys: "r",
-        sees: &["BALANCED so far", "FELL at 0.840 s", "readings dropped are the symptom"],
+        sees: &["BALANCED so far", "FELL at 0.840 s", "dropped readings are the symptom"],
         gone: &[],
     },
     // Step 5.
     Moment {
         keys: ">>>>>>r",
-        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "✓ 0 dropped", "no reading was dropped"],
+        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "✓ 0 dropped", "a queue of 100 hides the symptom"],
         gone: &[],
     },
     // Step 6.

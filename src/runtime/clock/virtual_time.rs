@@ -21,8 +21,9 @@ use crate::runtime::{
 /// commands at the same run times is the same run, bit for bit.
 ///
 /// A command that changes the graph takes effect between two instants. Given
-/// while an instant is only partly done, as single steps allow, it first lets
-/// the rest of that instant run.
+/// while an instant is only partly done, it first lets the rest of that instant
+/// run. Single steps leave such an instant; so does the real clock, whose late
+/// nodes all tick at the run time of the hand-over.
 ///
 /// ```
 /// use ratelab::runtime::{Clock, Exit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
@@ -78,11 +79,15 @@ enum Turn {
 
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
+        let now = graph.now();
+        let late = graph.slots.iter().any(|slot| slot.rate.due() < now);
         let last_due = graph.slots.iter().filter_map(|s| s.rate.last_due()).max();
+        // Late nodes tick now: this instant is partly done.
+        let last_tick = if late { Some(now) } else { last_due };
         Self {
             agenda: Agenda::new(&graph.slots),
-            pacer: Pacer::new(graph.plane.status.speed, graph.now()),
-            last_tick: last_due.map(|last| last.min(graph.now())),
+            pacer: Pacer::new(graph.plane.status.speed, now),
+            last_tick: last_tick.map(|last| last.min(now)),
             graph,
             inbox,
             until,
@@ -216,7 +221,7 @@ impl<'a> Scheduler<'a> {
         };
         // A node that comes late from the real clock does not turn time back.
         let now = due.max(self.graph.now());
-        self.last_tick = Some(due);
+        self.last_tick = Some(now);
         self.graph.plane.set_now(now);
         let slot = &mut self.graph.slots[index];
         let outcome = tick(slot, now, self.pacer.is_paced());
@@ -245,4 +250,84 @@ fn tick(slot: &mut Slot, now: Time, measured: bool) -> Tick {
     }
     slot.note_tick(now, None, took);
     outcome
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use crossbeam_channel::Sender;
+
+    use super::*;
+    use crate::runtime::{command::TimedCommand, node::GO_ON, telemetry::Event, time::Hz};
+
+    type Ticks = Vec<(&'static str, Time)>;
+
+    const UNTIL: Time = Time::from_nanos(500_000_000);
+
+    fn hz(hz: f64) -> Hz {
+        Hz::new(hz).expect("a rate")
+    }
+
+    /// When somebody slows node `b` down.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Given {
+        Never,
+        /// Before any late node has ticked.
+        First,
+        /// While the first of them ticks.
+        Amid,
+    }
+
+    /// A graph as the real clock may hand it over: run time has passed what `a` and
+    /// `b` are due at, and has come to what `c` is due at.
+    fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
+        let slower = Command::SetRate {
+            node: "b".to_owned(),
+            hz: hz(7.0),
+        };
+        if given == Given::First {
+            commander.send(slower.clone()).expect("open");
+        }
+        let mut amid = (given == Given::Amid).then_some(slower);
+        let (mut graph, log) = (Graph::new(), Arc::<Mutex<Ticks>>::default());
+        for (name, rate) in [("a", 100.0), ("b", 50.0), ("c", 40.0)] {
+            let (log, commander, mut amid) = (log.clone(), commander.clone(), amid.take());
+            let node = move |now| {
+                log.lock().expect("log").push((name, now));
+                amid.take()
+                    .map_or(Ok(()), |slower| commander.send(slower))?;
+                GO_ON
+            };
+            graph.node(name, hz(rate), 0, |_| node).expect("a node");
+        }
+        graph.slots.iter_mut().for_each(|slot| slot.rate.advance());
+        graph.plane.set_now(graph.slots[2].rate.due());
+        (graph, log)
+    }
+
+    fn run(given: Given, timed: Vec<TimedCommand>) -> (Ticks, Vec<Event>) {
+        let (commander, mut inbox) = Inbox::new(timed);
+        let (mut graph, log) = late(given, commander);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, UNTIL);
+        assert_eq!(exit.expect("no fault"), Exit::Completed);
+        let ticks = log.lock().expect("log").clone();
+        (ticks, graph.observer().events(0))
+    }
+
+    #[test]
+    fn a_live_command_and_the_same_as_a_timed_one_follow_the_ticks_of_late_nodes() {
+        for given in [Given::First, Given::Amid] {
+            let (ticks, events) = run(given, Vec::new());
+            let now = Time::from_nanos(25_000_000);
+            assert_eq!(
+                ticks[..3],
+                ["a", "b", "c"].map(|node| (node, now)),
+                "{given:?}"
+            );
+            assert_eq!(events[0].at, now + Time::TICK, "{given:?}");
+            let timed = events.iter().filter_map(Event::replayable).collect();
+            assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
+        }
+    }
 }

@@ -1,21 +1,13 @@
 //! Distributions of durations, recorded without ever waiting.
 
 use std::{
-    sync::{Arc, LazyLock, OnceLock},
+    sync::{Arc, OnceLock},
     time::Duration,
 };
 
-use hdrhistogram::Histogram;
+use crate::runtime::sync::atomic::{AtomicU64, Ordering};
 
-use crate::runtime::{
-    sync::atomic::{AtomicU64, Ordering},
-    topic::bump,
-};
-
-/// Significant digits of a histogram: quantiles are true to 0.1 %.
-const DIGITS: u8 = 3;
-
-/// Buckets in an octave, as many as a histogram of that many digits has.
+/// Buckets in an octave: each is at most 1/1024 of its values wide.
 const BUCKETS: usize = 1 << BUCKET_BITS;
 // Every bucket is a place where the model checker may switch threads: few do.
 const BUCKET_BITS: u32 = if cfg!(feature = "model") { 2 } else { 10 };
@@ -24,11 +16,13 @@ const BUCKET_BITS: u32 = if cfg!(feature = "model") { 2 } else { 10 };
 const OCTAVES: usize = (u64::BITS - BUCKET_BITS + 1) as usize;
 
 /// How some duration was distributed. Count, mean and maximum are exact,
-/// quantiles are true to 0.1 %.
+/// quantiles are true to 0.1 %, and exact where samples that close to each other
+/// are equal.
 #[derive(Clone, Debug)]
 pub struct Distribution {
-    /// Shared by all copies: a histogram without a sample has 16 kB already.
-    histogram: Arc<Histogram<u64>>,
+    /// Durations (ns) in ascending order, each with the number of its samples.
+    bars: Arc<[(u64, u64)]>,
+    count: u64,
     sum: u64,
     max: u64,
 }
@@ -36,9 +30,9 @@ pub struct Distribution {
 impl Distribution {
     /// No samples.
     pub fn empty() -> Self {
-        static EMPTY: LazyLock<Arc<Histogram<u64>>> = LazyLock::new(|| Arc::new(histogram()));
         Self {
-            histogram: EMPTY.clone(),
+            bars: Arc::default(),
+            count: 0,
             sum: 0,
             max: 0,
         }
@@ -46,7 +40,7 @@ impl Distribution {
 
     /// How many samples there are.
     pub fn count(&self) -> u64 {
-        self.histogram.len()
+        self.count
     }
 
     /// The sum of all samples.
@@ -57,33 +51,36 @@ impl Distribution {
     /// The mean in seconds, exact but for the last division; `None` without
     /// samples.
     pub fn mean_s(&self) -> Option<f64> {
-        let count = self.count();
-        (count > 0).then(|| self.sum as f64 / count as f64 / 1e9)
+        (self.count > 0).then(|| self.sum as f64 / self.count as f64 / 1e9)
     }
 
     /// The longest sample; `None` without samples.
     pub fn max(&self) -> Option<Duration> {
-        (self.count() > 0).then(|| Duration::from_nanos(self.max))
+        (self.count > 0).then(|| Duration::from_nanos(self.max))
     }
 
     /// The duration that the share `quantile` (0 to 1) of samples does not
     /// exceed; `None` without samples.
     pub fn quantile(&self, quantile: f64) -> Option<Duration> {
-        (self.count() > 0).then(|| {
-            let nanos = self.histogram.value_at_quantile(quantile);
-            Duration::from_nanos(nanos.min(self.max))
-        })
+        let rank = ((quantile * self.count as f64).ceil() as u64).max(1);
+        if rank >= self.count {
+            return self.max();
+        }
+        let mut up_to = 0;
+        let mut bars = self.bars();
+        let bar = bars.find(|(_, count)| {
+            up_to += count;
+            up_to >= rank
+        });
+        bar.map(|(duration, _)| duration)
     }
 
-    /// The histogram itself, in nanoseconds, for drawing.
-    pub fn histogram(&self) -> &Histogram<u64> {
-        &self.histogram
+    /// How many samples there are of which duration, in ascending order. Samples
+    /// within 0.1 % of each other count together, under their mean.
+    pub fn bars(&self) -> impl Iterator<Item = (Duration, u64)> {
+        let bars = self.bars.iter();
+        bars.map(|(nanos, count)| (Duration::from_nanos(*nanos.min(&self.max)), *count))
     }
-}
-
-fn histogram() -> Histogram<u64> {
-    // Fails only for more than five digits.
-    Histogram::new(DIGITS).expect("three digits are valid")
 }
 
 /// The reading side of a distribution: any number of clones, on any thread.
@@ -96,9 +93,18 @@ pub struct Meter(Arc<Counts>);
 struct Counts {
     /// Made when they are first needed: most meters see few octaves, and many
     /// see none.
-    octaves: [OnceLock<Box<[AtomicU64]>>; OCTAVES],
+    octaves: [OnceLock<Box<[Bucket]>>; OCTAVES],
     sum: AtomicU64,
     max: AtomicU64,
+}
+
+/// Samples that are counted together. Their mean stands for them: of equal
+/// samples it is their value, which neither end of the bucket is.
+#[derive(Debug)]
+struct Bucket {
+    count: AtomicU64,
+    /// By how much they exceed the least value of the bucket, in all.
+    excess: AtomicU64,
 }
 
 impl Meter {
@@ -116,17 +122,10 @@ impl Meter {
     /// be in the count already and in the mean only next time.
     pub fn read(&self) -> Distribution {
         let counts = &*self.0;
-        let mut recorded = counts.recorded().peekable();
-        if recorded.peek().is_none() {
-            return Distribution::empty();
-        }
-        let mut histogram = histogram();
-        for (value, count) in recorded {
-            // Grows as needed, which it can for any number of 64 bits.
-            let _ = histogram.record_n(value, count);
-        }
+        let bars: Arc<[(u64, u64)]> = counts.bars().collect();
         Distribution {
-            histogram: Arc::new(histogram),
+            count: bars.iter().map(|(_, count)| count).sum(),
+            bars,
             sum: counts.sum.load(Ordering::Relaxed),
             max: counts.max.load(Ordering::Relaxed),
         }
@@ -137,28 +136,42 @@ impl Counts {
     fn record(&self, nanos: u64) {
         let (octave, bucket) = place(nanos);
         let buckets = self.octaves[octave].get_or_init(|| {
-            let zeros = (0..BUCKETS).map(|_| AtomicU64::new(0));
-            zeros.collect()
+            let empty = (0..BUCKETS).map(|_| Bucket {
+                count: AtomicU64::new(0),
+                excess: AtomicU64::new(0),
+            });
+            empty.collect()
         });
-        bump(&buckets[bucket]);
-        let sum = self.sum.load(Ordering::Relaxed).saturating_add(nanos);
-        self.sum.store(sum, Ordering::Relaxed);
+        add(&buckets[bucket].excess, nanos - least(octave, bucket));
+        add(&buckets[bucket].count, 1);
+        add(&self.sum, nanos);
         if nanos > self.max.load(Ordering::Relaxed) {
             self.max.store(nanos, Ordering::Relaxed);
         }
     }
 
-    /// The buckets that are not empty: the least value of each, and its count.
-    fn recorded(&self) -> impl Iterator<Item = (u64, u64)> {
+    /// The buckets that are not empty: the mean of each, and its count.
+    fn bars(&self) -> impl Iterator<Item = (u64, u64)> {
         let octaves = self.octaves.iter().enumerate();
         let octaves = octaves.filter_map(|(octave, buckets)| Some((octave, buckets.get()?)));
         let buckets = octaves.flat_map(|(octave, buckets)| {
             let buckets = buckets.iter().enumerate();
-            buckets
-                .map(move |(bucket, count)| (least(octave, bucket), count.load(Ordering::Relaxed)))
+            buckets.map(move |(bucket, samples)| (octave, bucket, samples))
         });
-        buckets.filter(|(_, count)| *count > 0)
+        buckets.filter_map(|(octave, bucket, samples)| {
+            let count = samples.count.load(Ordering::Relaxed);
+            let excess = samples.excess.load(Ordering::Relaxed).checked_div(count)?;
+            // A sample that is being recorded may be in the one and not the other.
+            let excess = excess.min(width(octave) - 1);
+            Some((least(octave, bucket) + excess, count))
+        })
     }
+}
+
+/// Adds to a number that no other thread writes.
+fn add(sum: &AtomicU64, more: u64) {
+    let sum_so_far = sum.load(Ordering::Relaxed);
+    sum.store(sum_so_far.saturating_add(more), Ordering::Relaxed);
 }
 
 /// In which octave and bucket a value is counted.
@@ -172,8 +185,13 @@ fn place(value: u64) -> (usize, usize) {
 fn least(octave: usize, bucket: usize) -> u64 {
     match octave {
         0 => bucket as u64,
-        _ => ((BUCKETS + bucket) as u64) << (octave - 1),
+        _ => (BUCKETS + bucket) as u64 * width(octave),
     }
+}
+
+/// How many values a bucket of this octave counts.
+fn width(octave: usize) -> u64 {
+    1 << octave.saturating_sub(1)
 }
 
 /// The writing side of a distribution, owned by the one thread that measures.

@@ -1,0 +1,68 @@
+//! Units in which a prediction may be given.
+
+/// A unit: so many of a quantity's base unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unit {
+    quantity: Quantity,
+    /// Its size as a fraction of whole numbers, so that 700 ms are 0.7 s exactly.
+    size: (f64, f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Runs,
+    Rate,
+    Time,
+    /// One that no exercise asks for.
+    Other,
+}
+
+/// The units and their names.
+const UNITS: [(&[&str], Quantity, (f64, f64)); 10] = [
+    (&["", "run", "runs"], Quantity::Runs, (1.0, 1.0)),
+    (&["hz", "hertz"], Quantity::Rate, (1.0, 1.0)),
+    (&["khz"], Quantity::Rate, (1_000.0, 1.0)),
+    (
+        &["s", "sec", "secs", "second", "seconds"],
+        Quantity::Time,
+        (1.0, 1.0),
+    ),
+    (
+        &["ms", "msec", "millisecond", "milliseconds"],
+        Quantity::Time,
+        (1.0, 1_000.0),
+    ),
+    (
+        &["us", "µs", "microsecond", "microseconds"],
+        Quantity::Time,
+        (1.0, 1_000_000.0),
+    ),
+    (&["min", "minute", "minutes"], Quantity::Time, (60.0, 1.0)),
+    (&["h", "hour", "hours"], Quantity::Time, (3_600.0, 1.0)),
+    (
+        &["m", "cm", "mm", "km", "kg", "g", "deg", "degrees", "rad"],
+        Quantity::Other,
+        (1.0, 1.0),
+    ),
+    (
+        &["%", "percent", "°", "rpm", "fps", "steps", "messages"],
+        Quantity::Other,
+        (1.0, 1.0),
+    ),
+];
+
+impl Unit {
+    /// The unit of this name, in letters of any case.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        let name = name.to_lowercase();
+        let mut units = UNITS.into_iter();
+        let (_, quantity, size) = units.find(|(names, ..)| names.contains(&&*name))?;
+        Some(Self { quantity, size })
+    }
+
+    /// `number` of this unit in another one; `None` for another quantity.
+    pub(super) fn convert(self, number: f64, to: Self) -> Option<f64> {
+        let (many, parts) = (self.size.0 * to.size.1, self.size.1 * to.size.0);
+        (self.quantity == to.quantity).then(|| number * many / parts)
+    }
+}
