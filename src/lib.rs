@@ -7,10 +7,12 @@
 //! [`stability`] is what linear theory says before any of them is run.
 //!
 //! The library knows no terminal and no recordings: those are the business of the
-//! `ratelab` command. The one kind of file that it reads is the weights of a brain.
+//! `ratelab` command. The one kind of file that it reads is the weights of a brain; how
+//! [a file](file) is read with care it shares.
 
 pub mod cartpole;
 pub mod experiment;
+pub mod file;
 pub mod policy;
 pub mod runtime;
 pub mod stability;

@@ -16,7 +16,8 @@ fn any_knob() -> impl Strategy<Value = Knob> {
         rate().prop_map(Knob::ControlHz),
         rate().prop_map(Knob::SensorHz),
         (1..=1_000_000_usize).prop_map(|messages| Knob::QueueDepth(depth(messages))),
-        "[a-z./]{1,9}( [a-z]{1,5})?".prop_map(|text| Knob::Policy(text.parse().expect("a brain"))),
+        r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?"
+            .prop_map(|text| Knob::Policy(text.parse().expect("a brain"))),
     ]
 }
 
@@ -118,4 +119,24 @@ fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
         let error = parse_knobs(&format!("# first\n0 control-hz 10\n{line}")).expect_err(line);
         assert_eq!(error.to_string(), format!("line 3: {value:?} {expected}"));
     }
+}
+
+#[test]
+fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
+    let policy = |path: &str| knob(2.5, Knob::Policy(path.parse().expect("a brain")));
+    for (line, path) in [
+        ("2.5 policy ./a#b.pt", "./a#b.pt"),
+        ("2.5 policy ./a#b.pt # ./c.pt", "./a#b.pt"),
+        ("2.5 policy ./a.pt\t#b.pt", "./a.pt"),
+        (r"2.5 policy ./a \#b.pt # c", "./a #b.pt"),
+        (r"2.5 policy \#a", "#a"),
+        (r"2.5 policy ./a\#b \\#c", r"./a\#b \#c"),
+    ] {
+        assert_eq!(parse_knobs(line), Ok(vec![policy(path)]), "{line}");
+        assert_eq!(
+            parse_knobs(&policy(path).to_string()),
+            Ok(vec![policy(path)])
+        );
+    }
+    assert_eq!(policy("./a#b.pt").to_string(), "2.5 policy ./a#b.pt");
 }

@@ -3,7 +3,7 @@
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 
-use crate::{cli::Cli, error::Error, run::say};
+use crate::{cli::Cli, error::Error, output::say};
 
 /// Prints the script for `shell`.
 pub fn completions(shell: Shell) -> Result<(), Error> {

@@ -14,7 +14,7 @@ use ratelab::{
 
 /// Names and units of the columns. Observation and action are f32, written with
 /// as many digits as it takes to recover their bits.
-const HEADER: &str = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
+pub const HEADER: &str = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
                       pole_angular_velocity_rad_s,action,latency_s";
 
 /// Control steps that may wait to be written before rows are lost to a real

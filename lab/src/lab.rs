@@ -7,8 +7,9 @@ use crate::{
     dashboard::{self, LabError, Options, Setup, keys, view::theme::Theme},
     error::Error,
     options::{self, Usual},
+    output::{Outputs, record_error, say, tell_recorded},
     recording::Destination,
-    run::{Outputs, record_error, say, tell_recorded},
+    run::{plan, tell},
 };
 
 /// What is done here can be done again, so virtual time is what it starts with.
@@ -23,19 +24,20 @@ const USUAL: Usual = Usual {
 pub fn lab(args: &LabArgs) -> Result<(), Error> {
     let config = options::config(&args.run, &USUAL)?;
     need_terminal("the lab needs a terminal to draw on: try ratelab run")?;
-    let outputs = Outputs::prepare(&args.run)?;
+    let outputs = Outputs::beside_csv(&plan(&args.run, &config))?;
     let realtime = options::realtime(&args.run.graph);
     let setup = Setup {
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: args.run.record.clone().map(Destination::new),
     };
-    let left = dashboard::show(&config, setup, &screen(&args.screen)).map_err(refusal)?;
+    let left = dashboard::show(&config, setup, &screen(&args.screen));
+    let left = left.map_err(|error| refusal(args, error))?;
     for recorded in &left.recorded {
         tell_recorded(args.run.json, recorded)?;
     }
     let ended = left.ended?;
-    outputs.tell(&args.run, &ended.summary, realtime, ended.csv_lost)?;
+    tell(&args.run, outputs, &ended.summary, realtime, ended.csv_lost)?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
@@ -48,11 +50,12 @@ pub fn need_terminal(why: &str) -> Result<(), Error> {
     }
 }
 
-/// A recording that cannot begin is the fault of what was asked for.
-fn refusal(error: LabError) -> Error {
-    match error {
-        LabError::Record { path, why } => record_error(&path, &why),
-        error => error.into(),
+/// Files that cannot be made are the fault of what was asked for.
+fn refusal(args: &LabArgs, error: LabError) -> Error {
+    match (error, &args.run.csv) {
+        (LabError::Record { path, why }, _) => record_error(&path, &why),
+        (LabError::Csv(why), Some(path)) => Error::unwritable("--csv", path, &why),
+        (error, _) => error.into(),
     }
 }
 

@@ -1,5 +1,8 @@
 //! The `ratelab` command.
 
+// Errors go through `output`, which makes them fit for a terminal.
+#![warn(clippy::print_stderr)]
+
 mod bins;
 mod cli;
 mod completions;
@@ -11,11 +14,14 @@ mod lab;
 mod man;
 mod metrics;
 mod options;
+mod output;
+mod printable;
 mod recording;
 mod replay;
 mod report;
 mod review;
 mod run;
+mod signals;
 mod sweep;
 mod version;
 
@@ -26,6 +32,7 @@ use clap::Parser;
 use cli::{Cli, Command};
 
 fn main() -> ExitCode {
+    signals::outlive_size_limit();
     let outcome = match Cli::try_parse() {
         Ok(cli) => match &cli.command {
             None => lab::lab(&cli.lab),
@@ -42,11 +49,9 @@ fn main() -> ExitCode {
         },
         Err(error) => cli::explain(&error),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            error.exit_code()
-        }
+    if let Err(error) = &outcome {
+        output::error(error);
     }
+    let signal = signals::exit_code().map(ExitCode::from);
+    signal.unwrap_or_else(|| outcome.map_or_else(|error| error.exit_code(), |()| ExitCode::SUCCESS))
 }

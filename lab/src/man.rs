@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{Cli, EXAMPLES},
     error::Error,
-    run::say,
+    output::say,
     version,
 };
 
@@ -35,10 +35,11 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
                 "The input is bad: an option, a value, or a file that is not what it should be.",
             ),
             (
-                "130",
-                "Ctrl-C ended it at once. A run and a sweep end in order at the first, with 0 \
-                 and with 1 and what was done so far, and at once at the second. In the lab \
-                 Ctrl-C is the key q.",
+                "128 + n",
+                "Signal n ended it: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. At \
+                 the first a run, a sweep and the lab end in order and write what was done so \
+                 far; a second Ctrl-C or SIGTERM ends them at once. In the lab Ctrl-C is the \
+                 key q.",
             ),
         ],
     ),

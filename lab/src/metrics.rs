@@ -8,7 +8,7 @@ use ratelab::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::{report::saw_the_wall, run::Notes};
+use crate::report::{Notes, saw_the_wall};
 
 /// The metrics as JSON: first the keys of the course's artifact, then ours.
 ///

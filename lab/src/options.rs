@@ -1,16 +1,18 @@
 //! From what was typed to a configuration.
 
-use std::{fmt, fs, path::Path};
+use std::{fmt, path::Path};
 
 use ratelab::{
     cartpole::CONTROL_HZ,
     experiment::{BROKEN_HZ, Config, TimedKnob, parse_knobs},
+    file::{self, FileError},
     runtime::{ClockKind, Hz, Speed, Time, clock::Realtime},
 };
 
 use crate::{
     cli::{ClockArg, GraphArgs, RunArgs},
     error::Error,
+    output::note,
 };
 
 /// What holds where nothing is said.
@@ -23,6 +25,9 @@ pub struct Usual {
     /// How fast virtual time passes.
     pub speed: Speed,
 }
+
+/// The largest file of knobs that is read (bytes): some million of them.
+const MOST_KNOBS: u64 = 16 << 20;
 
 /// Run time of `--smoke`.
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
@@ -90,9 +95,16 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
 }
 
 fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
-    let text = fs::read_to_string(path).map_err(|why| Error::file("--knobs", path, &why))?;
     let refused =
         |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
+    let content = file::read(path, MOST_KNOBS).map_err(|error| match error {
+        FileError::Unreadable(why) => Error::file("--knobs", path, &why),
+        other => refused(&format!(
+            "expected a text file of {MOST_KNOBS} bytes at most, {other}"
+        )),
+    })?;
+    let text = String::from_utf8(content);
+    let text = text.map_err(|_| refused(&"expected a text file in UTF-8, found other bytes"))?;
     let knobs = parse_knobs(&text).map_err(|error| refused(&error))?;
     let pinned = knobs.into_iter().map(TimedKnob::pinned);
     pinned
@@ -105,7 +117,7 @@ fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
 pub fn realtime(args: &GraphArgs) -> Option<Result<Realtime, String>> {
     let asked = args.realtime.then(Realtime::request)?;
     Some(asked.map_err(|refusal| {
-        eprintln!("note: --realtime: {refusal}");
+        note(&format!("--realtime: {refusal}"));
         refusal.to_string()
     }))
 }

@@ -11,6 +11,7 @@ use crate::{
     dashboard,
     error::Error,
     lab::{need_terminal, screen},
+    output::note,
     recording::{ReadError, Recording},
     review::defect,
 };
@@ -74,7 +75,9 @@ fn check_viewer(version: Option<&str>) -> Result<(), Error> {
     };
     if version != ours {
         let advice = advice();
-        eprintln!("note: this viewer is rerun {version}, recordings are made for {ours}: {advice}");
+        note(&format!(
+            "this viewer is rerun {version}, recordings are made for {ours}: {advice}"
+        ));
     }
     Ok(())
 }

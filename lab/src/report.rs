@@ -11,7 +11,22 @@ use ratelab::{
     },
 };
 
-use crate::{recording::Recorded, run::Notes};
+use crate::recording::Recorded;
+
+/// What is to be said of a run beside its summary.
+#[derive(Default)]
+pub struct Notes {
+    /// `--break` was given.
+    pub break_bug: bool,
+    /// `--smoke` was given.
+    pub smoke: bool,
+    /// What became of `--realtime`; `None` if it was not given.
+    pub realtime: Option<Result<(), String>>,
+    /// Rows that the CSV writer lost.
+    pub csv_lost: u64,
+    /// Why it is not known how the run ended, if it is not.
+    pub open: Option<String>,
+}
 
 /// The summary in a few lines.
 pub fn text(summary: &Summary, notes: &Notes) -> String {

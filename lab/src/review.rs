@@ -10,9 +10,9 @@ use ratelab::runtime::Time;
 
 use crate::{
     error::Error,
+    output::{self, say},
     recording::{Origin, Outcome, Recording, Retold, schema::End, verify},
-    report,
-    run::{Notes, say},
+    report::{self, Notes},
 };
 
 /// Prints what a recording is of and what the run came to.
@@ -95,7 +95,7 @@ fn verify_several(files: &[PathBuf]) -> Result<(), Error> {
     let mut failed = 0;
     for file in files {
         if let Err(error) = verify_one(file) {
-            eprintln!("error: {error}");
+            output::error(&error);
             failed += 1;
         }
     }

@@ -246,10 +246,94 @@ fn an_interrupt_ends_the_run_in_order_with_its_summary() {
     assert!(kill.expect("kill").success());
     std::io::copy(&mut rows, &mut std::io::sink()).expect("rows");
     let output = child.wait_with_output().expect("ended");
-    assert!(output.status.success());
+    assert_eq!(output.status.code(), Some(130));
     assert!(
         text(&output.stdout).contains("STOPPED"),
         "{}",
         text(&output.stdout)
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn knobs_are_read_from_ordinary_files_of_reasonable_size_only() {
+    let folder = TempDir::new().expect("folder");
+    let pipe = path(&folder, "pipe");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo").success());
+    let large = path(&folder, "large");
+    let file = fs::File::create(&large).expect("made");
+    file.set_len(1 << 32).expect("longer");
+    for (knobs, found) in [
+        ("/dev/zero", "no ordinary file"),
+        (&pipe, "no ordinary file"),
+        ("/", "found a directory"),
+        (&large, "found 4294967296 bytes"),
+    ] {
+        let said = common::complaint(&ratelab(&["run", "--smoke", "--knobs", knobs]), 2);
+        assert!(said.contains(knobs) && said.contains(found), "{said}");
+    }
+}
+
+#[test]
+fn a_path_with_a_hash_can_be_a_knob_and_is_printed_as_it_is_read() {
+    let folder = TempDir::new().expect("folder");
+    let knobs = path(&folder, "knobs");
+    for name in ["a#b.pt", "a #b.pt"] {
+        let brain = path(&folder, name);
+        fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
+        let escaped = brain.replace(" #", r" \#");
+        fs::write(&knobs, format!("0.5 policy {escaped} # swap\n")).expect("file");
+        for _ in 0..2 {
+            let output = ratelab(&["run", "--smoke", "--knobs", &knobs]);
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            let said = text(&output.stdout);
+            let line = said.lines().find_map(|line| line.strip_prefix("knob"));
+            let line = line.expect("a knob").trim();
+            assert!(
+                line.starts_with(&format!("0.5 policy {escaped}@")),
+                "{line}"
+            );
+            fs::write(&knobs, line).expect("file");
+        }
+    }
+}
+
+#[test]
+fn an_error_is_a_line_that_does_nothing_to_the_terminal() {
+    let folder = TempDir::new().expect("folder");
+    let said = common::complaint(&ratelab(&["run", "--policy", "\u{1b}[31mred\u{202e}"]), 2);
+    assert!(said.contains(r"\u{1b}[31mred\u{202e}: expected"), "{said}");
+    let said = common::complaint(&ratelab(&["\u{9b}31m"]), 2);
+    assert!(said.contains(r"\u{9b}31m"), "{said}");
+    let knobs = path(&folder, "knobs");
+    fs::write(&knobs, "x".repeat(100_000)).expect("file");
+    let said = common::complaint(&ratelab(&["run", "--knobs", &knobs]), 2);
+    assert!(said.len() < 2_000, "{} bytes", said.len());
+    assert!(
+        said.contains("is not a timed knob: expected seconds"),
+        "{said}"
+    );
+}
+
+#[test]
+fn help_that_cannot_be_printed_is_an_error_and_a_closed_pipe_is_none() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    for option in ["--help", "--version"] {
+        let full = fs::File::options().write(true).open("/dev/full");
+        let output = common::command()
+            .arg(option)
+            .stdout(full.expect("open"))
+            .output()
+            .expect("ratelab starts");
+        let said = common::complaint(&output, 1);
+        assert!(said.contains("cannot write to standard output"), "{said}");
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let closed = common::command().arg(option).stdout(writer).output();
+        let closed = closed.expect("ratelab starts");
+        assert!(closed.status.success(), "{}", text(&closed.stderr));
+    }
 }

@@ -222,8 +222,8 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("ratelab starts");
-    // The file says that the handler stands.
-    while fs::metadata(&csv).is_err() {
+    // An unfinished file says that the handler stands.
+    while folder.path().read_dir().expect("folder").count() == 0 {
         thread::sleep(Duration::from_millis(5));
     }
     thread::sleep(Duration::from_millis(300));
@@ -231,7 +231,7 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
     let kill = Command::new("kill").args(["-INT", &pid]).status();
     assert!(kill.expect("kill").success());
     let output = child.wait_with_output().expect("ended");
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(130));
     let swept: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let done = swept["runs"].as_u64().expect("a number");
     assert!(done < 100_000);
@@ -241,4 +241,29 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
     assert_eq!(rows.lines().count() as u64, done + 1);
     let said = text(&output.stderr);
     assert!(said.contains(&format!("{done} of 100000 runs")), "{said}");
+}
+
+#[test]
+fn a_comma_in_a_path_has_a_backslash_before_it_and_quotes_in_the_rows() {
+    let folder = TempDir::new().expect("folder");
+    let brain = path(&folder, "a,b.pt");
+    fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
+    let policies = format!("lqr,{},zero", brain.replace(',', r"\,"));
+    let csv = path(&folder, "rows.csv");
+    let args = ["--control-hz", "5", "--seeds", "0", "--policy", &policies];
+    let swept = json(&[&args[..], &["--csv", &csv]].concat());
+    let cells = swept["cells"].as_array().expect("cells");
+    let names: Vec<_> = cells.iter().map(|cell| &cell["policy"]).collect();
+    assert_eq!(names, ["lqr", "a,b.pt", "zero"]);
+    let rows = fs::read_to_string(csv).expect("rows");
+    let row = rows.lines().nth(2).expect("a row");
+    assert!(row.starts_with(&format!("\"{brain}@sha256:")), "{row}");
+    assert!(row.contains("\",50,1,5,0,"), "{row}");
+}
+
+#[test]
+fn policies_can_be_given_one_by_one() {
+    let args = ["--control-hz", "5", "--seeds", "0", "--policy", "lqr"];
+    let swept = json(&[&args[..], &["--policy", "zero,random"]].concat());
+    assert_eq!(swept["cells"].as_array().expect("cells").len(), 3);
 }

@@ -90,15 +90,17 @@ fn what_is_written_is_of_the_last_run() {
 }
 
 #[test]
-fn a_termination_signal_gives_the_terminal_back() {
+fn a_termination_signal_gives_the_terminal_back_and_prints_the_summary() {
     let mut lab = Lab::open(&["--clock", "real"], 24, 80);
     lab.wait_for("BALANCED so far");
     let pid = lab.child.process_id().expect("running").to_string();
     let kill = Command::new("kill").args(["-TERM", &pid]).status();
     assert!(kill.expect("kill").success());
     let (status, parser) = lab.close();
-    assert!(status.success());
+    assert_eq!(status.exit_code(), 143);
     assert_given_back(&parser);
+    let said = parser.screen().contents();
+    assert!(said.contains("STOPPED"), "{said}");
 }
 
 #[test]
@@ -222,4 +224,49 @@ fn a_cell_of_the_cliff_map_runs_live() {
     for line in ["seed 1", "control 5 Hz", "queue depth 2", "FELL at 1.180 s"] {
         assert!(said.contains(line), "{line:?} is missing in\n{said}");
     }
+}
+
+#[test]
+fn a_lab_that_is_refused_changes_no_file_and_makes_none() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let at = |name: &str| folder.path().join(name);
+    let old = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
+               pole_angular_velocity_rad_s,action,latency_s\nrows";
+    std::fs::write(at("old.csv"), old).expect("written");
+    std::fs::write(at("taken.rrd"), "mine").expect("written");
+    for csv in ["old.csv", "new.csv"] {
+        let args = ["lab", "--csv", csv, "--record", "taken.rrd", "--out", "a/b"];
+        let lab = Lab::open_in(folder.path(), &args, 24, 80);
+        let (status, parser) = lab.close();
+        let said = parser.screen().contents();
+        assert_eq!(status.exit_code(), 2, "{said}");
+        assert!(said.contains("taken.rrd: there is such a file"), "{said}");
+        assert_eq!(folder.path().read_dir().expect("folder").count(), 2);
+        assert_eq!(std::fs::read_to_string(at("old.csv")).expect("rows"), old);
+    }
+}
+
+#[test]
+fn a_limit_on_the_size_of_files_gives_the_terminal_back() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let program = env!("CARGO_BIN_EXE_ratelab");
+    let line = format!("ulimit -f 40; exec '{program}' --csv rows.csv --speed 100");
+    let mut shell = CommandBuilder::new("sh");
+    shell.args(["-c", &line]);
+    shell.cwd(folder.path());
+    let mut lab = Lab::start(shell, 24, 80);
+    lab.wait_for("BALANCED so far");
+    // The limit is 20,480 bytes: some 250 rows, or five seconds of run time.
+    let csv = folder.path().join("rows.csv");
+    let deadline = Instant::now() + PATIENCE;
+    while csv.metadata().expect("rows").len() < 20_480 {
+        assert!(Instant::now() < deadline, "the limit is never reached");
+        thread::sleep(Duration::from_millis(5));
+    }
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert_eq!(status.exit_code(), 1);
+    assert_given_back(&parser);
+    let said = parser.screen().contents();
+    assert!(said.contains("--csv: File too large"), "{said}");
 }

@@ -109,7 +109,8 @@ impl Knob {
 }
 
 /// A knob to be turned at a run time. As text: the seconds, then the knob,
-/// such as `2.5 control-hz 10`.
+/// such as `2.5 control-hz 10`. A `#` that would begin a comment is `\#`; see
+/// [`parse_knobs`].
 ///
 /// ```
 /// use ratelab::experiment::{Knob, TimedKnob};
@@ -161,12 +162,9 @@ impl fmt::Display for TimedKnob {
         let decimals = format!("{:09}", nanos % 1_000_000_000);
         let decimals = decimals.trim_end_matches('0');
         let point = if decimals.is_empty() { "" } else { "." };
-        write!(
-            f,
-            "{}{point}{decimals} {}",
-            nanos / 1_000_000_000,
-            self.knob
-        )
+        let seconds = nanos / 1_000_000_000;
+        let knob = escaped(&self.knob.to_string());
+        write!(f, "{seconds}{point}{decimals} {knob}")
     }
 }
 
@@ -174,8 +172,9 @@ impl FromStr for TimedKnob {
     type Err = KnobError;
 
     fn from_str(line: &str) -> Result<Self, KnobError> {
+        let line = unescaped(line);
         let shape = || KnobError::Shape(line.trim().to_owned());
-        let (at, knob) = first_word(line).ok_or_else(shape)?;
+        let (at, knob) = first_word(&line).ok_or_else(shape)?;
         let (name, value) = first_word(knob).ok_or_else(shape)?;
         // Only a path may have spaces in it.
         if name != "policy" && value.contains(char::is_whitespace) {
@@ -192,6 +191,47 @@ impl FromStr for TimedKnob {
 fn first_word(text: &str) -> Option<(&str, &str)> {
     let (word, rest) = text.trim().split_once(char::is_whitespace)?;
     Some((word, rest.trim_start()))
+}
+
+/// Where comments begin in `line`, or would if it were not for backslashes before
+/// the `#`: at its start and after white space. For each, its place and the number
+/// of backslashes.
+fn hashes(line: &str) -> impl Iterator<Item = (usize, usize)> {
+    line.match_indices('#').filter_map(|(place, _)| {
+        let before = line.get(..place).unwrap_or_default();
+        let bare = before.trim_end_matches('\\');
+        let begins = bare.is_empty() || bare.ends_with(char::is_whitespace);
+        begins.then(|| (place, before.len() - bare.len()))
+    })
+}
+
+/// `line` without its comment.
+fn uncommented(line: &str) -> &str {
+    let comment = hashes(line).find(|(_, backslashes)| *backslashes == 0);
+    comment
+        .and_then(|(place, _)| line.get(..place))
+        .unwrap_or(line)
+}
+
+/// `text` with a backslash more before each `#` that would begin a comment.
+fn escaped(text: &str) -> String {
+    let mut escaped = text.to_owned();
+    let places: Vec<usize> = hashes(text).map(|(place, _)| place).collect();
+    for place in places.into_iter().rev() {
+        escaped.insert(place, '\\');
+    }
+    escaped
+}
+
+/// `text` with a backslash less before each `#` that would begin a comment.
+fn unescaped(text: &str) -> String {
+    let mut unescaped = text.to_owned();
+    let escapes = hashes(text).filter(|(_, backslashes)| *backslashes > 0);
+    let places: Vec<usize> = escapes.map(|(place, _)| place - 1).collect();
+    for place in places.into_iter().rev() {
+        unescaped.remove(place);
+    }
+    unescaped
 }
 
 /// A line that turns no knob.
@@ -227,16 +267,17 @@ pub enum KnobError {
     },
 }
 
-/// Reads a list of timed knobs, one per line. Empty lines and what follows a
-/// `#` do not count.
+/// Reads a list of timed knobs, one per line. Empty lines and comments do not
+/// count: from a `#` at the start of a line or after white space to its end. In a
+/// path such a `#` is written `\#`.
 ///
 /// # Errors
 /// [`KnobError::Line`] names the first line that is not understood.
 pub fn parse_knobs(text: &str) -> Result<Vec<TimedKnob>, KnobError> {
-    let lines = text.lines().enumerate().map(|(index, line)| {
-        let content = line.split('#').next().unwrap_or_default();
-        (index + 1, content.trim())
-    });
+    let lines = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, uncommented(line).trim()));
     lines
         .filter(|(_, content)| !content.is_empty())
         .map(|(line, content)| {

@@ -11,7 +11,7 @@ use super::{
     network::{Mlp, Network, WeightsError, read_weights},
     onnx::{Model, OnnxError, is_onnx},
 };
-use crate::runtime::Hz;
+use crate::{file::FileError, runtime::Hz};
 
 /// Which brain is to decide. As text: the name of one that is built in, or else
 /// the path of a file; a file that is called like a built-in is `./scripted`.
@@ -216,4 +216,15 @@ pub enum BrainErrorKind {
     /// The regulator could not be worked out.
     #[error(transparent)]
     Lqr(#[from] LqrError),
+}
+
+impl From<FileError> for BrainErrorKind {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::NoFile(what) => Self::NoFile(what),
+            FileError::TooLarge(bytes) => Self::TooLarge(bytes),
+            FileError::Unreadable(why) if why.kind() == io::ErrorKind::NotFound => Self::Missing,
+            FileError::Unreadable(why) => Self::Unreadable(why),
+        }
+    }
 }

@@ -1,14 +1,11 @@
 //! A file that a brain comes from.
 
-use std::{
-    fmt,
-    fs::{self, File},
-    io::{self, Read},
-};
+use std::{fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
 
 use super::{Digest, brain::BrainErrorKind};
+use crate::file;
 
 /// The largest file that is read as a brain (bytes): 16 MiB, many times what a
 /// network needs that is to think a thousand times a second.
@@ -48,37 +45,12 @@ impl BrainFile {
 
     /// What it contains.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), BrainErrorKind> {
-        let content = self.read_any()?;
+        let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
         let found = Digest::of(&content);
         match self.sha256 {
             Some(expected) if expected != found => Err(BrainErrorKind::Changed { expected, found }),
             _ => Ok((content, found)),
         }
-    }
-
-    fn read_any(&self) -> Result<Vec<u8>, BrainErrorKind> {
-        let about = fs::metadata(&self.path).map_err(|why| match why.kind() {
-            io::ErrorKind::NotFound => BrainErrorKind::Missing,
-            _ => BrainErrorKind::Unreadable(why),
-        })?;
-        if about.is_dir() {
-            return Err(BrainErrorKind::NoFile("a directory"));
-        }
-        if !about.is_file() {
-            // A pipe may never end, or never begin.
-            return Err(BrainErrorKind::NoFile("something that is no ordinary file"));
-        }
-        if about.len() > LARGEST_FILE {
-            return Err(BrainErrorKind::TooLarge(about.len()));
-        }
-        // No more than that, as it is small enough.
-        let mut content = Vec::with_capacity(about.len() as usize);
-        let file = File::open(&self.path).map_err(BrainErrorKind::Unreadable)?;
-        // It may have grown since.
-        file.take(LARGEST_FILE)
-            .read_to_end(&mut content)
-            .map_err(BrainErrorKind::Unreadable)?;
-        Ok(content)
     }
 }
 

@@ -2,15 +2,12 @@
 
 use clap::error::ErrorKind;
 
-use crate::error::Error;
+use crate::{error::Error, output::printed};
 
 /// Prints what was asked for, such as help, or makes one line of an error.
 pub fn explain(error: &clap::Error) -> Result<(), Error> {
     match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            let _ = error.print(); // Nobody is left to tell if it cannot be printed.
-            Ok(())
-        }
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => printed(error.print()),
         kind => Err(Error::BadInput(one_line(kind, &error.to_string()))),
     }
 }

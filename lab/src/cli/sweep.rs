@@ -1,11 +1,11 @@
 //! What a sweep can be asked for.
 
-use std::{num::NonZeroUsize, path::PathBuf};
+use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{Args, ValueHint};
 use ratelab::{
     experiment::sweep::Axis,
-    policy::Brain,
+    policy::{Brain, UnknownPolicy},
     runtime::{Depth, Hz, Time},
 };
 
@@ -59,15 +59,14 @@ pub struct SweepArgs {
     pub queue_depth: Axis<Depth>,
 
     /// The brains, with commas in between: scripted, lqr, zero, random, or files of
-    /// weights.
+    /// weights (a comma in a path is \,).
     #[arg(
         long,
         value_name = "LIST",
         default_value = "scripted",
-        value_delimiter = ',',
         value_hint = ValueHint::FilePath
     )]
-    pub policy: Vec<Brain>,
+    pub policy: Vec<Brains>,
 
     /// Run time of each in seconds [default: 10]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]
@@ -102,6 +101,32 @@ pub struct SweepArgs {
     /// Draw with ASCII characters only.
     #[arg(long, help_heading = heading::OUTPUT)]
     pub ascii: bool,
+}
+
+/// Several brains. As text they have commas in between; one that is part of a
+/// path has a backslash before it.
+#[derive(Clone, Debug)]
+pub struct Brains(pub Vec<Brain>);
+
+impl FromStr for Brains {
+    type Err = UnknownPolicy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
+        let mut names = vec![String::new()];
+        for piece in text.split_inclusive(',') {
+            let mut name = names.pop().unwrap_or_default();
+            match (piece.strip_suffix("\\,"), piece.strip_suffix(',')) {
+                (Some(start), _) => names.push(name + start + ","),
+                (None, Some(end)) => names.extend([name + end, String::new()]),
+                (None, None) => {
+                    name.push_str(piece);
+                    names.push(name);
+                }
+            }
+        }
+        let brains = names.iter().map(|name| name.parse());
+        brains.collect::<Result<_, _>>().map(Self)
+    }
 }
 
 /// The most threads that are accepted.

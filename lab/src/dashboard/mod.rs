@@ -27,7 +27,7 @@ mod tests;
 pub mod view;
 
 use std::{
-    io::{self, Write},
+    io,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -48,7 +48,7 @@ pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
 use view::{Shown, theme::Theme};
 
-use crate::recording::Recording;
+use crate::{output, recording::Recording, signals};
 
 /// What a dashboard is of, and how keys change it.
 trait Model {
@@ -117,22 +117,20 @@ const GRACE: Duration = Duration::from_secs(2);
 /// SIGTERM and the like end the dashboard as the key does. When the terminal
 /// itself is gone, reading keys from it may never return (crossterm 0.29 reads
 /// its end again and again), and a node may be stuck: then the program just
-/// ends.
+/// ends, as it does at a second signal.
 fn quit_on_signal() -> Arc<AtomicBool> {
     let quit = Arc::new(AtomicBool::new(false));
     let asked = quit.clone();
-    // Without the handler a signal ends the program as it always did.
-    let _ = ctrlc::set_handler(move || {
+    let first = move || {
         asked.store(true, Ordering::Relaxed);
-        std::thread::sleep(GRACE);
-        terminal::restore();
-        // The terminal may be gone, and then there is nobody to tell.
-        let _ = writeln!(
-            io::stderr(),
-            "error: the run did not end in order: a node is still busy"
-        );
-        std::process::exit(1);
-    });
+        std::thread::spawn(|| {
+            std::thread::sleep(GRACE);
+            terminal::restore();
+            output::error(&"the run did not end in order: a node is still busy");
+            signals::end_at_once();
+        });
+    };
+    signals::watch(first, terminal::restore);
     quit
 }
 

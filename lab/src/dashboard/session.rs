@@ -1,7 +1,6 @@
 //! One experiment running on a thread of its own, as the dashboard holds it.
 
 use std::{
-    fs::File,
     path::PathBuf,
     thread::JoinHandle,
     time::{Duration, Instant},
@@ -17,6 +16,7 @@ use ratelab::{
 use super::{error::LabError, sampler::Watched};
 use crate::{
     csv,
+    output::Live,
     recording::{Destination, Ending, Recorder, Source},
 };
 
@@ -73,14 +73,16 @@ impl Session {
         record: Option<&mut Destination>,
     ) -> Result<Self, LabError> {
         let experiment = Experiment::new(config)?;
-        let csv = setup.csv.as_ref().map(File::create).transpose();
-        let csv = csv.map_err(LabError::Csv)?;
+        let csv = setup.csv.as_deref().map(Live::open).transpose();
+        let mut csv = csv.map_err(LabError::Csv)?;
         let source = Source::of(&experiment, config);
         let recorder = record.map(|record| {
             let begun = record.claim(config, |path| Recorder::from_the_start(path, &source));
             begun.map_err(|(path, why)| LabError::Record { path, why })
         });
         let recorder = recorder.transpose()?.map(|(_, recorder)| recorder);
+        let csv = csv.as_mut().map(Live::begin).transpose();
+        let csv = csv.map_err(LabError::Csv)?;
         let csv = csv.map(|file| csv::Writer::start(file, &experiment));
         let session = Self::begin(experiment, config, source, setup.realtime.clone());
         Ok(Self {

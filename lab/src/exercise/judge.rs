@@ -15,9 +15,9 @@ use ratelab::{
 
 use crate::{
     error::Error,
+    output::say,
     recording::{ReadError, Recording, schema::End},
     review::defect,
-    run::say,
 };
 
 /// Number of the exercise that is done by hand.

@@ -9,7 +9,7 @@ use std::{
 use exercises::practice::{Answers, Brief, Exercise, Prediction};
 
 use super::WIDTH;
-use crate::{cli::ExerciseArgs, error::Error, run::say};
+use crate::{cli::ExerciseArgs, error::Error, output::say};
 
 /// Does `exercise` with the learner whose predictions are in `file`.
 pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {

@@ -18,7 +18,7 @@ pub use self::{
 use crate::{
     cli::{ExerciseArgs, Wanted},
     error::Error,
-    run::say,
+    output::say,
 };
 
 /// Columns of text.

@@ -19,6 +19,7 @@ use super::{
     timeline::RUN_TIME,
     tracks::NANOS_PER_MICRO,
 };
+use crate::printable::is_control;
 
 /// What was found in a file so far.
 #[derive(Default)]
@@ -183,9 +184,20 @@ fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
 
 fn make_printable(value: &mut Value) {
     match value {
-        Value::String(text) => *text = text.replace(char::is_control, "?"),
+        Value::String(text) => *text = text.replace(is_control, "?"),
         Value::Array(values) => values.iter_mut().for_each(make_printable),
         Value::Object(map) => map.values_mut().for_each(make_printable),
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parsed;
+
+    #[test]
+    fn a_text_from_a_file_does_nothing_to_a_terminal() {
+        let text = parsed::<String>(r#""a\u001b[31m\u202eb""#);
+        assert_eq!(text.as_deref(), Some("a?[31m?b"));
     }
 }

@@ -1,12 +1,14 @@
 //! From a file back to what happened.
 
 use std::{
-    fs::{self, File},
-    io::{self, Read},
+    io,
     path::{Path, PathBuf},
 };
 
-use ratelab::runtime::{Fields, Message, Ticked, Time, telemetry::Event};
+use ratelab::{
+    file::{self, FileError},
+    runtime::{Fields, Message, Ticked, Time, telemetry::Event},
+};
 use thiserror::Error;
 
 use super::{
@@ -244,17 +246,11 @@ fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
 }
 
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    // Opened only if it is one: opening a pipe may wait for ever.
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("this is not a file"));
-    }
-    let mut bytes = Vec::new();
-    File::open(path)?
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST {
-        let what = format!("this file is longer than what is read, {LARGEST} bytes");
-        return Err(io::Error::other(what));
-    }
-    Ok(bytes)
+    file::read(path, LARGEST).map_err(|error| match error {
+        FileError::Unreadable(why) => why,
+        FileError::NoFile(_) => io::Error::other("this is not a file"),
+        FileError::TooLarge(_) => io::Error::other(format!(
+            "this file is longer than what is read, {LARGEST} bytes"
+        )),
+    })
 }

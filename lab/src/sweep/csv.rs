@@ -1,6 +1,7 @@
 //! One row per run.
 
 use std::{
+    borrow::Cow,
     fs::File,
     io::{self, BufWriter, Write},
 };
@@ -8,7 +9,7 @@ use std::{
 use ratelab::experiment::sweep::Swept;
 
 /// Names and units of the columns.
-const HEADER: &str = "policy,sensor_hz,queue_depth,control_hz,seed,cause_of_end,steps,sim_time_s,\
+pub const HEADER: &str = "policy,sensor_hz,queue_depth,control_hz,seed,cause_of_end,steps,sim_time_s,\
                       mean_latency_s,obs_dropped,action_dropped,final_pole_angle_rad";
 
 /// Writes the runs that were made, in the order of the sweep.
@@ -20,7 +21,7 @@ pub fn write(file: File, swept: &Swept) -> io::Result<()> {
         writeln!(
             out,
             "{},{},{},{},{},{},{},{},{},{},{},{}",
-            cell.policy,
+            field(&cell.policy.to_string()),
             cell.sensor_hz.get(),
             cell.queue_depth,
             cell.control_hz.get(),
@@ -35,4 +36,13 @@ pub fn write(file: File, swept: &Swept) -> io::Result<()> {
         )?;
     }
     out.flush()
+}
+
+/// A text as RFC 4180 has it, which may hold commas.
+fn field(text: &str) -> Cow<'_, str> {
+    if text.contains([',', '"', '\n', '\r']) {
+        Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(text)
+    }
 }

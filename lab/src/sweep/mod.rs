@@ -19,20 +19,21 @@ mod theory;
 use std::{
     io::{IsTerminal, stdout},
     ops::ControlFlow,
-    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
 };
 
-use ratelab::experiment::sweep::{Swept, all_cores};
+use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
 
 use crate::{
     cli::SweepArgs,
     error::Error,
     lab::theme,
-    run::{Outputs, say},
+    output::{Outputs, Plan, say},
+    run::policy_files,
+    signals,
 };
 use progress::Bar;
 use record::Record;
@@ -47,8 +48,11 @@ const FILE: &str = "sweep.json";
 pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
     let sweep = args.sweep()?;
     let cells = sweep.cells()?;
-    let asked = stop_on_signal();
-    let outputs = Outputs::open(args.out.as_deref(), FILE, args.csv.as_deref())?;
+    let asked = Arc::new(AtomicBool::new(false));
+    let stop = asked.clone();
+    // No further cell begins.
+    signals::watch(move || stop.store(true, Ordering::Relaxed), || ());
+    let outputs = Outputs::prepare(&plan(args, &sweep))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
     let bar = Bar::new(cells, theme(args.ascii).glyph("█▌░", "#>-"), args.json);
     let swept = sweep.run(args.threads.unwrap_or_else(all_cores), |_, _| {
@@ -67,6 +71,18 @@ pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
     }
 }
 
+/// What `args` ask to be written, and what `sweep` reads.
+fn plan<'a>(args: &'a SweepArgs, sweep: &'a Sweep) -> Plan<'a> {
+    Plan {
+        out: args.out.as_deref(),
+        metrics: FILE,
+        csv: args.csv.as_deref(),
+        header: csv::HEADER,
+        record: args.record.as_deref(),
+        inputs: policy_files(sweep.policies.iter()),
+    }
+}
+
 /// Writes the files that were asked for, and prints.
 fn tell(
     args: &SweepArgs,
@@ -77,8 +93,9 @@ fn tell(
     let wanted = args.theory || record.is_some();
     let theory = Theory::of(swept.sweep(), wanted)?;
     let survey = Survey::of(swept, &theory);
-    if let Some((file, path)) = outputs.take_csv() {
-        csv::write(file, swept).map_err(|why| write_error(path, why))?;
+    if let Some(mut csv) = outputs.take_csv() {
+        let file = csv.begin()?;
+        csv.complete(csv::write(file, swept))?;
     }
     let json = json::text(&survey, swept, args.theory);
     outputs.write(&json)?;
@@ -103,25 +120,4 @@ fn picture(args: &SweepArgs) -> map::Picture {
         theme,
         width: size.map_or(80, |(columns, _)| usize::from(columns)),
     }
-}
-
-fn write_error(path: PathBuf, why: std::io::Error) -> Error {
-    let what = path.display().to_string();
-    Error::Write { what, why }
-}
-
-/// The first Ctrl-C (or SIGTERM) has no further cell begin, the second ends at
-/// once: a cell may be long.
-fn stop_on_signal() -> Arc<AtomicBool> {
-    let asked = Arc::new(AtomicBool::new(false));
-    let stop = asked.clone();
-    let installed = ctrlc::set_handler(move || {
-        if stop.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    if let Err(error) = installed {
-        eprintln!("note: Ctrl-C will end the sweep without a result: {error}");
-    }
-    asked
 }

@@ -10,12 +10,14 @@ use crate::{cli::SweepArgs, error::Error};
 impl SweepArgs {
     /// The sweep that the options describe.
     pub fn sweep(&self) -> Result<Sweep, Error> {
-        let twice = |(place, policy)| self.policy[..place].contains(policy);
-        if let Some((_, policy)) = self.policy.iter().enumerate().find(|entry| twice(*entry)) {
+        let lists = self.policy.iter();
+        let brains: Vec<&Brain> = lists.flat_map(|list| &list.0).collect();
+        let twice = |(place, policy)| brains[..place].contains(policy);
+        if let Some((_, policy)) = brains.iter().enumerate().find(|entry| twice(*entry)) {
             let why = format!("--policy lists {policy} twice: give each brain once");
             return Err(Error::BadInput(why));
         }
-        let policies = self.policy.iter().map(Brain::pinned);
+        let policies = brains.iter().map(|brain| brain.pinned());
         let policies = policies.collect::<Result<_, _>>();
         let policies = policies.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
         let usual = Config::default();

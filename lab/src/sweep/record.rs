@@ -10,12 +10,10 @@ use rerun::{
     blueprint::{ContainerLike, TimeSeriesView, Vertical},
 };
 
-use super::{
-    survey::{Row, Survey},
-    write_error,
-};
+use super::survey::{Row, Survey};
 use crate::{
     error::Error,
+    output::{record_error, write_error},
     recording::{
         RecordingFile,
         blueprint::{Layout, Properties},
@@ -25,7 +23,6 @@ use crate::{
         },
         schema::SWEEP_APPLICATION,
     },
-    run::record_error,
 };
 
 /// A figure of a row, if it has one.
@@ -71,7 +68,7 @@ impl Record {
         written
             .and_then(|()| self.file.complete())
             .map(drop)
-            .map_err(|why| write_error(self.path, why))
+            .map_err(|why| write_error(&self.path, why))
     }
 
     fn send(&self, survey: &Survey) -> RecordingStreamResult<()> {

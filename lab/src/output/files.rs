@@ -1,0 +1,146 @@
+//! The files of a command, all of them before the first is written.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    CsvFile,
+    csv_file::check_rows,
+    paths::{is_same, resolved},
+    print::write_error,
+    unfinished::Unfinished,
+};
+use crate::error::Error;
+
+/// What a command was asked to write, and what it reads.
+pub struct Plan<'a> {
+    /// The folder of `--out`.
+    pub out: Option<&'a Path>,
+    /// Name of the file in it.
+    pub metrics: &'static str,
+    /// The file of `--csv`.
+    pub csv: Option<&'a Path>,
+    /// The first line of that.
+    pub header: &'static str,
+    /// The file of `--record`, if it has a name.
+    pub record: Option<&'a Path>,
+    /// What is read, by option.
+    pub inputs: Vec<(&'static str, &'a Path)>,
+}
+
+impl Plan<'_> {
+    /// Refuses files that are written twice, or written and read, or that hold
+    /// something else.
+    fn check(&self) -> Result<(), Error> {
+        let metrics = self.out.map(|folder| folder.join(self.metrics));
+        let outputs = [
+            ("--out", "writes", metrics.as_deref()),
+            ("--csv", "writes", self.csv),
+            ("--record", "writes", self.record),
+        ];
+        let inputs = self.inputs.iter();
+        let inputs = inputs.map(|(option, path)| (*option, "reads", Some(*path)));
+        let files: Vec<_> = inputs.chain(outputs).collect();
+        for (place, (option, verb, path)) in files.iter().enumerate() {
+            let before = &files[..place];
+            let taken = |(_, _, other): &&(_, _, Option<&Path>)| {
+                path.zip(*other)
+                    .is_some_and(|(one, other)| is_same(one, other))
+            };
+            if let (Some(path), "writes", Some((other, does, _))) =
+                (path, *verb, before.iter().find(taken))
+            {
+                return Err(Error::BadInput(format!(
+                    "{option} {}: this is the file that {other} {does}: choose another name",
+                    path.display()
+                )));
+            }
+        }
+        self.csv
+            .map_or(Ok(()), |path| check_rows(path, self.header))
+    }
+}
+
+/// Files that are opened before the run, so that a run is never made in vain.
+/// Dropped before they are written, they leave nothing behind.
+pub struct Outputs {
+    metrics: Option<(Unfinished, PathBuf)>,
+    csv: Option<CsvFile>,
+    /// The last to go: the others are in them.
+    _folders: NewFolders,
+}
+
+impl Outputs {
+    /// Opens what is asked for, and changes no file.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if something of it cannot be written.
+    pub fn prepare(plan: &Plan) -> Result<Self, Error> {
+        let outputs = Self::beside_csv(plan)?;
+        let csv = plan.csv.map(CsvFile::open).transpose()?;
+        Ok(Self { csv, ..outputs })
+    }
+
+    /// The same, but for rows that somebody else opens.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if something cannot be written.
+    pub fn beside_csv(plan: &Plan) -> Result<Self, Error> {
+        let unwritable = |folder: &Path, why| Error::unwritable("--out", folder, &why);
+        let folders = plan.out.map_or(Ok(NewFolders::default()), |folder| {
+            NewFolders::leading_to(folder).map_err(|why| unwritable(folder, why))
+        })?;
+        plan.check()?;
+        let metrics = plan.out.map(|folder| {
+            let path = folder.join(plan.metrics);
+            let file = resolved(&path).and_then(|target| Unfinished::create(&target));
+            file.map(|file| (file, path))
+                .map_err(|why| unwritable(folder, why))
+        });
+        Ok(Self {
+            metrics: metrics.transpose()?,
+            csv: None,
+            _folders: folders,
+        })
+    }
+
+    /// The file for rows, once.
+    pub fn take_csv(&mut self) -> Option<CsvFile> {
+        self.csv.take()
+    }
+
+    /// Writes `metrics`, if there is a file for them.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with what went wrong.
+    pub fn write(self, metrics: &str) -> Result<(), Error> {
+        let Some((file, path)) = self.metrics else {
+            return Ok(());
+        };
+        let written = file.write_line(metrics).and_then(|()| file.complete());
+        written.map_err(|why| write_error(&path, why))
+    }
+}
+
+/// Folders that were made and are removed again if nothing is in them.
+#[derive(Default)]
+struct NewFolders(Vec<PathBuf>);
+
+impl NewFolders {
+    fn leading_to(folder: &Path) -> io::Result<Self> {
+        let missing = folder.ancestors().take_while(|folder| !folder.exists());
+        let made = Self(missing.map(Path::to_owned).collect());
+        fs::create_dir_all(folder)?;
+        Ok(made)
+    }
+}
+
+impl Drop for NewFolders {
+    fn drop(&mut self) {
+        for folder in &self.0 {
+            let _ = fs::remove_dir(folder); // Refused if there are files in it.
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! What is printed, and errors of writing.
+
+use std::{
+    fmt,
+    io::{self, Write},
+    path::Path,
+};
+
+use crate::{error::Error, printable::one_line, recording::Recorded, report};
+
+/// Prints to standard output, which may have been closed by a reader that has
+/// seen enough.
+pub fn say(text: &str) -> Result<(), Error> {
+    printed(writeln!(io::stdout(), "{text}"))
+}
+
+/// What became of printing to standard output.
+pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
+    match outcome {
+        Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
+            let what = "to standard output".to_owned();
+            Err(Error::Write { what, why })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints an error.
+pub fn error(error: &impl fmt::Display) {
+    aside(&format!("error: {error}"));
+}
+
+/// Prints something worth knowing that is no error.
+pub fn note(text: &str) {
+    aside(&format!("note: {text}"));
+}
+
+/// Prints one line to standard error, where the texts of others do no harm.
+fn aside(text: &str) {
+    // Without standard error there is nobody to tell.
+    let _ = writeln!(io::stderr(), "{}", one_line(text));
+}
+
+/// Prints where a recording went: to standard error beside metrics, which are to
+/// be alone.
+pub fn tell_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
+    let line = report::recorded(recorded);
+    if json {
+        aside(&line);
+        Ok(())
+    } else {
+        say(&line)
+    }
+}
+
+/// A recording that cannot begin.
+pub fn record_error(path: &Path, why: &io::Error) -> Error {
+    match why.kind() {
+        io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
+            "--record {}: there is such a file, and recordings overwrite none: \
+             choose another name",
+            path.display()
+        )),
+        _ => Error::unwritable("--record", path, why),
+    }
+}
+
+/// A file that could not be written.
+pub fn write_error(path: &Path, why: io::Error) -> Error {
+    let what = path.display().to_string();
+    Error::Write { what, why }
+}

@@ -1,0 +1,72 @@
+//! Text that others wrote, made fit for a line on a terminal.
+
+/// The longest line of an error (characters): a path of some length fits in.
+const LONGEST: usize = 1_000;
+
+/// Characters kept of the beginning and of the end of a longer one: the value
+/// comes first in an error, what is expected comes last.
+const KEPT: (usize, usize) = (500, 300);
+
+/// Whether `c` acts on the terminal, or on the order in which others appear
+/// (the bidirectional controls of Unicode, UAX #9, and its line separators).
+pub fn is_control(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{61c}'
+                | '\u{200e}'
+                | '\u{200f}'
+                | '\u{2028}'..='\u{202e}'
+                | '\u{2066}'..='\u{2069}'
+        )
+}
+
+/// `text` in one line of reasonable length, with controls spelt out.
+pub fn one_line(text: &str) -> String {
+    let length = text.chars().count();
+    if length <= LONGEST {
+        return escaped(text.chars());
+    }
+    let (head, tail) = KEPT;
+    format!(
+        "{} … ({} characters) … {}",
+        escaped(text.chars().take(head)),
+        length - head - tail,
+        escaped(text.chars().skip(length - tail))
+    )
+}
+
+fn escaped(chars: impl Iterator<Item = char>) -> String {
+    let mut line = String::new();
+    for c in chars {
+        if is_control(c) {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn controls_are_spelt_out_and_the_rest_is_kept() {
+        assert_eq!(one_line("\u{1b}[31mred\n"), r"\u{1b}[31mred\n");
+        assert_eq!(one_line("txt.\u{202e}exe"), r"txt.\u{202e}exe");
+        assert_eq!(one_line("→ é \"ü\" \\ '"), "→ é \"ü\" \\ '");
+    }
+
+    #[test]
+    fn a_long_line_keeps_its_beginning_and_its_end() {
+        let line = one_line(&format!("begins {} ends", "x".repeat(100_000)));
+        assert!(
+            line.starts_with("begins x") && line.ends_with("x ends"),
+            "{line}"
+        );
+        assert!(line.contains("(99212 characters)"), "{line}");
+        assert!(line.chars().count() < LONGEST);
+    }
+}

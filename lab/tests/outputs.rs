@@ -1,0 +1,279 @@
+//! Files that the command writes: what is there stays until everything is known to
+//! be possible, and a result has its name when it is whole.
+#![cfg(unix)]
+
+mod common;
+
+use std::{
+    fs,
+    io::Read,
+    os::unix::fs::symlink,
+    path::Path,
+    process::{Child, ChildStderr, Command, Stdio},
+};
+
+use common::{command, complaint, folder, path, ratelab, text};
+use tempfile::TempDir;
+
+/// The commands that take `--csv`, `--out` and `--record`, made short.
+const COMMANDS: [&[&str]; 2] = [
+    &["run", "--clock", "virtual", "--duration-s", "0.1"],
+    &[
+        "sweep",
+        "--seeds",
+        "0",
+        "--control-hz",
+        "5",
+        "--duration-s",
+        "0.1",
+    ],
+];
+
+/// Names in `folder`, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = folder.read_dir().expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into()).collect();
+    names.sort();
+    names
+}
+
+/// What `args` are refused with, as bad input.
+fn refusal(args: &[&str]) -> String {
+    let output = ratelab(args);
+    assert!(output.stdout.is_empty(), "{args:?} printed a result");
+    complaint(&output, 2)
+}
+
+/// Rows of `command`, in the file `name`.
+fn rows(command: &[&str], folder: &TempDir, name: &str) -> String {
+    let csv = path(folder, name);
+    let output = ratelab(&[command, &["--csv", &csv]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    fs::read_to_string(csv).expect("rows")
+}
+
+#[test]
+fn a_refused_command_changes_no_file_and_makes_none() {
+    for command in COMMANDS {
+        let folder = folder();
+        let [old, new, taken, out] =
+            ["old.csv", "new.csv", "taken.rrd", "a/b/out"].map(|name| path(&folder, name));
+        let before = rows(command, &folder, "old.csv");
+        fs::write(&taken, "mine").expect("written");
+        for csv in [&old, &new] {
+            let said =
+                refusal(&[command, &["--csv", csv, "--record", &taken, "--out", &out]].concat());
+            assert!(said.contains("taken.rrd: there is such a file"), "{said}");
+            assert_eq!(names(folder.path()), ["old.csv", "taken.rrd"]);
+        }
+        assert_eq!(fs::read_to_string(&old).expect("rows"), before);
+    }
+}
+
+#[test]
+fn two_outputs_never_share_a_file() {
+    for (command, metrics) in COMMANDS.into_iter().zip(["metrics.json", "sweep.json"]) {
+        let folder = folder();
+        let [x, also_x, out] = ["x", "./x", "out"].map(|name| path(&folder, name));
+        let said = refusal(&[command, &["--csv", &x, "--record", &also_x]].concat());
+        assert!(said.contains("the file that --csv writes"), "{said}");
+        let inside = format!("{out}/{metrics}");
+        let said = refusal(&[command, &["--out", &out, "--csv", &inside]].concat());
+        assert!(said.contains("the file that --out writes"), "{said}");
+        symlink(&inside, path(&folder, "link")).expect("linked");
+        let link = path(&folder, "link");
+        refusal(&[command, &["--out", &out, "--csv", &link]].concat());
+        assert_eq!(names(folder.path()), ["link"]);
+    }
+}
+
+#[test]
+fn an_output_never_takes_the_place_of_an_input() {
+    let folder = folder();
+    let [knobs, link, brain] = ["knobs", "link", "brain.pt"].map(|name| path(&folder, name));
+    fs::write(&knobs, "0.05 control-hz 10\n").expect("written");
+    symlink("knobs", &link).expect("linked");
+    fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
+    for csv in [&knobs, &link] {
+        let said = refusal(&[COMMANDS[0], &["--knobs", &knobs, "--csv", csv]].concat());
+        assert!(said.contains("the file that --knobs reads"), "{said}");
+    }
+    for command in COMMANDS {
+        let said = refusal(&[command, &["--policy", &brain, "--csv", &brain]].concat());
+        assert!(said.contains("the file that --policy reads"), "{said}");
+    }
+    let kept = fs::read_to_string(&knobs).expect("knobs");
+    assert_eq!(kept, "0.05 control-hz 10\n");
+}
+
+#[test]
+fn rows_replace_rows_and_nothing_else() {
+    for command in COMMANDS {
+        let folder = folder();
+        let first = rows(command, &folder, "rows.csv");
+        assert_eq!(rows(command, &folder, "rows.csv"), first);
+        fs::write(folder.path().join("empty"), "").expect("written");
+        assert_eq!(rows(command, &folder, "empty"), first);
+        fs::write(folder.path().join("keep.rrd"), "RRF2 and more").expect("written");
+        let keep = path(&folder, "keep.rrd");
+        let said = refusal(&[command, &["--csv", &keep]].concat());
+        assert!(said.contains("it is no CSV of this command"), "{said}");
+        assert_eq!(fs::read_to_string(&keep).expect("kept"), "RRF2 and more");
+    }
+}
+
+#[test]
+fn rows_go_through_links_and_keep_the_permissions_of_their_file() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    fs::create_dir(folder.path().join("far")).expect("made");
+    symlink("far/rows.csv", folder.path().join("link")).expect("linked");
+    for _ in 0..2 {
+        rows(COMMANDS[0], &folder, "link");
+        assert!(folder.path().join("link").is_symlink());
+        assert_eq!(names(&folder.path().join("far")), ["rows.csv"]);
+        let file = folder.path().join("far/rows.csv");
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o604)).expect("set");
+    }
+    rows(COMMANDS[0], &folder, "link");
+    let about = folder.path().join("far/rows.csv").metadata();
+    assert_eq!(about.expect("there").permissions().mode() & 0o777, 0o604);
+}
+
+#[test]
+fn rows_come_before_the_summary_where_both_go_to_one_file() {
+    let folder = folder();
+    let both = fs::File::create(folder.path().join("both")).expect("made");
+    let args = [COMMANDS[0], &["--csv", "/dev/stdout"]].concat();
+    let status = command().args(args).stdout(both).status();
+    assert!(status.expect("ratelab starts").success());
+    let said = fs::read_to_string(folder.path().join("both")).expect("text");
+    assert!(said.starts_with("step,time_s,"), "{said}");
+    assert!(said.contains("\nclock     virtual"), "{said}");
+    assert_eq!(
+        said.lines().filter(|line| line.contains(',')).count(),
+        8,
+        "{said}"
+    );
+}
+
+#[test]
+fn rows_go_into_a_pipe_with_a_name() {
+    let folder = folder();
+    let pipe = path(&folder, "pipe");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .expect("mkfifo")
+            .success()
+    );
+    let mut reader = Command::new("cat")
+        .arg(&pipe)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("cat");
+    let output = ratelab(&[COMMANDS[0], &["--csv", &pipe]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let mut rows = String::new();
+    let mut piped = reader.stdout.take().expect("piped");
+    piped.read_to_string(&mut rows).expect("rows");
+    assert!(reader.wait().expect("cat").success());
+    assert!(rows.starts_with("step,time_s,"), "{rows}");
+}
+
+/// Sends a signal, which must arrive.
+fn send(signal: &str, child: &Child) {
+    let pid = child.id().to_string();
+    let kill = Command::new("kill").args([signal, &pid]).status();
+    assert!(kill.expect("kill").success());
+}
+
+/// A long run that writes to the folder `out` and has begun; its rows.
+fn long_run(out: &str, more: &[&str]) -> (Child, ChildStderr) {
+    let mut child = command()
+        .args([
+            "run",
+            "--duration-s",
+            "3600",
+            "--csv",
+            "/dev/stderr",
+            "--out",
+            out,
+        ])
+        .args(more)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("ratelab starts");
+    let mut rows = child.stderr.take().expect("piped");
+    assert!(rows.read(&mut [0; 200]).expect("rows") > 0);
+    (child, rows)
+}
+
+#[test]
+fn every_signal_ends_a_run_in_order_with_its_number() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        let folder = folder();
+        let (child, mut rows) = long_run(&path(&folder, "out"), &[]);
+        send(signal, &child);
+        std::io::copy(&mut rows, &mut std::io::sink()).expect("rows");
+        let output = child.wait_with_output().expect("ended");
+        assert_eq!(output.status.code(), Some(code), "{signal}");
+        assert!(text(&output.stdout).contains("STOPPED"), "{signal}");
+        assert_eq!(names(&folder.path().join("out")), ["metrics.json"]);
+    }
+}
+
+#[test]
+fn a_second_signal_ends_at_once_and_leaves_no_unfinished_file() {
+    let folder = folder();
+    // The policy is busy, so that the first signal alone does not end it for long.
+    let (mut child, _rows) = long_run(&path(&folder, "out"), &["--think-ms", "60000"]);
+    while child.try_wait().expect("a child").is_none() {
+        send("-INT", &child);
+        std::thread::yield_now();
+    }
+    let status = child.wait().expect("ended");
+    assert_eq!(status.code(), Some(130));
+    assert!(names(&folder.path().join("out")).is_empty());
+}
+
+#[test]
+fn what_a_killed_run_left_is_removed_by_the_next_but_not_what_others_still_write() {
+    let folder = folder();
+    let out = path(&folder, "out");
+    let (mut killed, _rows) = long_run(&out, &[]);
+    let (living, mut rows) = long_run(&out, &[]);
+    assert_eq!(names(Path::new(&out)).len(), 2);
+    killed.kill().expect("killed");
+    killed.wait().expect("ended");
+    let next = ratelab(&["run", "--smoke", "--out", &out]);
+    assert!(next.status.success(), "{}", text(&next.stderr));
+    let left = names(Path::new(&out));
+    assert_eq!(left.len(), 2, "{left:?}");
+    assert!(left[0].ends_with(".ratelab-tmp"), "{left:?}");
+    send("-TERM", &living);
+    std::io::copy(&mut rows, &mut std::io::sink()).expect("rows");
+    assert_eq!(
+        living.wait_with_output().expect("ended").status.code(),
+        Some(143)
+    );
+    assert_eq!(names(Path::new(&out)), ["metrics.json"]);
+}
+
+#[test]
+fn a_limit_on_the_size_of_files_is_an_error_like_a_full_disk() {
+    let folder = folder();
+    let csv = path(&folder, "rows.csv");
+    let program = env!("CARGO_BIN_EXE_ratelab");
+    let line = format!("ulimit -f 1; '{program}' run --clock virtual --csv '{csv}'");
+    let output = Command::new("sh").args(["-c", &line]).output().expect("sh");
+    let said = complaint(&output, 1);
+    assert!(
+        said.contains("cannot write") && said.contains("rows.csv"),
+        "{said}"
+    );
+    assert!(names(folder.path()).is_empty(), "nothing is half-written");
+}
