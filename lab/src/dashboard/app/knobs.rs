@@ -88,7 +88,7 @@ impl App {
 
     /// Follows what the graph did with a knob, be it one that a key turned or one
     /// that was given its time up front.
-    fn follow(&mut self, event: &Event) {
+    pub(super) fn follow(&mut self, event: &Event) {
         let (command, refused) = match &event.what {
             Happening::Applied { command, .. } => (command, None),
             Happening::Refused { command, reason } => (command, Some(reason)),

@@ -5,6 +5,8 @@ mod cliff;
 mod exercises;
 mod knobs;
 mod marks;
+#[cfg(test)]
+mod probe;
 mod recording;
 mod restart;
 mod time;
