@@ -261,7 +261,7 @@ fn half_a_key_holds_nothing_up() {
 
 #[test]
 fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
-    let mut lab = Lab::open(&[], 24, 80);
+    let mut lab = Lab::open(&[], 45, 160);
     lab.wait_for("BALANCED so far");
     assert!(lab.parser.screen().bracketed_paste());
     let paste = |text: &str| format!("\u{1b}[200~{text}\u{1b}[201~");
@@ -283,7 +283,6 @@ fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
 fn the_shell_stops_the_lab_and_continues_it() {
     let mut shell = shell();
     shell.wait_for("PROMPT");
-    // Its own id tells the shell's jobs apart from the test's.
     shell.type_keys("\"$RATELAB\" lab\r");
     for stop in ["key", "signal"] {
         shell.wait_for("BALANCED so far");
@@ -332,7 +331,7 @@ fn where_no_shell_would_continue_it_the_lab_does_not_stop() {
 #[test]
 fn a_run_that_does_not_end_is_left_with_the_terminal_in_order() {
     for keys in ["q", "r"] {
-        let mut lab = Lab::open(&["--clock", "real", "--think-ms", "600000"], 24, 80);
+        let mut lab = Lab::open(&["--clock", "real", "--think-ms", "60000"], 24, 80);
         lab.wait_for("BALANCED so far");
         lab.type_keys(keys);
         lab.wait_for("waiting for policy");
