@@ -294,12 +294,12 @@ fn the_shell_stops_the_lab_and_continues_it() {
             let kill = Command::new("kill").args(["-TSTP", &jobs]).status();
             assert!(kill.expect("kill").success());
         }
-        shell.wait_for("PROMPT");
+        shell.wait_for("Stopped");
         assert!(!shell.parser.screen().alternate_screen(), "{stop}");
         assert!(!shell.parser.screen().bracketed_paste(), "{stop}");
         // A line is edited, echoed and ended by the terminal again.
-        shell.type_keys("stty -a | tr ' ' '\\n' | grep -x icanon\r");
-        shell.wait_for("\nicanon");
+        shell.type_keys("echo mode:$(stty -a | grep -o '.icanon' | tr ' ' +)\r");
+        shell.wait_for("mode:+icanon");
         shell.type_keys("clear; fg\r");
     }
     shell.wait_for("BALANCED so far");
