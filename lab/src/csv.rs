@@ -25,10 +25,11 @@ const BACKLOG: usize = 16_384;
 pub struct Writer(JoinHandle<io::Result<u64>>);
 
 impl Writer {
-    /// Writes to `file` from the first step of `experiment` to its last.
-    pub fn start(file: File, experiment: &Experiment) -> Self {
+    /// Writes to `file` from the first step of `experiment` to its last. A file that
+    /// could not be opened is an error at the end, and no rows.
+    pub fn start(file: io::Result<File>, experiment: &Experiment) -> Self {
         let tap = experiment.taps().steps(BACKLOG);
-        Self(thread::spawn(move || write(file, &tap)))
+        Self(thread::spawn(move || write(file?, &tap)))
     }
 
     /// Waits until all is written, which takes the end of the experiment; says

@@ -42,7 +42,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let realtime = options::realtime(&args.graph);
     let mut csv = outputs.take_csv();
     let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
-    let rows = rows.map(|file| csv::Writer::start(file, &experiment));
+    let rows = rows.map(|file| csv::Writer::start(Ok(file), &experiment));
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {

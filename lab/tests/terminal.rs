@@ -90,20 +90,6 @@ fn what_is_written_is_of_the_last_run() {
 }
 
 #[test]
-fn a_termination_signal_gives_the_terminal_back_and_prints_the_summary() {
-    let mut lab = Lab::open(&["--clock", "real"], 24, 80);
-    lab.wait_for("BALANCED so far");
-    let pid = lab.child.process_id().expect("running").to_string();
-    let kill = Command::new("kill").args(["-TERM", &pid]).status();
-    assert!(kill.expect("kill").success());
-    let (status, parser) = lab.close();
-    assert_eq!(status.exit_code(), 143);
-    assert_given_back(&parser);
-    let said = parser.screen().contents();
-    assert!(said.contains("STOPPED"), "{said}");
-}
-
-#[test]
 fn a_terminal_that_goes_away_takes_the_lab_with_it() {
     let pair = native_pty_system()
         .openpty(PtySize::default())
@@ -224,6 +210,205 @@ fn a_cell_of_the_cliff_map_runs_live() {
     for line in ["seed 1", "control 5 Hz", "queue depth 2", "FELL at 1.180 s"] {
         assert!(said.contains(line), "{line:?} is missing in\n{said}");
     }
+}
+
+/// The process that runs in a terminal.
+fn pid(lab: &Lab) -> u32 {
+    lab.child.process_id().expect("running")
+}
+
+/// A shell with job control, in a terminal of its own.
+fn shell() -> Lab {
+    let folder = std::env::temp_dir();
+    let mut shell = CommandBuilder::new("sh");
+    shell.args(["-i", "-m"]);
+    shell.cwd(folder);
+    shell.env("PS1", "PROMPT ");
+    shell.env("RATELAB", env!("CARGO_BIN_EXE_ratelab"));
+    Lab::start(shell, 24, 80)
+}
+
+#[test]
+fn keys_that_come_in_thousands_are_all_obeyed() {
+    for burst in [1023, 1024, 20_000] {
+        let mut lab = Lab::open(&[], 24, 80);
+        lab.wait_for("BALANCED so far");
+        lab.type_keys(&format!("{}q", "x".repeat(burst)));
+        let (status, parser) = lab.close();
+        assert!(status.success(), "{burst} keys");
+        assert_given_back(&parser);
+    }
+}
+
+#[test]
+fn half_a_key_holds_nothing_up() {
+    let mut lab = Lab::open(&["--speed", "1"], 24, 80);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("\u{1b}["); // Alt-[
+    lab.wait_for(" 3 s wall");
+    lab.type_keys("Cq"); // The rest makes it an arrow.
+    assert!(lab.close().0.success());
+}
+
+#[test]
+fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
+    let mut lab = Lab::open(&[], 45, 160);
+    lab.wait_for("BALANCED so far");
+    assert!(lab.parser.screen().bracketed_paste());
+    let paste = |text: &str| format!("\u{1b}[200~{text}\u{1b}[201~");
+    // Keys of the lab: break it, and quit.
+    lab.type_keys(&paste(&"b\rq".repeat(1000)));
+    lab.type_keys(":");
+    lab.type_keys(&paste("control-hz 7.5\n"));
+    lab.type_keys("\r");
+    lab.wait_for("policy at 7.5 Hz");
+    assert!(!lab.screen().contains("at 5 Hz"), "{}", lab.screen());
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    assert_given_back(&parser);
+    assert!(!parser.screen().bracketed_paste());
+}
+
+#[test]
+fn the_shell_stops_the_lab_and_continues_it() {
+    let mut shell = shell();
+    shell.wait_for("PROMPT");
+    shell.type_keys("\"$RATELAB\" lab\r");
+    for stop in ["key", "signal"] {
+        shell.wait_for("BALANCED so far");
+        assert!(shell.parser.screen().alternate_screen());
+        if stop == "key" {
+            shell.type_keys("\u{1a}");
+        } else {
+            let jobs = child_of(pid(&shell));
+            let kill = Command::new("kill").args(["-TSTP", &jobs]).status();
+            assert!(kill.expect("kill").success());
+        }
+        shell.wait_for("Stopped");
+        assert!(!shell.parser.screen().alternate_screen(), "{stop}");
+        assert!(!shell.parser.screen().bracketed_paste(), "{stop}");
+        // A line is edited, echoed and ended by the terminal again.
+        shell.type_keys("echo mode:$(stty -a | grep -o '.icanon' | tr ' ' +)\r");
+        shell.wait_for("mode:+icanon");
+        shell.type_keys("clear; fg\r");
+    }
+    shell.wait_for("BALANCED so far");
+    assert!(shell.parser.screen().alternate_screen());
+    // One key does without Enter: the mode is raw.
+    shell.type_keys("?");
+    shell.wait_for("show or hide this help");
+    shell.type_keys("?q");
+    shell.wait_for("STOPPED");
+    shell.type_keys("exit\r");
+    shell.close();
+}
+
+/// The only child of a process.
+fn child_of(parent: u32) -> String {
+    let children = format!("/proc/{parent}/task/{parent}/children");
+    let children = std::fs::read_to_string(children).expect("children");
+    children.trim().to_owned()
+}
+
+#[test]
+fn where_no_shell_would_continue_it_the_lab_does_not_stop() {
+    let mut lab = Lab::open(&[], 24, 80);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys("\u{1a}q");
+    assert!(lab.close().0.success());
+}
+
+#[test]
+fn a_run_that_does_not_end_is_left_with_the_terminal_in_order() {
+    for keys in ["q", "r"] {
+        let mut lab = Lab::open(&["--clock", "real", "--think-ms", "60000"], 24, 80);
+        // Nobody pushes: the pole falls while the policy is in its first tick.
+        lab.wait_for("−12.");
+        lab.type_keys(keys);
+        lab.wait_for("waiting for policy");
+        lab.type_keys("\u{3}");
+        let (status, parser) = lab.close();
+        assert_eq!(status.exit_code(), 1, "{keys}");
+        assert_given_back(&parser);
+        let said = parser.screen().contents();
+        assert!(said.contains("policy is still in a tick"), "{said}");
+    }
+}
+
+#[test]
+fn a_policy_that_is_written_anew_runs_after_a_restart() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../policies");
+    let put = |name: &str| {
+        let to = folder.path().join("x.safetensors");
+        std::fs::copy(policies.join(name), to).expect("copied");
+    };
+    put("patient.safetensors");
+    let mut lab = Lab::open_in(folder.path(), &["--policy", "x.safetensors"], 24, 80);
+    lab.wait_for("BALANCED so far");
+    put("prompt.safetensors");
+    lab.type_keys("n");
+    lab.wait_for("seed 1");
+    std::fs::remove_file(folder.path().join("x.safetensors")).expect("removed");
+    lab.type_keys("n");
+    lab.wait_for("x.safetensors: expected");
+    lab.wait_for("seed 1");
+    lab.type_keys("q");
+    assert!(lab.close().0.success());
+}
+
+/// Threads of the recorder's library in a process.
+#[cfg(target_os = "linux")]
+fn recorder_threads(pid: u32) -> usize {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).expect("threads");
+    let names = tasks.flatten().filter_map(|task| {
+        let name = std::fs::read_to_string(task.path().join("comm"));
+        name.ok() // It may have ended.
+    });
+    let ours = |name: &String| name.starts_with("ChunkBatcher") || name.starts_with("RecordingStr");
+    names.filter(ours).count()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn recordings_leave_no_threads_behind() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let mut lab = Lab::open_in(folder.path(), &[], 24, 80);
+    lab.wait_for("BALANCED so far");
+    std::fs::create_dir(folder.path().join("recordings")).expect("a folder");
+    let record = |lab: &mut Lab| {
+        lab.type_keys("w");
+        lab.wait_for("● rec");
+        lab.type_keys("w");
+        lab.wait_without("● rec");
+    };
+    record(&mut lab);
+    let first = recorder_threads(pid(&lab));
+    (0..5).for_each(|_| record(&mut lab));
+    let deadline = Instant::now() + PATIENCE;
+    // What the first one keeps is kept once.
+    while recorder_threads(pid(&lab)) > first {
+        let threads = recorder_threads(pid(&lab));
+        assert!(Instant::now() < deadline, "{first} threads, then {threads}");
+        thread::sleep(Duration::from_millis(20));
+    }
+    lab.type_keys("q");
+    assert!(lab.close().0.success());
+}
+
+#[test]
+fn a_termination_signal_gives_the_terminal_back_and_prints_the_summary() {
+    let mut lab = Lab::open(&["--clock", "real"], 24, 80);
+    lab.wait_for("BALANCED so far");
+    let pid = lab.child.process_id().expect("running").to_string();
+    let kill = Command::new("kill").args(["-TERM", &pid]).status();
+    assert!(kill.expect("kill").success());
+    let (status, parser) = lab.close();
+    assert_eq!(status.exit_code(), 143);
+    assert_given_back(&parser);
+    let said = parser.screen().contents();
+    assert!(said.contains("STOPPED"), "{said}");
 }
 
 #[test]

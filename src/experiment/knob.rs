@@ -97,7 +97,7 @@ impl Knob {
 
     /// The knob that `command` turns. Both topics' depths are one knob, which
     /// shows in the command for `/obs`.
-    fn of(command: &Command) -> Option<Self> {
+    pub fn of(command: &Command) -> Option<Self> {
         match command {
             Command::SetRate { node, hz } if node == POLICY => Some(Self::ControlHz(*hz)),
             Command::SetRate { node, hz } if node == SENSOR => Some(Self::SensorHz(*hz)),

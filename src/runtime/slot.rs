@@ -12,7 +12,7 @@ use super::{
     rate::Rate,
     sync::{
         Arc,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     tap::{TickTaps, Ticked},
     telemetry::{Meter, NodeEntry, Recorder},
@@ -48,6 +48,7 @@ impl Slot {
                 priority,
                 ticks: Arc::new(AtomicU64::new(0)),
                 overruns: Arc::new(AtomicU64::new(0)),
+                busy: Arc::new(AtomicBool::new(false)),
                 micro_hz: Arc::new(AtomicU64::new(rate.hz().as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,

@@ -166,11 +166,25 @@ impl Desk {
     }
 
     fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) {
-        self.answers.set(exercise.brief(), prediction.clone());
-        self.place = match self.answers.save(&self.file) {
-            Ok(()) => measure(exercise, prediction),
+        // The file may have changed since, or be one that must not be overwritten.
+        let saved = Answers::load(&self.file).and_then(|mut answers| {
+            answers.set(exercise.brief(), prediction.clone());
+            answers.save(&self.file).map(|()| answers)
+        });
+        self.place = match saved {
+            Ok(answers) => {
+                self.answers = answers;
+                measure(exercise, prediction)
+            }
             Err(error) => told(exercise.brief().title, error.to_string()),
         };
+    }
+
+    /// Takes pasted text where something is typed.
+    pub fn paste(&mut self, text: &str) {
+        if let Place::Asked { typed, .. } = &mut self.place {
+            typed.push_str(text);
+        }
     }
 
     fn edit(&mut self, code: KeyCode) {

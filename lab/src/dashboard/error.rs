@@ -17,6 +17,9 @@ pub enum LabError {
     /// A clock's own thread panicked.
     #[error("the clock panicked, which is a defect of ratelab: please report it")]
     Panicked,
+    /// A run was left because it did not end.
+    #[error("the run did not end in order: {0} is still in a tick")]
+    Stuck(String),
     /// A recording cannot begin.
     #[error("cannot record: {why}: {}", path.display())]
     Record {

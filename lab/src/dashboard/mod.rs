@@ -13,6 +13,7 @@ mod error;
 mod figures;
 mod focus;
 mod history;
+mod jobs;
 pub mod keys;
 mod ladder;
 pub mod picture;
@@ -35,13 +36,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crossterm::event::{Event, KeyEvent, KeyEventKind};
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
 use ratelab::experiment::Config;
 
 use app::App;
 pub use app::Left;
 pub use error::LabError;
+use jobs::Turn;
 use player::Player;
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
@@ -66,6 +68,15 @@ trait Model {
     /// # Errors
     /// [`LabError`] if it cannot be done and nothing else can.
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError>;
+
+    /// Takes pasted text.
+    fn paste(&mut self, text: &str);
+
+    /// Rests before the program is stopped.
+    fn rest(&mut self);
+
+    /// Goes on after the program was stopped.
+    fn go_on(&mut self);
 
     /// Whether the person has left.
     fn left(&self) -> bool;
@@ -107,17 +118,17 @@ pub fn play(recording: Arc<Recording>, options: &Options) -> Result<(), LabError
 fn on_screen(model: &mut impl Model, options: &Options) -> Result<(), LabError> {
     let quit = quit_on_signal();
     let mut screen = Screen::open()?;
-    run(&mut screen.0, &mut Keyboard, model, options, &quit)
+    let mut keyboard = Keyboard::open()?;
+    run(&mut screen.0, &mut keyboard, model, options, &quit)
 }
 
 /// How long an end in order may take before a signal ends the program all the
 /// same.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// SIGTERM and the like end the dashboard as the key does. When the terminal
-/// itself is gone, reading keys from it may never return (crossterm 0.29 reads
-/// its end again and again), and a node may be stuck: then the program just
-/// ends, as it does at a second signal.
+/// SIGTERM and the like end the dashboard as the key does. A terminal that nobody
+/// reads may take no more, and a node may be stuck: then the program just ends, as
+/// it does at a second signal.
 fn quit_on_signal() -> Arc<AtomicBool> {
     let quit = Arc::new(AtomicBool::new(false));
     let asked = quit.clone();
@@ -149,6 +160,7 @@ where
     let mut touched = true;
     while !model.left() && !quit.load(Ordering::Relaxed) {
         let frame_ends = Instant::now() + frame_time;
+        touched |= obey_shell(terminal, input, model)?;
         if model.sample()? || touched {
             terminal
                 .draw(|frame| view::render(model.shown().as_ref(), &options.theme, frame))
@@ -157,6 +169,30 @@ where
         touched = obey_until(frame_ends, input, model)?;
     }
     Ok(())
+}
+
+/// Stops, or goes on, if the shell asks for it; says whether all is to be drawn
+/// again.
+fn obey_shell<B>(
+    terminal: &mut Terminal<B>,
+    input: &mut impl Input,
+    model: &mut impl Model,
+) -> Result<bool, LabError>
+where
+    B: Backend<Error: std::error::Error + Send + Sync + 'static>,
+{
+    match input.turn() {
+        Turn::Stay => return Ok(false),
+        Turn::Stop => {
+            model.rest();
+            input.stop()?;
+        }
+        Turn::GoOn => input.retake()?,
+    }
+    model.go_on();
+    let size = terminal.size().map_err(io::Error::other)?;
+    terminal.resize(size.into()).map_err(io::Error::other)?;
+    Ok(true)
 }
 
 /// Obeys what is typed until the frame is over; says whether anything was.
@@ -169,7 +205,12 @@ fn obey_until(
     loop {
         let left = frame_ends.saturating_duration_since(Instant::now());
         match input.next(left)? {
+            Some(Event::Key(key)) if is_stop(&key) => {
+                input.ask_to_stop();
+                return Ok(true);
+            }
             Some(Event::Key(key)) if key.kind != KeyEventKind::Release => model.key(&key)?,
+            Some(Event::Paste(text)) => model.paste(&text),
             Some(_) => {}
             None => return Ok(touched),
         }
@@ -178,4 +219,9 @@ fn obey_until(
             return Ok(touched);
         }
     }
+}
+
+/// Whether a key is Ctrl-Z, which is the shell's wherever it is typed.
+fn is_stop(key: &KeyEvent) -> bool {
+    key.code == KeyCode::Char('z') && key.modifiers == KeyModifiers::CONTROL
 }

@@ -255,6 +255,15 @@ impl Model for Player {
         Ok(())
     }
 
+    fn paste(&mut self, _: &str) {}
+
+    fn rest(&mut self) {}
+
+    /// It goes on from where it was, however long the program was stopped.
+    fn go_on(&mut self) {
+        self.playing = self.playing.map(|_| Instant::now());
+    }
+
     fn left(&self) -> bool {
         self.quit
     }

@@ -64,6 +64,10 @@ pub trait Watched {
 pub struct Sampler {
     /// Per node, its ticks at the last sample and when they last changed.
     ticks: Vec<(u64, Option<Instant>)>,
+    /// Events that were looked at for the brain.
+    events: usize,
+    /// The last brain that was swapped in.
+    swapped: Option<Brain>,
     figures: Figures,
     newest: Option<ControlStep>,
     /// Run times and sense→act latencies of the last second.
@@ -72,20 +76,13 @@ pub struct Sampler {
     angles: VecDeque<(f64, f64)>,
 }
 
-/// The brain that decides now: the last that was swapped in, or the first.
-fn brain(session: &impl Watched) -> Brain {
-    let events = session.observer().events(0);
-    let mut swaps = events.iter().rev().filter_map(TimedKnob::of);
-    let last = swaps.find_map(|timed| timed.knob.brain().cloned());
-    last.unwrap_or_else(|| session.config().policy.clone())
-}
-
 impl Sampler {
     /// A picture of `session` as it is now.
     pub fn picture(&mut self, session: &mut impl Watched) -> Picture {
         for message in session.new_steps() {
             self.remember(&message);
         }
+        self.follow_swaps(session.observer());
         let glance = session.observer().glance();
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
@@ -99,7 +96,7 @@ impl Sampler {
             wall_s: session.wall_time().as_secs(),
             status: glance.status,
             seed: session.config().seed,
-            policy: brain(session).name().to_owned(),
+            policy: self.brain(session).name().to_owned(),
             verdict: self.verdict(session, &glance),
             latency: LatencyPicture {
                 newest: self.newest.and_then(|step| step.latency),
@@ -126,6 +123,20 @@ impl Sampler {
             points: self.angles.range(first..last).copied().collect(),
             marks: Vec::new(),
         }
+    }
+
+    fn follow_swaps(&mut self, observer: &Observer) {
+        let events = observer.events(self.events);
+        self.events += events.len();
+        let mut swaps = events.iter().rev().filter_map(TimedKnob::of);
+        let last = swaps.find_map(|timed| timed.knob.brain().cloned());
+        self.swapped = last.or(self.swapped.take());
+    }
+
+    /// The brain that decides now: the last that was swapped in, or the first.
+    fn brain<'s>(&'s self, session: &'s impl Watched) -> &'s Brain {
+        let first = &session.config().policy;
+        self.swapped.as_ref().unwrap_or(first)
     }
 
     fn remember(&mut self, message: &Message<ControlStep>) {
@@ -191,7 +202,7 @@ impl Sampler {
 
     /// What is known of a run that was lost.
     fn facts(&self, session: &impl Watched, snapshot: &Snapshot, pole_fell: bool) -> Facts {
-        let policy = brain(session);
+        let policy = self.brain(session);
         let obs = snapshot.topic(OBS);
         Facts {
             policy: policy.name().to_owned(),

@@ -2,11 +2,10 @@
 
 use std::{
     path::PathBuf,
-    thread::JoinHandle,
     time::{Duration, Instant},
 };
 
-use crossbeam_channel::Sender;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     cartpole::ControlStep,
     experiment::{Config, Experiment, Summary},
@@ -44,6 +43,59 @@ pub struct Ended {
     pub csv_lost: u64,
 }
 
+/// An experiment that can begin at any moment. Until then no file is changed.
+pub struct Prepared {
+    experiment: Experiment,
+    config: Config,
+    source: Source,
+    csv: Option<Live>,
+    realtime: Option<Realtime>,
+}
+
+impl Prepared {
+    /// Sets an experiment up.
+    ///
+    /// # Errors
+    /// [`LabError`] if that cannot be done, or the file of control steps cannot be
+    /// opened.
+    pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
+        let experiment = Experiment::new(config)?;
+        // The session before this one may still write to it.
+        let csv = setup.csv.as_deref().map(Live::open).transpose();
+        Ok(Self {
+            source: Source::of(&experiment, config),
+            experiment,
+            config: config.clone(),
+            csv: csv.map_err(LabError::Csv)?,
+            realtime: setup.realtime.clone(),
+        })
+    }
+
+    /// Has it recorded from its first tick to a new file at `destination`.
+    ///
+    /// # Errors
+    /// [`LabError::Record`] with what the system says of the file.
+    pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
+        let begun = destination.claim(&self.config, |path| {
+            Recorder::from_the_start(path, &self.source)
+        });
+        let begun = begun.map_err(|(path, why)| LabError::Record { path, why });
+        begun.map(|(_, recorder)| recorder)
+    }
+
+    /// Starts the experiment, with its recorder if it has one.
+    pub fn begin(self, recorder: Option<Recorder>) -> Session {
+        let csv = self
+            .csv
+            .map(|mut file| csv::Writer::start(file.begin(), &self.experiment));
+        Session {
+            csv,
+            recorder,
+            ..Session::begin(self.experiment, &self.config, self.source, self.realtime)
+        }
+    }
+}
+
 /// A running experiment: commands go in, counters and control steps come out.
 pub struct Session {
     config: Config,
@@ -51,7 +103,8 @@ pub struct Session {
     commands: Sender<Command>,
     /// Gone when the session is to end.
     steps: Option<Tap<Tapped<ControlStep>>>,
-    thread: Option<JoinHandle<Result<Summary, Fault>>>,
+    /// Where the run tells what it came to; gone when it has.
+    outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
     csv: Option<csv::Writer>,
     /// Gone when the session is to end.
@@ -72,24 +125,9 @@ impl Session {
         setup: &Setup,
         record: Option<&mut Destination>,
     ) -> Result<Self, LabError> {
-        let experiment = Experiment::new(config)?;
-        let csv = setup.csv.as_deref().map(Live::open).transpose();
-        let mut csv = csv.map_err(LabError::Csv)?;
-        let source = Source::of(&experiment, config);
-        let recorder = record.map(|record| {
-            let begun = record.claim(config, |path| Recorder::from_the_start(path, &source));
-            begun.map_err(|(path, why)| LabError::Record { path, why })
-        });
-        let recorder = recorder.transpose()?.map(|(_, recorder)| recorder);
-        let csv = csv.as_mut().map(Live::begin).transpose();
-        let csv = csv.map_err(LabError::Csv)?;
-        let csv = csv.map(|file| csv::Writer::start(file, &experiment));
-        let session = Self::begin(experiment, config, source, setup.realtime.clone());
-        Ok(Self {
-            csv,
-            recorder,
-            ..session
-        })
+        let prepared = Prepared::new(config, setup)?;
+        let recorder = record.map(|record| prepared.record(record)).transpose()?;
+        Ok(prepared.begin(recorder))
     }
 
     /// Starts `experiment`, which was made from `config`.
@@ -109,13 +147,17 @@ impl Session {
         let commands = experiment.commands();
         let steps = Some(experiment.taps().steps(BACKLOG));
         let mut real = RealClock::new(realtime);
-        let thread = std::thread::spawn(move || experiment.run_with(&mut real));
+        let (sender, outcome) = bounded(1);
+        std::thread::spawn(move || {
+            // Nobody may be left to tell.
+            let _ = sender.send(experiment.run_with(&mut real));
+        });
         Self {
             config: config.clone(),
             observer,
             commands,
             steps,
-            thread: Some(thread),
+            outcome: Some(outcome),
             summary: None,
             csv: None,
             source: Some(source),
@@ -134,10 +176,38 @@ impl Session {
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
     pub fn poll(&mut self) -> Result<(), LabError> {
-        match self.thread.take_if(|thread| thread.is_finished()) {
-            Some(thread) => self.end(thread),
-            None => Ok(()),
+        self.wait(Duration::ZERO).map(drop)
+    }
+
+    /// Waits for the end of the run, but no longer than `patience`; says whether it
+    /// has come.
+    ///
+    /// # Errors
+    /// [`LabError`] if a node failed or the clock panicked.
+    pub fn wait(&mut self, patience: Duration) -> Result<bool, LabError> {
+        let Some(outcome) = &self.outcome else {
+            return Ok(true);
+        };
+        match outcome.recv_timeout(patience) {
+            Ok(outcome) => self.end(outcome).map(|()| true),
+            Err(RecvTimeoutError::Timeout) => Ok(false),
+            // Nodes' panics are faults already; this is one of the clock.
+            Err(RecvTimeoutError::Disconnected) => Err(LabError::Panicked),
         }
+    }
+
+    /// Has the run end as soon as no node is in a tick.
+    pub fn stop(&mut self) {
+        self.send(Command::Stop);
+        // Virtual time waits for a full tap, and nobody will empty it any more.
+        self.steps = None;
+    }
+
+    /// The nodes that are in a tick, which the end of the run waits for.
+    pub fn busy(&self) -> Vec<String> {
+        let nodes = self.observer.glance().nodes.into_iter();
+        let busy = nodes.filter(|node| node.busy);
+        busy.map(|node| node.name.to_string()).collect()
     }
 
     /// Stops the run and waits for its end.
@@ -146,28 +216,36 @@ impl Session {
     /// [`LabError`] if a node failed, the clock panicked, or control steps could
     /// not be written.
     pub fn finish(&mut self) -> Result<Ended, LabError> {
-        self.send(Command::Stop);
-        // Virtual time waits for a full tap, and nobody will empty it any more.
-        self.steps = None;
-        if let Some(thread) = self.thread.take() {
-            self.end(thread)?;
+        self.stop();
+        if let Some(outcome) = &self.outcome {
+            let outcome = outcome.recv().map_err(|_| LabError::Panicked)?;
+            self.end(outcome)?;
         }
         let csv_lost = self.finish_csv()?;
         let summary = self.summary.take().ok_or(LabError::Panicked)?;
         Ok(Ended { summary, csv_lost })
     }
 
+    /// Leaves the run, which does not end, to itself; its recording ends in order.
+    pub fn abandon(&mut self) -> LabError {
+        let stuck = LabError::Stuck(list(&self.busy()));
+        if let Some(recorder) = &self.recorder {
+            recorder.end(Ending::Fault(stuck.to_string()));
+        }
+        stuck
+    }
+
     /// Notes what the run came to, and tells the recorder.
-    fn end(&mut self, thread: JoinHandle<Result<Summary, Fault>>) -> Result<(), LabError> {
-        // Nodes' panics are faults already; this would be one of the clock.
-        let outcome = thread.join().map_err(|_| LabError::Panicked)?;
+    fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), LabError> {
+        self.outcome = None;
         if let Some(recorder) = &self.recorder {
             recorder.end(Ending::of(&outcome));
         }
         match outcome {
             Ok(summary) => self.summary = Some(summary),
             Err(fault) => {
-                self.finish_csv()?;
+                // The fault matters more than rows that cannot be written.
+                let _ = self.finish_csv();
                 return Err(fault.into());
             }
         }
@@ -202,6 +280,14 @@ impl Session {
     /// The recorder, if it is on its way to its end, or was told to be.
     pub fn take_recorder(&mut self) -> Option<Recorder> {
         self.recorder.take_if(|recorder| recorder.is_ending())
+    }
+}
+
+/// Names as they are listed in a sentence; some node, where none is known.
+pub fn list(names: &[String]) -> String {
+    match names {
+        [] => "a node".to_owned(),
+        names => names.join(" and "),
     }
 }
 

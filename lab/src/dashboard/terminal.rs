@@ -8,13 +8,19 @@ use std::{
     time::Duration,
 };
 
+use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 use crossterm::{
     cursor::Show,
-    event::{self, Event},
+    event::{self, DisableBracketedPaste, EnableBracketedPaste, Event},
     execute,
     terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode},
 };
 use ratatui::{Terminal, backend::CrosstermBackend};
+
+use super::jobs::{Jobs, Turn};
+
+/// Keys that may wait to be obeyed.
+const BACKLOG: usize = 1024;
 
 /// Whether there is a terminal to draw on and to read keys from.
 pub fn is_there() -> bool {
@@ -31,9 +37,7 @@ impl Screen {
     /// If the terminal refuses; it is then as it was.
     pub fn open() -> io::Result<Self> {
         restore_on_panic();
-        enable_raw_mode()?;
-        let screen = execute!(stdout(), EnterAlternateScreen)
-            .and_then(|()| Terminal::new(CrosstermBackend::new(stdout())));
+        let screen = take().and_then(|()| Terminal::new(CrosstermBackend::new(stdout())));
         if screen.is_err() {
             restore();
         }
@@ -47,10 +51,17 @@ impl Drop for Screen {
     }
 }
 
+/// Takes the terminal over.
+fn take() -> io::Result<()> {
+    enable_raw_mode()?;
+    // A paste comes as one event then, not as keys.
+    execute!(stdout(), EnterAlternateScreen, EnableBracketedPaste)
+}
+
 /// Gives the terminal back. There is nobody to tell if that fails.
 pub fn restore() {
     let _ = disable_raw_mode();
-    let _ = execute!(stdout(), LeaveAlternateScreen, Show);
+    let _ = execute!(stdout(), DisableBracketedPaste, LeaveAlternateScreen, Show);
 }
 
 /// A panic of the dashboard gives the terminal back before it is reported. One
@@ -70,24 +81,95 @@ fn restore_on_panic() {
     });
 }
 
-/// Where keys come from.
+/// Where keys come from, and what the shell behind them asks for.
 pub trait Input {
     /// The next event, if one comes within `timeout`.
     ///
     /// # Errors
     /// If the source fails.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>>;
+
+    /// What the shell asks for by now.
+    fn turn(&mut self) -> Turn {
+        Turn::Stay
+    }
+
+    /// Asks the shell to stop the program, as Ctrl-Z does.
+    fn ask_to_stop(&mut self) {}
+
+    /// Gives the terminal back, stops until the shell continues the program, and
+    /// takes the terminal again.
+    ///
+    /// # Errors
+    /// If the terminal refuses.
+    fn stop(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Takes the terminal again after a stop that nobody announced.
+    ///
+    /// # Errors
+    /// If the terminal refuses.
+    fn retake(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
-/// Keys from the terminal.
-pub struct Keyboard;
+/// Keys from the terminal, and signals from the shell.
+pub struct Keyboard {
+    events: Receiver<io::Result<Event>>,
+    jobs: Jobs,
+}
+
+impl Keyboard {
+    /// Reads keys from now on, on a thread of its own: reading stands still within
+    /// a key of which only the beginning has come, and nothing else is to.
+    ///
+    /// # Errors
+    /// If there can be no thread, or no handler of signals.
+    pub fn open() -> io::Result<Self> {
+        let (sender, events) = bounded(BACKLOG);
+        let reader = thread::Builder::new().name("keys".to_owned());
+        reader.spawn(move || {
+            loop {
+                let event = event::read();
+                let failed = event.is_err();
+                if sender.send(event).is_err() || failed {
+                    return;
+                }
+            }
+        })?;
+        let jobs = Jobs::watch()?;
+        Ok(Self { events, jobs })
+    }
+}
 
 impl Input for Keyboard {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
-        if event::poll(timeout)? {
-            event::read().map(Some)
-        } else {
-            Ok(None)
+        match self.events.recv_timeout(timeout) {
+            Ok(event) => event.map(Some),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::UnexpectedEof.into()),
         }
+    }
+
+    fn turn(&mut self) -> Turn {
+        self.jobs.turn()
+    }
+
+    fn ask_to_stop(&mut self) {
+        Jobs::ask_to_stop();
+    }
+
+    fn stop(&mut self) -> io::Result<()> {
+        restore();
+        self.jobs.stop()?;
+        take()
+    }
+
+    fn retake(&mut self) -> io::Result<()> {
+        // The shell may have set modes of its own meanwhile.
+        restore();
+        take()
     }
 }

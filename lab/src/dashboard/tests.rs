@@ -1,8 +1,19 @@
 //! The dashboard as a whole: the real loop, injected keys, drawn screens.
 
+mod files;
+mod order;
 mod sessions;
+mod stuck;
 
-use std::{collections::VecDeque, io, sync::atomic::AtomicBool, time::Duration};
+use std::{
+    collections::VecDeque,
+    io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
@@ -57,28 +68,32 @@ fn screen(app: &App, theme: &Theme, width: u16, height: u16) -> String {
     terminal.backend().to_string()
 }
 
-/// Types when it is time to, in run time, and quits when the run is over.
+/// Types a key per frame, and notes when there are no more.
+#[derive(Default)]
 struct Typist {
     keys: VecDeque<KeyCode>,
+    done: Arc<AtomicBool>,
 }
 
 impl Input for Typist {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
         std::thread::sleep(timeout);
         let key = self.keys.pop_front();
+        self.done.store(self.keys.is_empty(), Ordering::Relaxed);
         Ok(key.map(|code| Event::Key(KeyEvent::new(code, KeyModifiers::NONE))))
     }
 }
 
-/// Runs the real loop over `config` with one key per frame, then to the end.
+/// Runs the real loop over `config` with one key per frame; the session goes on.
 fn typed(config: Config, keys: &[KeyCode]) -> (App, Terminal<TestBackend>) {
     let mut app = App::new(&config, Setup::default()).expect("session");
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
     let waits = std::iter::repeat_n(KeyCode::Null, 2);
-    let mut keys: VecDeque<KeyCode> = keys.iter().copied().chain(waits).collect();
-    keys.push_back(KeyCode::Char('q'));
-    let mut typist = Typist { keys };
-    let quit = AtomicBool::new(false);
+    let mut typist = Typist {
+        keys: keys.iter().copied().chain(waits).collect(),
+        ..Typist::default()
+    };
+    let quit = typist.done.clone();
     run_infallible(&mut terminal, &mut typist, &mut app, &quit);
     (app, terminal)
 }
@@ -93,7 +108,11 @@ fn run_infallible(
 }
 
 fn chars(text: &str) -> Vec<KeyCode> {
-    text.chars().map(KeyCode::Char).collect()
+    let key = |letter| match letter {
+        '\n' => KeyCode::Enter,
+        letter => KeyCode::Char(letter),
+    };
+    text.chars().map(key).collect()
 }
 
 /// The README's picture. `RATELAB_UPDATE=1 cargo test manual` draws it

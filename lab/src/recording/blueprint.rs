@@ -1,5 +1,7 @@
 //! How the viewer lays a recording out: everything at a glance.
 
+use std::sync::{Mutex, PoisonError};
+
 use ratelab::{
     cartpole::POLE_LIMIT_RAD,
     runtime::{ClockKind, Snapshot},
@@ -26,6 +28,7 @@ use rerun::{
         },
     },
     log::{Chunk, ChunkError, LogMsg},
+    sink::MemorySinkStorage,
 };
 
 use super::{
@@ -54,14 +57,51 @@ pub fn send(
     start: &Snapshot,
     clock: ClockKind,
 ) -> RecordingStreamResult<()> {
-    let mut properties = Properties::default();
-    let layout = Layout {
-        root: layout(&mut properties, start, clock),
-        timeline: RUN_TIME,
-        properties,
+    let subject = Subject::of(start, clock);
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = made.iter().find(|(known, _)| *known == subject);
+    let messages = match known {
+        Some((_, messages)) => messages.clone(),
+        None => {
+            let mut properties = Properties::default();
+            let layout = Layout {
+                root: layout(&mut properties, start, clock),
+                timeline: RUN_TIME,
+                properties,
+            };
+            let messages = layout.messages(rec)?;
+            made.push((subject, messages.clone()));
+            messages
+        }
     };
-    layout.send(rec)
+    drop(made);
+    activate(messages, rec);
+    Ok(())
 }
+
+/// What the layout of a run depends on.
+#[derive(PartialEq)]
+struct Subject {
+    nodes: Vec<String>,
+    topics: Vec<String>,
+    clock: ClockKind,
+}
+
+impl Subject {
+    fn of(start: &Snapshot, clock: ClockKind) -> Self {
+        let nodes = start.nodes.iter().map(|node| node.name.to_string());
+        let topics = start.topics.iter().map(|topic| topic.name.to_string());
+        Self {
+            nodes: nodes.collect(),
+            topics: topics.collect(),
+            clock,
+        }
+    }
+}
+
+/// Layouts that were made. The SDK (0.36.3) never ends the stream with which it
+/// makes one: two threads and their memory each time, so each is made once.
+static MADE: Mutex<Vec<(Subject, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 
 /// Views, and nothing else but what is needed to move through them.
 pub struct Layout {
@@ -76,6 +116,11 @@ pub struct Layout {
 impl Layout {
     /// Has the viewer show it. Comes before the recording itself.
     pub fn send(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        activate(self.messages(rec)?, rec);
+        Ok(())
+    }
+
+    fn messages(self, rec: &RecordingStream) -> RecordingStreamResult<Vec<LogMsg>> {
         let time = TimePanel::new()
             .with_state(PanelState::Collapsed)
             .with_timeline(self.timeline)
@@ -87,7 +132,7 @@ impl Layout {
             .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
             .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
             .with_time_panel(time);
-        self.properties.send_with(&blueprint, rec)
+        self.properties.messages_with(&blueprint, rec)
     }
 }
 
@@ -256,30 +301,46 @@ impl Properties {
         self.set(view, &properties)
     }
 
-    /// Sends `blueprint` and the properties of its views, then has the viewer
-    /// show it.
-    fn send_with(&self, blueprint: &Blueprint, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    /// `blueprint` and the properties of its views.
+    fn messages_with(
+        &self,
+        blueprint: &Blueprint,
+        rec: &RecordingStream,
+    ) -> RecordingStreamResult<Vec<LogMsg>> {
         let mut messages = messages_of(blueprint, rec)?;
         let Some(id) = messages.first().map(|message| message.store_id().clone()) else {
-            return Ok(()); // A disabled stream.
+            return Ok(messages); // A disabled stream.
         };
         let (stream, storage) = RecordingStreamBuilder::from_store_id(&id).memory()?;
         stream.set_time_sequence(BLUEPRINT, 0);
         for (entity, property) in &self.0 {
             stream.log_serialized_batches(entity.clone(), false, property.iter().cloned())?;
         }
-        let data = storage.take().into_iter();
+        let data = taken(&stream, &storage).into_iter();
         messages.extend(data.filter(|message| matches!(message, LogMsg::ArrowMsg(..))));
         let messages = messages.into_iter().map(on_one_timeline);
-        let messages = messages.collect::<Result<_, ChunkError>>()?;
+        Ok(messages.collect::<Result<_, ChunkError>>()?)
+    }
+}
+
+/// Sends the messages of a blueprint, then has the viewer show it.
+fn activate(messages: Vec<LogMsg>, rec: &RecordingStream) {
+    if let Some(first) = messages.first() {
         let activation = BlueprintActivationCommand {
-            blueprint_id: id,
+            blueprint_id: first.store_id().clone(),
             make_active: true,
             make_default: true,
         };
         rec.send_blueprint(messages, activation);
-        Ok(())
     }
+}
+
+/// What `stream` wrote to `storage`. The two hold each other, and would never go
+/// away if the stream were not disconnected.
+fn taken(stream: &RecordingStream, storage: &MemorySinkStorage) -> Vec<LogMsg> {
+    let messages = storage.take();
+    stream.disconnect();
+    messages
 }
 
 /// `message` without the timelines that the viewer does not ask a blueprint
@@ -302,7 +363,7 @@ fn messages_of(blueprint: &Blueprint, rec: &RecordingStream) -> RecordingStreamR
     let application = info.application_id().clone();
     let (stream, storage) = RecordingStreamBuilder::new(application).memory()?;
     blueprint.send(&stream, BlueprintActivation::default())?;
-    let messages = storage.take().into_iter();
+    let messages = taken(&stream, &storage).into_iter();
     let of_blueprint = messages.filter(|message| {
         message.store_id().kind() == StoreKind::Blueprint
             && !matches!(message, LogMsg::BlueprintActivationCommand(_))

@@ -17,7 +17,7 @@ use crate::runtime::{
     inbox::{Inbox, Wait, Word},
     node::Fault,
     slot::Slot,
-    sync::{Arc, spawn_named, thread},
+    sync::{Arc, atomic::Ordering, spawn_named, thread},
     telemetry::Shared,
     time::Time,
 };
@@ -279,7 +279,9 @@ impl Worker<'_> {
     fn tick(&mut self, wall: &Wall, due: Time) -> Option<Report> {
         let began = wall.now();
         self.shared.come_to(began);
+        self.slot.entry.busy.store(true, Ordering::Relaxed);
         let outcome = self.slot.tick(began);
+        self.slot.entry.busy.store(false, Ordering::Relaxed);
         let ended = wall.now();
         // Run time may have stopped while the node was busy, or ended: what was
         // due by then is missed, and nothing after it.

@@ -7,7 +7,7 @@ use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
         Arc, Mutex,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
         lock,
     },
     time::{Hz, Time},
@@ -47,6 +47,7 @@ pub(crate) struct NodeEntry {
     pub(crate) priority: u32,
     pub(crate) ticks: Arc<AtomicU64>,
     pub(crate) overruns: Arc<AtomicU64>,
+    pub(crate) busy: Arc<AtomicBool>,
     pub(crate) micro_hz: Arc<AtomicU64>,
     pub(crate) lateness: Meter,
     pub(crate) tick_time: Meter,
@@ -123,6 +124,8 @@ pub struct NodeView {
     pub ticks: u64,
     /// Periods that were skipped because the node was still busy.
     pub overruns: u64,
+    /// Whether it is in a tick. Real clock only: a virtual tick takes no time.
+    pub busy: bool,
     /// How late ticks began. Real clock only: virtual time is never late.
     pub lateness: Distribution,
     /// How long ticks took in wall time. Not measured while the virtual clock
@@ -271,6 +274,7 @@ impl NodeEntry {
             hz: Hz::from_micro(self.micro_hz.load(Ordering::Relaxed)),
             ticks: self.ticks.load(Ordering::Relaxed),
             overruns: self.overruns.load(Ordering::Relaxed),
+            busy: self.busy.load(Ordering::Relaxed),
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
             meters: self

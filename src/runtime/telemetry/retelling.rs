@@ -156,6 +156,7 @@ impl RetoldNode {
                 priority: shape.priority,
                 ticks: Arc::default(),
                 overruns: Arc::default(),
+                busy: Arc::default(),
                 micro_hz: Arc::new(AtomicU64::new(shape.hz.as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,

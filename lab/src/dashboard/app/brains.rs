@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use ratelab::{
     experiment::{Config, Knob},
-    policy::{Brain, PolicyKind},
+    policy::{Brain, PolicyKind, UnknownPolicy},
 };
 
 use super::App;
@@ -53,6 +53,14 @@ fn path(brain: &Brain) -> &str {
     }
 }
 
+/// The same brain with the content that its file has now.
+pub(super) fn as_it_is_now(brain: &Brain) -> Result<Brain, String> {
+    let named: Brain = path(brain)
+        .parse()
+        .map_err(|error: UnknownPolicy| error.to_string())?;
+    named.pinned().map_err(|error| error.to_string())
+}
+
 impl App {
     /// Swaps the brain for a neighbouring one, as it is now.
     pub(super) fn change_policy(&mut self, way: Way) {
@@ -62,12 +70,9 @@ impl App {
             .map(path)
             .position(|known| known == path(&self.config.policy));
         let step = if way == Way::Up { 1 } else { count - 1 };
-        let next = path(&self.brains[(index.unwrap_or(0) + step) % count]);
-        let brain: Result<Brain, _> = next.parse();
-        match brain.map(|brain| brain.pinned()) {
-            Ok(Ok(brain)) => self.turn(Knob::Policy(brain)),
-            Ok(Err(error)) => self.say(error.to_string()),
-            Err(error) => self.say(error.to_string()),
+        match as_it_is_now(&self.brains[(index.unwrap_or(0) + step) % count]) {
+            Ok(brain) => self.turn(Knob::Policy(brain)),
+            Err(reason) => self.say(reason),
         }
     }
 }

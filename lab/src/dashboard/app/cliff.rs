@@ -1,5 +1,7 @@
 //! The cliff map over the dashboard.
 
+use ratelab::experiment::Config;
+
 use super::App;
 use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
 
@@ -48,9 +50,13 @@ impl App {
             MapAction::Seed(way) => map.move_seed(way),
             MapAction::Close => self.mapping = false,
             MapAction::Run => {
-                (self.config.control_hz, self.config.seed) = map.chosen();
+                let (control_hz, seed) = map.chosen();
                 self.mapping = false;
-                return self.restart();
+                return self.restart(Config {
+                    control_hz,
+                    seed,
+                    ..self.config.clone()
+                });
             }
         }
         Ok(())

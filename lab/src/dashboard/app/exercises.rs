@@ -54,15 +54,11 @@ impl App {
 
     /// Starts the usual session in slow motion, recorded.
     fn try_by_hand(&mut self) -> Result<(), LabError> {
-        self.config = Config {
+        let by_hand = Config {
             speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),
             end: self.config.end,
             ..Config::default()
         };
-        self.record = true;
-        self.restart()?;
-        self.by_hand = true;
-        self.say("b slows the policy, ] brings it back, e judges");
-        Ok(())
+        self.restart_by_hand(by_hand)
     }
 }

@@ -1,10 +1,12 @@
 //! Turning knobs: by the rung, by an exact value, and as the timed ones do.
 
+use std::mem::discriminant;
+
 use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{
-    experiment::{BROKEN_HZ, Knob, TimedKnob},
+    experiment::{BROKEN_HZ, Config, Knob},
     runtime::{
-        Command, Depth, Hz,
+        Depth, Hz,
         telemetry::{Event, Happening},
     },
 };
@@ -63,48 +65,70 @@ impl App {
 
     /// Turns a knob of the running graph; the next session starts with it.
     pub(super) fn turn(&mut self, knob: Knob) {
-        self.set(knob.clone());
         if self.ended() {
             self.say(format!(
                 "the run is over: {knob} counts from the next one, r starts it"
             ));
-            return;
+        } else {
+            for command in knob.commands() {
+                self.session.send(command);
+            }
         }
-        self.turning += 1;
-        for command in knob.commands() {
-            self.session.send(command);
-        }
+        self.pressed.push_back(knob);
+        self.settle();
     }
 
-    fn set(&mut self, knob: Knob) {
-        match knob {
-            Knob::ControlHz(hz) => self.config.control_hz = hz,
-            Knob::SensorHz(hz) => self.config.sensor_hz = hz,
-            Knob::QueueDepth(depth) => self.config.queue_depth = depth,
-            Knob::Policy(brain) => self.config.policy = brain,
-        }
-    }
-
-    /// Keeps up with what happened. Knobs may have been given their times up
-    /// front: the ladders go on from where those lead.
+    /// Keeps up with what happened.
     pub(super) fn follow_events(&mut self) {
         for event in self.session.observer().events(self.events.len()) {
-            match TimedKnob::of(&event) {
-                Some(_) if self.turning > 0 => self.turning -= 1,
-                Some(timed) => self.set(timed.knob),
-                None => self.follow_refusal(&event),
-            }
+            self.follow(&event);
             self.events.push(event);
         }
     }
 
-    /// A brain that was there when a key asked for it may be gone by now.
-    fn follow_refusal(&mut self, event: &Event) {
-        if let Happening::Refused { command, reason } = &event.what
-            && matches!(command, Command::Tell { .. })
-        {
-            self.turning = self.turning.saturating_sub(1);
-            self.say(reason.clone());
+    /// Follows what the graph did with a knob, be it one that a key turned or one
+    /// that was given its time up front.
+    pub(super) fn follow(&mut self, event: &Event) {
+        let (command, refused) = match &event.what {
+            Happening::Applied { command, .. } => (command, None),
+            Happening::Refused { command, reason } => (command, Some(reason)),
+            _ => return,
+        };
+        let Some(knob) = Knob::of(command) else {
+            return;
+        };
+        let pressed = self.answered(&knob);
+        match refused {
+            None => set(&mut self.running, knob),
+            // A brain that was there when a key asked for it may be gone by now.
+            Some(reason) if pressed => self.say(reason.clone()),
+            Some(_) => {}
+        }
+        self.settle();
+    }
+
+    /// Takes `knob` from those that wait for an answer, if it is the first of its
+    /// kind there. A timed knob of the same value may be taken for it: the one that
+    /// a key turned then comes later, and sets that value all the same.
+    fn answered(&mut self, knob: &Knob) -> bool {
+        let mut pressed = self.pressed.iter();
+        let first = pressed.position(|other| discriminant(other) == discriminant(knob));
+        let first = first.filter(|index| self.pressed[*index] == *knob);
+        first.and_then(|index| self.pressed.remove(index)).is_some()
+    }
+
+    /// What the person wants is what runs, and what is on its way to it.
+    fn settle(&mut self) {
+        let running = self.running.clone();
+        self.config = Config {
+            control_hz: running.control_hz,
+            sensor_hz: running.sensor_hz,
+            queue_depth: running.queue_depth,
+            policy: running.policy,
+            ..self.config.clone()
+        };
+        for knob in &self.pressed {
+            set(&mut self.config, knob.clone());
         }
     }
 
@@ -126,6 +150,15 @@ impl App {
             }
             _ => {}
         }
+    }
+}
+
+fn set(config: &mut Config, knob: Knob) {
+    match knob {
+        Knob::ControlHz(hz) => config.control_hz = hz,
+        Knob::SensorHz(hz) => config.sensor_hz = hz,
+        Knob::QueueDepth(depth) => config.queue_depth = depth,
+        Knob::Policy(brain) => config.policy = brain,
     }
 }
 

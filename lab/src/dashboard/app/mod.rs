@@ -5,17 +5,22 @@ mod cliff;
 mod exercises;
 mod knobs;
 mod marks;
+#[cfg(test)]
+mod probe;
 mod recording;
+mod restart;
 mod time;
 
-use std::sync::Arc;
+use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::Config,
+    experiment::{Config, Knob},
     policy::Brain,
-    runtime::{Time, telemetry::Event},
+    runtime::{Command, Time, telemetry::Event},
 };
+
+use restart::Next;
 
 use super::{
     Model,
@@ -38,20 +43,25 @@ pub use marks::{TRACE_S, marks};
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.
 pub struct App {
-    /// The settings of the next session, which are those of this one with the
-    /// knobs as they were turned.
+    /// The settings that the person wants, which are those of the next session.
     config: Config,
+    /// The settings that the graph runs with, as far as its events tell.
+    running: Config,
+    /// Knobs that keys turned and the graph has not answered yet, oldest first.
+    pressed: VecDeque<Knob>,
     /// What p and P go through.
     brains: Vec<Brain>,
     /// Whether the person wants run time to stand still; the clock may not have
     /// heard of it yet.
     pause: bool,
-    /// Knobs that were turned by key and have not taken effect yet.
-    turning: usize,
     /// What happened to the session so far.
     events: Vec<Event>,
     setup: Setup,
     session: Session,
+    /// What comes when the session has ended, if it is to end.
+    next: Option<Next>,
+    /// Whether run time stands still because the program is to be stopped.
+    resting: bool,
     sampler: Sampler,
     history: History,
     /// Where the next recording goes.
@@ -108,10 +118,13 @@ impl App {
         Self {
             brains: brains::available(session.config()),
             config: without_knobs(session.config().clone()),
+            running: without_knobs(session.config().clone()),
+            pressed: VecDeque::new(),
             pause: false,
-            turning: 0,
             events: Vec::new(),
             session,
+            next: None,
+            resting: false,
             setup,
             sampler: Sampler::default(),
             history: History::default(),
@@ -157,8 +170,12 @@ impl App {
     }
 
     /// Ends the session in order: what it came to, and what became of recordings.
+    /// One that was to end and did not is not waited for any longer.
     pub fn finish(mut self) -> Left {
-        let ended = self.session.finish();
+        let ended = match self.next {
+            None => self.session.finish(),
+            Some(_) => Err(self.session.abandon()),
+        };
         self.finish_recordings();
         Left {
             ended,
@@ -182,6 +199,7 @@ pub struct Left {
 impl Model for App {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.session.poll()?;
+        self.follow_end(Duration::ZERO)?;
         self.follow_events();
         self.follow_recordings();
         let told = self.desk.as_mut().is_some_and(Desk::poll);
@@ -219,8 +237,13 @@ impl Model for App {
     }
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
-        self.notice = None;
         let action = LAB.action(key);
+        if self.next.is_some() {
+            // What is on its way to its end obeys nothing else.
+            self.quit |= action == Some(Action::Quit);
+            return Ok(());
+        }
+        self.notice = None;
         if self.prompt.is_some() && !is_chord(key) {
             self.edit(key);
             return Ok(());
@@ -240,6 +263,26 @@ impl Model for App {
         };
         self.picture = self.history.shown();
         done
+    }
+
+    fn paste(&mut self, text: &str) {
+        // A pasted line break is no Enter.
+        let text = text.replace(char::is_control, " ");
+        if let Some(prompt) = &mut self.prompt {
+            prompt.push_str(&text);
+        } else if let Some(desk) = &mut self.desk {
+            desk.paste(&text);
+        }
+    }
+
+    fn rest(&mut self) {
+        self.stand_still();
+    }
+
+    fn go_on(&mut self) {
+        if std::mem::take(&mut self.resting) {
+            self.session.send(Command::Resume);
+        }
     }
 
     fn left(&self) -> bool {
@@ -266,14 +309,14 @@ impl App {
             Action::Map => self.open_map(),
             Action::Record => self.toggle_recording(),
             Action::Exercises => self.open_exercises(),
-            Action::Restart => return self.restart(),
+            Action::Restart => return self.restart(self.config.clone()),
             Action::Seed(way) => return self.change_seed(way),
             Action::Policy(way) => self.change_policy(way),
             Action::NextPane => self.focus = self.focus.next(),
             Action::Focus(pane) => self.focus = pane,
             Action::Zoom => self.zoomed = !self.zoomed,
             Action::Help => self.help = true,
-            Action::Quit => self.quit = true,
+            Action::Quit => return self.leave(),
         }
         Ok(())
     }
@@ -304,29 +347,15 @@ impl App {
             seed.checked_sub(1)
         };
         match next {
-            Some(seed) => {
-                self.config.seed = seed;
-                self.restart()
-            }
+            Some(seed) => self.restart(Config {
+                seed,
+                ..self.config.clone()
+            }),
             None => {
                 self.at_end("seed", way, seed);
                 Ok(())
             }
         }
-    }
-
-    /// Ends this session and starts one with the knobs as they stand.
-    fn restart(&mut self) -> Result<(), LabError> {
-        let ended = self.session.finish();
-        self.follow_recordings();
-        ended?;
-        let record = self.record.then_some(&mut self.destination);
-        self.session = Session::start(&self.config, &self.setup, record)?;
-        self.sampler = Sampler::default();
-        self.history = History::default();
-        self.events.clear();
-        (self.pause, self.turning, self.by_hand) = (false, 0, false);
-        Ok(())
     }
 }
 

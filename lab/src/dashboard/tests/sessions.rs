@@ -80,9 +80,7 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
             let experiment = Experiment::with_policy(&config, brain).expect("experiment");
             let mut app = App::watching(Session::of(experiment, &config, None), Setup::default());
             let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
-            let mut nobody = Typist {
-                keys: VecDeque::new(),
-            };
+            let mut nobody = Typist::default();
             let quit = AtomicBool::new(false);
             let end = run(&mut terminal, &mut nobody, &mut app, &options(), &quit);
             let fault = end.expect_err("a fault").to_string();

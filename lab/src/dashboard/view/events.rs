@@ -35,7 +35,7 @@ pub fn render(
     buf: &mut Buffer,
 ) {
     let inner = frame(TITLE, Span::default(), theme, focused, area, buf);
-    let inset = u16::from(inner.width > 20);
+    let inset = inset(inner.width);
     let inner = Rect {
         x: inner.x + inset,
         width: inner.width - 2 * inset,
@@ -65,6 +65,17 @@ pub fn render(
     for (at, event) in events[events.len() - shown..].iter().enumerate() {
         draw_event(event, theme, row(inner, begin + at), buf);
     }
+}
+
+/// Columns of a line in a pane of the size of `area`.
+pub fn room(area: Rect) -> u16 {
+    let inner = area.width.saturating_sub(2);
+    inner - 2 * inset(inner)
+}
+
+/// Columns left free at either edge.
+fn inset(width: u16) -> u16 {
+    u16::from(width > 20)
 }
 
 /// The verdict in a line.

@@ -105,10 +105,16 @@ fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buf
     }
     match &shown.footer {
         Footer::Prompt(typed) => prompt_line(typed, theme, layout.footer, buf),
-        Footer::Hints(hints) => {
-            let hints: Vec<(&str, &str)> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
-            status::render_footer(&hints, theme, layout.footer, buf);
-        }
+        Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
+            Some(notice) => {
+                let text = pane::clip(notice, usize::from(layout.footer.width), theme);
+                Line::styled(text, theme.strong()).render(layout.footer, buf);
+            }
+            None => {
+                let hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
+                status::render_footer(&hints, theme, layout.footer, buf);
+            }
+        },
     }
     if let Some(map) = shown.map {
         cliff::render(map, theme, layout.body, buf);
@@ -138,6 +144,18 @@ fn render_pane(shown: &Shown<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &m
             events::render(verdict, events, notice, theme, focused, area, buf);
         }
     }
+}
+
+/// Whether the notice can be read to its end where it usually is.
+fn notice_fits(shown: &Shown<'_>, layout: &Layout) -> bool {
+    let covered = shown.map.is_some() || shown.page.is_some() || shown.help.is_some();
+    let mut panes = layout.panes.iter();
+    let events = panes.find(|(pane, _)| *pane == Pane::Events);
+    let room = events.map_or(layout.footer.width, |(_, area)| events::room(*area));
+    !covered
+        && shown
+            .notice
+            .is_none_or(|notice| pane::width(notice) <= usize::from(room))
 }
 
 /// The verdict, or what the dashboard has to say, where no pane shows it.

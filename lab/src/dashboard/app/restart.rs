@@ -1,0 +1,157 @@
+//! How a session ends, and what comes after it.
+
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+use ratelab::{experiment::Config, runtime::Command};
+
+use super::{App, LabError, brains::as_it_is_now, without_knobs};
+use crate::{
+    dashboard::{
+        history::History,
+        sampler::{Sampler, Watched},
+        session::{Prepared, list},
+    },
+    recording::RecordError,
+};
+
+/// How long a key waits for a session to end, or for run time to stand still. A
+/// node that is still in its tick then is waited for frame by frame.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// What comes when a session has ended.
+pub(super) enum Next {
+    /// The person has left.
+    Leave,
+    /// Another session.
+    Session {
+        prepared: Box<Prepared>,
+        /// Whether it is a rescue by hand, which is recorded to be judged.
+        by_hand: bool,
+    },
+}
+
+impl App {
+    /// Ends this session, which is the last.
+    pub(super) fn leave(&mut self) -> Result<(), LabError> {
+        self.end_with(Next::Leave)
+    }
+
+    /// Ends this session and starts one of `config`, with the policy as its file is
+    /// now. If that cannot be done, the notice says why, and this one goes on.
+    pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
+        self.start(config, false)
+    }
+
+    /// The same for a rescue by hand, which is recorded to be judged.
+    pub(super) fn restart_by_hand(&mut self, config: Config) -> Result<(), LabError> {
+        self.start(config, true)
+    }
+
+    fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
+        match self.prepared(config).map(Box::new) {
+            Ok(prepared) => self.end_with(Next::Session { prepared, by_hand }),
+            Err(reason) => {
+                self.say(reason);
+                Ok(())
+            }
+        }
+    }
+
+    fn prepared(&self, config: Config) -> Result<Prepared, String> {
+        let config = Config {
+            policy: as_it_is_now(&config.policy)?,
+            ..config
+        };
+        Prepared::new(&config, &self.setup).map_err(|error| error.to_string())
+    }
+
+    fn end_with(&mut self, next: Next) -> Result<(), LabError> {
+        self.session.stop();
+        self.next = Some(next);
+        self.follow_end(PATIENCE)
+    }
+
+    /// Sees whether a session that is to end has ended, for as long as `patience`,
+    /// and goes on to what comes next; until then says what it waits for.
+    pub(super) fn follow_end(&mut self, patience: Duration) -> Result<(), LabError> {
+        let Some(next) = self.next.take() else {
+            return Ok(());
+        };
+        if self.session.wait(patience)? {
+            match next {
+                Next::Leave => self.quit = true,
+                Next::Session { prepared, by_hand } => self.begin(*prepared, by_hand)?,
+            }
+        } else {
+            let quit = match next {
+                Next::Leave => "q again",
+                Next::Session { .. } => "q",
+            };
+            self.say(format!(
+                "waiting for {}, still in a tick: {quit} or Ctrl-C ends without it",
+                list(&self.session.busy())
+            ));
+            self.next = Some(next);
+        }
+        Ok(())
+    }
+
+    /// Starts what was prepared, now that the session before it is over.
+    fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
+        match self.session.finish() {
+            // The rows of a session that is followed by another are not kept.
+            Ok(_) | Err(LabError::Csv(_)) => {}
+            Err(error) => return Err(error),
+        }
+        self.notice = None;
+        self.follow_recordings();
+        self.record |= by_hand;
+        let record = self.record.then(|| prepared.record(&mut self.destination));
+        let recorder = record.transpose().unwrap_or_else(|error| {
+            self.unrecordable(error);
+            None
+        });
+        self.session = prepared.begin(recorder);
+        self.config = without_knobs(self.session.config().clone());
+        self.running = self.config.clone();
+        self.pressed.clear();
+        self.sampler = Sampler::default();
+        self.history = History::default();
+        self.events.clear();
+        self.pause = false;
+        // Without its recording a rescue cannot be judged.
+        self.by_hand = by_hand && self.record;
+        if self.by_hand {
+            self.say("b slows the policy, ] brings it back, e judges");
+        }
+        Ok(())
+    }
+
+    /// The session goes on without a recording; the exit code tells, too.
+    fn unrecordable(&mut self, error: LabError) {
+        self.say(error.to_string());
+        self.record = false;
+        if let LabError::Record { path, why } = error {
+            self.unrecorded.get_or_insert(RecordError { path, why });
+        }
+    }
+
+    /// Has run time stand still while the program is stopped: under either clock it
+    /// would else jump ahead afterwards by as much wall time, and every period in
+    /// between be an overrun that is no node's fault.
+    pub(super) fn stand_still(&mut self) {
+        if self.pause || self.resting || self.ended() {
+            return;
+        }
+        self.resting = true;
+        self.session.send(Command::Pause);
+        let asked = Instant::now();
+        // A busy graph is stopped all the same.
+        while !self.session.observer().status().paused && asked.elapsed() < PATIENCE {
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
