@@ -111,9 +111,19 @@ impl Error {
         Self::BadInput(format!("{option} {}: {what}", path.display()))
     }
 
-    /// 2 for bad input, 1 for a run that could not finish.
+    /// Whether Ctrl-C ended a verification.
+    pub fn is_stop(&self) -> bool {
+        let why = match self {
+            Self::Unverified { why, .. } => Some(why),
+            _ => None,
+        };
+        matches!(why, Some(VerifyError::Stopped))
+    }
+
+    /// 2 for bad input, 1 for a run that could not finish, 130 for Ctrl-C.
     pub fn exit_code(&self) -> ExitCode {
         match self {
+            stop if stop.is_stop() => ExitCode::from(130),
             Self::BadInput(_)
             | Self::Read(_)
             | Self::Answers(_)
