@@ -114,6 +114,15 @@ impl Error {
         Self::BadInput(format!("{option} {}: {what}", path.display()))
     }
 
+    /// Whether Ctrl-C ended a verification.
+    pub fn is_stop(&self) -> bool {
+        let why = match self {
+            Self::Unverified { why, .. } => Some(why),
+            _ => None,
+        };
+        matches!(why, Some(VerifyError::Stopped))
+    }
+
     /// 2 for bad input, 1 for a run that could not finish.
     pub fn exit_code(&self) -> ExitCode {
         match self {

@@ -7,18 +7,33 @@ const LONGEST: usize = 1_000;
 /// comes first in an error, what is expected comes last.
 const KEPT: (usize, usize) = (500, 300);
 
-/// Whether `c` acts on the terminal, or on the order in which others appear
-/// (the bidirectional controls of Unicode, UAX #9, and its line separators).
+/// Whether `c` is a control character, or one that changes how the text around
+/// it is shown: those of the Unicode category Cf, and the separators of lines and
+/// paragraphs. U+200C and U+200D are let through: file names in some scripts need
+/// these two, and they join or part two letters at most.
 pub fn is_control(c: char) -> bool {
     c.is_control()
-        || matches!(
-            c,
-            '\u{61c}'
-                | '\u{200e}'
-                | '\u{200f}'
-                | '\u{2028}'..='\u{202e}'
-                | '\u{2066}'..='\u{2069}'
-        )
+        || matches!(c,
+            '\u{ad}'
+            | '\u{600}'..='\u{605}'
+            | '\u{61c}'
+            | '\u{6dd}'
+            | '\u{70f}'
+            | '\u{890}'..='\u{891}'
+            | '\u{8e2}'
+            | '\u{180e}'
+            | '\u{200b}'
+            | '\u{200e}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+            | '\u{fff9}'..='\u{fffb}'
+            | '\u{110bd}'
+            | '\u{110cd}'
+            | '\u{13430}'..='\u{1343f}'
+            | '\u{1bca0}'..='\u{1bca3}'
+            | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e007f}')
 }
 
 /// `text` in one line of reasonable length, with controls spelt out.

@@ -1,6 +1,8 @@
 //! `ratelab info` and `ratelab verify`: what is in a recording, and whether it
 //! comes again.
 
+mod watch;
+
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -14,6 +16,7 @@ use crate::{
     recording::{Origin, Outcome, Recording, Retold, schema::End, verify},
     report::{self, Notes},
 };
+use watch::Watch;
 
 /// Prints what a recording is of and what the run came to.
 pub fn info(file: &Path) -> Result<(), Error> {
@@ -83,20 +86,26 @@ fn lost(outcome: Option<&Outcome>) -> String {
     }
 }
 
-/// Runs recordings again and compares; says of each what came of it.
+/// Runs recordings again and compares; says of each what came of it. Ctrl-C ends
+/// it in order.
 pub fn verify_all(files: &[PathBuf]) -> Result<(), Error> {
+    let asked = signals::stop_flag();
     let [file] = files else {
-        return verify_several(files);
+        return verify_several(files, &asked);
     };
-    verify_one(file)
+    verify_one(file, &asked)
 }
 
-fn verify_several(files: &[PathBuf]) -> Result<(), Error> {
+fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Error> {
     let mut failed = 0;
     for file in files {
-        if let Err(error) = verify_one(file) {
-            output::error(&error);
-            failed += 1;
+        match verify_one(file, asked) {
+            Ok(()) => {}
+            Err(stopped) if stopped.is_stop() => return Err(stopped),
+            Err(error) => {
+                eprintln!("error: {error}");
+                failed += 1;
+            }
         }
     }
     match failed {
@@ -108,10 +117,13 @@ fn verify_several(files: &[PathBuf]) -> Result<(), Error> {
     }
 }
 
-fn verify_one(file: &Path) -> Result<(), Error> {
+fn verify_one(file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
     let recording = Recording::read(file)?;
     let name = file.display();
-    let identical = verify(&recording).map_err(|why| Error::Unverified {
+    let watch = Watch::new(recording.until, asked);
+    let verified = verify(&recording, |now| watch.look(now));
+    drop(watch);
+    let identical = verified.map_err(|why| Error::Unverified {
         file: name.to_string(),
         why,
     })?;

@@ -43,6 +43,15 @@ pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send +
     });
 }
 
+/// Set by the first signal that asks the program to end; the next one ends it at
+/// once.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    let flag = Arc::<AtomicBool>::default();
+    let stop = flag.clone();
+    watch(move || stop.store(true, Ordering::Relaxed), || ());
+    flag
+}
+
 /// Ends the program without waiting for anything, as a signal asked for.
 pub fn end_at_once() -> ! {
     remove_unfinished();

@@ -33,6 +33,37 @@ fn info_says_what_the_run_said() {
 }
 
 #[test]
+fn info_knows_what_a_queue_lost_after_its_last_message() {
+    let folder = folder();
+    let (knobs, file) = (path(&folder, "knobs"), path(&folder, "run.rrd"));
+    fs::write(&knobs, "1.0095 queue-depth 1\n").expect("written");
+    let args = [
+        "run",
+        "--clock",
+        "virtual",
+        "--duration-s",
+        "1.0095",
+        "--control-hz",
+        "1000",
+        "--queue-depth",
+        "5",
+        "--knobs",
+        &knobs,
+        "--record",
+        &file,
+    ];
+    let topics = |output: &str| {
+        let mut lines = output.lines();
+        let line = lines.find(|line| line.starts_with("topics"));
+        line.expect("a line of topics").to_owned()
+    };
+    let said = topics(&text(&ratelab(&args).stdout));
+    assert!(said.contains("758 dropped"), "{said}");
+    assert_eq!(topics(&text(&ratelab(&["info", &file]).stdout)), said);
+    assert!(ratelab(&["verify", &file]).status.success());
+}
+
+#[test]
 fn a_recording_without_a_name_lands_in_recordings_and_overwrites_none() {
     let folder = folder();
     for _ in 0..3 {

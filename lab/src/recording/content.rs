@@ -1,25 +1,19 @@
 //! From the chunks of a file to messages, ticks and events.
 
-use std::time::Duration;
-
-use ratelab::runtime::{
-    Ticked, Time,
-    telemetry::{Event, Shape},
-};
-use rerun::{archetypes::Scalars, log::Chunk};
-use serde::de::DeserializeOwned;
-use serde_json::Value;
+use ratelab::runtime::{Ticked, Time, telemetry::Event};
+use rerun::log::Chunk;
 
 use super::{
-    reader::{Head, Track},
+    limits::check_graph,
+    reader::Track,
+    rows,
     schema::{
-        CHECKPOINT, END, EVENTS, FORMAT, JSON, ORIGIN, Origin, Outcome, UNTIL, message,
-        node_entity, tick, topic_entity,
+        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, Outcome, UNTIL, node_entity, topic_entity,
     },
-    timeline::RUN_TIME,
-    tracks::NANOS_PER_MICRO,
 };
-use crate::printable::is_control;
+
+/// What a row is that cannot be what was recorded.
+pub const DAMAGED_ROW: &str = "a row in it is damaged";
 
 /// What was found in a file so far.
 #[derive(Default)]
@@ -36,6 +30,8 @@ pub struct Content {
     pub until: Option<Time>,
     /// How the recording ended.
     pub outcome: Option<Outcome>,
+    /// Run time up to which no row is damaged, where one is.
+    pub sound: Option<Time>,
     /// What could not be understood.
     pub damage: Option<&'static str>,
 }
@@ -53,39 +49,38 @@ impl Content {
         let Some(origin) = &self.origin else {
             return Ok(());
         };
-        let Shape { nodes, topics } = &origin.shape;
-        if let Some(index) = topics.iter().position(|t| topic_entity(&t.name) == entity) {
-            add_messages(&mut self.topics[index], chunk);
-        } else if let Some(index) = nodes.iter().position(|n| node_entity(&n.name) == entity) {
-            add_ticks(&mut self.ticks[index], chunk);
+        // What does not change is how things look.
+        if chunk.is_static() {
+            return Ok(());
         }
-        match entity.as_str() {
-            EVENTS => {
-                for event in json(chunk) {
-                    match event {
-                        Some(event) => self.events.push(event),
-                        None => self.damage = Some("an event in it is damaged"),
-                    }
-                }
+        let shape = &origin.shape;
+        let (mut topics, mut nodes) = (shape.topics.iter(), shape.nodes.iter());
+        let sound = if let Some(index) = topics.position(|t| topic_entity(&t.name) == entity) {
+            add_messages(&mut self.topics[index], chunk)
+        } else if let Some(index) = nodes.position(|n| node_entity(&n.name) == entity) {
+            add_ticks(&mut self.ticks[index], chunk)
+        } else {
+            match entity.as_str() {
+                EVENTS => add_events(&mut self.events, chunk),
+                END => self.end(chunk),
+                CHECKPOINT => self.check_in(chunk),
+                _ => Ok(()),
             }
-            END => {
-                self.outcome = json::<Outcome>(chunk).next().flatten();
-                let at = self.outcome.as_ref().map(|outcome| outcome.at);
-                self.until = at.or(self.until);
-            }
-            CHECKPOINT => {
-                let until = numbers(chunk, UNTIL).flatten().last();
-                self.until = until.map(Time::from_nanos).or(self.until);
-            }
-            _ => {}
+        };
+        if let Err(Damaged { after }) = sound {
+            self.damage = Some(DAMAGED_ROW);
+            self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
         Ok(())
     }
 
     fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
-        let Some(text) = texts(chunk).next() else {
+        let damaged = || "what this recording says of itself is damaged".to_owned();
+        let texts = rows::texts(chunk);
+        let Some(text) = texts.into_iter().next() else {
             return Ok(());
         };
+        let text = text.ok_or_else(damaged)?;
         let format = serde_json::from_str(&text).ok();
         let format = format.and_then(|json: serde_json::Value| json.get("format")?.as_u64());
         if let Some(format) = format.filter(|format| *format > u64::from(FORMAT)) {
@@ -94,101 +89,87 @@ impl Content {
                  a later one made it"
             ));
         }
-        let origin: Origin =
-            parsed(&text).ok_or("what this recording says of itself is damaged")?;
+        let origin: Origin = rows::parsed(&text).ok_or_else(damaged)?;
+        check_graph(&origin.shape)?;
         self.topics = vec![Track::default(); origin.shape.topics.len()];
         self.ticks = vec![Vec::new(); origin.shape.nodes.len()];
         self.origin = Some(origin);
         Ok(())
     }
-}
 
-fn add_messages(track: &mut Track, chunk: &Chunk) {
-    let origins = numbers(chunk, message::ORIGIN).map(|origin| origin.map(Time::from_nanos));
-    let heads = stamps(chunk).zip(numbers(chunk, message::SEQ)).zip(origins);
-    let heads = heads.zip(numbers(chunk, message::DROPPED));
-    let rows = chunk.iter_slices::<f64>(Scalars::descriptor_scalars().component);
-    for ((((stamp, seq), origin), dropped), row) in heads.zip(rows) {
-        if track.heads.is_empty() {
-            track.width = row.len();
+    /// Takes in how the recording ended.
+    fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
+        for outcome in rows::json::<Outcome>(chunk) {
+            let after = self.until.unwrap_or_default();
+            let outcome = outcome.ok_or(Damaged { after })?;
+            self.until = Some(outcome.at);
+            self.outcome = Some(outcome);
         }
-        // Others are not ours; the end of the file counts what is missing.
-        if row.len() == track.width {
-            track.heads.push(Head {
-                stamp,
-                seq: seq.unwrap_or(0),
-                origin,
-                dropped: dropped.unwrap_or(0),
-            });
-            track.values.extend(row);
+        Ok(())
+    }
+
+    /// Takes in up to where everything is there.
+    fn check_in(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
+        for until in rows::numbers(chunk, UNTIL) {
+            let after = self.until.unwrap_or_default();
+            let until = until.flatten().ok_or(Damaged { after })?;
+            self.until = Some(Time::from_nanos(until));
         }
+        Ok(())
     }
 }
 
-fn add_ticks(ticks: &mut Vec<Ticked>, chunk: &Chunk) {
-    let durations =
-        |name: &'static str| numbers(chunk, name).map(|nanos| nanos.map(Duration::from_nanos));
-    let rows = stamps(chunk).zip(numbers(chunk, tick::NUMBER));
-    let lateness = chunk.iter_slices::<f64>(Scalars::descriptor_scalars().component);
-    let lateness = lateness.map(|row| row.first().copied().and_then(lateness_of));
-    let rows = rows.zip(lateness).zip(durations(tick::TOOK));
-    let rows = rows.zip(numbers(chunk, tick::OVERRUNS));
-    ticks.extend(
-        rows.map(|((((at, number), lateness), took), overruns)| Ticked {
-            number: number.unwrap_or(0),
-            at,
-            lateness,
-            took,
-            overruns: overruns.unwrap_or(0),
-        }),
-    );
+/// A row that cannot be what was recorded, and the run time of the last one before
+/// it.
+struct Damaged {
+    after: Time,
 }
 
-/// To the nanosecond, up to 26 days.
-fn lateness_of(micros: f64) -> Option<Duration> {
-    (micros >= 0.0).then(|| Duration::from_nanos((micros * NANOS_PER_MICRO).round() as u64))
-}
-
-/// Run times of the rows of `chunk`.
-fn stamps(chunk: &Chunk) -> impl Iterator<Item = Time> {
-    let column = chunk.timelines().get(&RUN_TIME.into());
-    let times = column.map_or(&[][..], |column| column.times_raw());
-    let nanos = times.iter().map(|nanos| u64::try_from(*nanos));
-    nanos.map(|nanos| Time::from_nanos(nanos.unwrap_or(0)))
-}
-
-/// The component `name` of the rows of `chunk`, one number or none each.
-fn numbers(chunk: &Chunk, name: &'static str) -> impl Iterator<Item = Option<u64>> {
-    let rows = chunk.iter_slices::<Option<u64>>(name.into());
-    rows.map(|mut row| row.next().flatten())
-}
-
-/// The texts of the rows of `chunk`.
-fn texts(chunk: &Chunk) -> impl Iterator<Item = String> {
-    let rows = chunk.iter_slices::<String>(JSON.into());
-    rows.filter_map(|row| row.first().map(|text| text.as_str().to_owned()))
-}
-
-/// What the texts of the rows of `chunk` stand for; `None` where they do not.
-fn json<T: DeserializeOwned>(chunk: &Chunk) -> impl Iterator<Item = Option<T>> {
-    texts(chunk).map(|text| parsed(&text))
-}
-
-/// The value that `text` stands for. Its texts can be printed: a file may hold
-/// anything, what commands a terminal among it.
-fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
-    let mut value = serde_json::from_str(text).ok()?;
-    make_printable(&mut value);
-    serde_json::from_value(value).ok()
-}
-
-fn make_printable(value: &mut Value) {
-    match value {
-        Value::String(text) => *text = text.replace(is_control, "?"),
-        Value::Array(values) => values.iter_mut().for_each(make_printable),
-        Value::Object(map) => map.values_mut().for_each(make_printable),
-        _ => {}
+/// Adds the messages in `chunk`: numbers, stamps and losses only grow.
+fn add_messages(track: &mut Track, chunk: &Chunk) -> Result<(), Damaged> {
+    for row in rows::messages(chunk) {
+        let last = track.heads.last().copied();
+        let after = last.map_or(Time::ZERO, |last| last.stamp);
+        let (head, values) = row.ok_or(Damaged { after })?;
+        match last {
+            None => track.width = values.len(),
+            Some(last)
+                if head.seq > last.seq
+                    && head.stamp >= last.stamp
+                    && head.dropped >= last.dropped
+                    && values.len() == track.width => {}
+            Some(_) => return Err(Damaged { after }),
+        }
+        track.heads.push(head);
+        track.values.extend(values);
     }
+    Ok(())
+}
+
+/// Adds the ticks in `chunk`: numbers, times and overruns only grow.
+fn add_ticks(ticks: &mut Vec<Ticked>, chunk: &Chunk) -> Result<(), Damaged> {
+    for row in rows::ticks(chunk) {
+        let last = ticks.last();
+        let after = last.map_or(Time::ZERO, |last| last.at);
+        let tick = row.ok_or(Damaged { after })?;
+        let follows = last.is_none_or(|last| {
+            tick.number > last.number && tick.at >= last.at && tick.overruns >= last.overruns
+        });
+        if !follows {
+            return Err(Damaged { after });
+        }
+        ticks.push(tick);
+    }
+    Ok(())
+}
+
+/// Adds the events in `chunk`. Those of threads may be a moment out of order.
+fn add_events(events: &mut Vec<Event>, chunk: &Chunk) -> Result<(), Damaged> {
+    for event in rows::json(chunk) {
+        let after = events.last().map_or(Time::ZERO, |last: &Event| last.at);
+        events.push(event.ok_or(Damaged { after })?);
+    }
+    Ok(())
 }
 
 #[cfg(test)]

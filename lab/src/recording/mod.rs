@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! taps, journal ──► tracks ──► writer ──► columns, scene ──► file      recorder
-//! file ──► frames ──► content ──► Recording ──► retold, verify          reader
+//! file ──► frames ──► rows ──► content ──► check ──► Recording ──► retold, verify
 //! ```
 //!
 //! A recording holds a run twice: for readers, to the bit, and for the eye.
@@ -22,17 +22,22 @@
 //! and under the real clock `wall_time`. A file without `/end` was torn.
 
 pub mod blueprint;
+mod cadence;
+mod check;
 mod columns;
 mod compact;
 mod content;
 mod destination;
 mod file;
 mod frames;
+mod limits;
+mod printable;
 mod progress;
 mod properties;
 mod reader;
 mod recorder;
 mod retold;
+mod rows;
 pub mod scene;
 pub mod schema;
 #[cfg(test)]

@@ -120,7 +120,7 @@ impl Track {
     }
 
     /// Forgets what is later than `until`.
-    fn cut(&mut self, until: Time) {
+    pub(super) fn cut(&mut self, until: Time) {
         let kept = self.heads.partition_point(|head| head.stamp <= until);
         self.heads.truncate(kept);
         self.values.truncate(kept * self.width);
@@ -175,7 +175,7 @@ impl Recording {
             damage: chunks.damage.or(content.damage),
             origin,
         };
-        recording.check();
+        recording.check(content.sound);
         Ok(recording)
     }
 
@@ -211,27 +211,6 @@ impl Recording {
             "this file is good up to {} only: {why}",
             self.until
         ))
-    }
-
-    /// Holds what is there against what the end says is there, and forgets what
-    /// is not known to be complete.
-    fn check(&mut self) {
-        if let Some(outcome) = &self.outcome {
-            let messages = self.topics.iter().map(|topic| topic.heads.len() as u64);
-            let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
-            if !messages.eq(outcome.messages.iter().copied())
-                || !ticks.eq(outcome.ticks.iter().copied())
-            {
-                self.damage = Some("messages are missing in it");
-            }
-            return;
-        }
-        let until = self.until;
-        self.topics.iter_mut().for_each(|topic| topic.cut(until));
-        for ticks in &mut self.ticks {
-            ticks.retain(|tick| tick.at <= until);
-        }
-        self.events.retain(|event| event.at <= until);
     }
 }
 

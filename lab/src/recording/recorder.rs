@@ -18,7 +18,7 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Summary, Taps},
-    runtime::{Fault, Observer, Snapshot},
+    runtime::{Fault, Observer, Snapshot, telemetry::TopicView},
 };
 use thiserror::Error;
 
@@ -100,7 +100,16 @@ impl Ending {
         }
     }
 
-    /// The same for the file.
+    /// Messages lost unread by then, per topic; `None` while more may be.
+    pub(super) fn losses(&self, observer: &Observer) -> Option<Vec<u64>> {
+        if matches!(self, Self::Off) {
+            return None;
+        }
+        let topics = observer.glance().topics;
+        Some(topics.iter().map(TopicView::dropped).collect())
+    }
+
+    /// What came of it, for the file.
     pub(super) fn mark(&self) -> End {
         match self {
             Self::Run(summary) => End::Ended(summary.end()),

@@ -96,6 +96,7 @@ impl Retold {
             self.told += 1;
             steps.extend(self.tell_item(item));
         }
+        self.tell_losses(until);
         self.retelling.come_to(until);
         steps
     }
@@ -105,6 +106,16 @@ impl Retold {
         self.told = 0;
         self.newest = None;
         self.retelling = begin(&self.recording);
+    }
+
+    /// Tells what was lost unread in all of the run, if it is told to its end.
+    fn tell_losses(&mut self, until: Time) {
+        let told = self.told == self.order.len() && until >= self.recording.until;
+        let outcome = self.recording.outcome.as_ref().filter(|_| told);
+        let losses = outcome.and_then(|outcome| outcome.dropped.as_ref());
+        for (topic, dropped) in losses.into_iter().flatten().enumerate() {
+            self.retelling.lost(topic, *dropped);
+        }
     }
 
     fn tell_item(&mut self, item: Item) -> Option<Message<ControlStep>> {

@@ -121,6 +121,11 @@ pub struct Outcome {
     pub ticks: Vec<u64>,
     /// Messages and ticks that came faster than they could be recorded.
     pub lost: u64,
+    /// Messages lost unread when the run ended, per topic of the [`Shape`]: a queue
+    /// made shallower loses some after the last message. Not known of a run that
+    /// went on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dropped: Option<Vec<u64>>,
 }
 
 /// What became of a run that was recorded.

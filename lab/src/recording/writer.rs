@@ -155,6 +155,7 @@ impl Writer {
             messages: self.messages().to_vec(),
             ticks: self.taps.ticks.iter().map(|track| track.written).collect(),
             lost: self.count_lost(),
+            dropped: ending.losses(&self.observer),
         };
         self.end(&outcome, ending).map_err(io::Error::other)?;
         self.flush()?;

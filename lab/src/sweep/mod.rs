@@ -48,10 +48,8 @@ const FILE: &str = "sweep.json";
 pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
     let sweep = args.sweep()?;
     let cells = sweep.cells()?;
-    let asked = Arc::new(AtomicBool::new(false));
-    let stop = asked.clone();
-    // No further cell begins.
-    signals::watch(move || stop.store(true, Ordering::Relaxed), || ());
+    // No further cell begins once it is set.
+    let asked = signals::stop_flag();
     let outputs = Outputs::prepare(&plan(args, &sweep))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
     let bar = Bar::new(cells, theme(args.ascii).glyph("█▌░", "#>-"), args.json);

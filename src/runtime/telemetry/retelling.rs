@@ -27,7 +27,8 @@ use crate::runtime::{
 ///
 /// Among what happened at the same run time a tick comes before what was
 /// published in it, and nodes come by priority. What a queue lost when it was
-/// made shallower shows with the next message.
+/// made shallower shows with the next message, or with what was [`lost`](Self::lost)
+/// at the end.
 pub struct Retelling {
     shared: Arc<Shared>,
     nodes: Vec<RetoldNode>,
@@ -47,6 +48,8 @@ struct RetoldTopic {
     ages: Vec<Recorder>,
     /// Messages lost by the newest one; `None` before the first.
     dropped: Option<u64>,
+    /// When the queue was last made shallower.
+    shrunk: Time,
 }
 
 impl Retelling {
@@ -97,6 +100,15 @@ impl Retelling {
         }
     }
 
+    /// The run is over, and `dropped` messages of the topic with index `topic` were
+    /// lost unread in all of it.
+    pub fn lost(&mut self, topic: usize, dropped: u64) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            // Without another message only a shallower queue loses one.
+            topic.lose(topic.shrunk, dropped);
+        }
+    }
+
     /// The node with index `node` measured `sample` under `meter`.
     pub fn sample(&mut self, node: usize, meter: &str, sample: Duration) {
         let Some(node) = self.nodes.get_mut(node) else {
@@ -112,12 +124,12 @@ impl Retelling {
     pub fn event(&mut self, event: &Event) {
         self.come_to(event.at);
         if let Happening::Applied { command, .. } = &event.what {
-            self.apply(command);
+            self.apply(event.at, command);
         }
         self.shared.journal.note(event.at, event.what.clone());
     }
 
-    fn apply(&mut self, command: &Command) {
+    fn apply(&mut self, at: Time, command: &Command) {
         let mut status = lock(&self.shared.status);
         match command {
             Command::SetRate { node, hz } => {
@@ -127,10 +139,13 @@ impl Retelling {
                 }
             }
             Command::SetDepth { topic, depth } => {
-                let known = self.topics.iter().find(|t| *t.entry.name == **topic);
+                let known = self.topics.iter_mut().find(|t| *t.entry.name == **topic);
                 if let Some(topic) = known {
                     let counters = &topic.entry.counters;
-                    counters.depth.store(depth.get(), Ordering::Relaxed);
+                    let before = counters.depth.swap(depth.get(), Ordering::Relaxed);
+                    if depth.get() < before {
+                        topic.shrunk = at;
+                    }
                 }
             }
             Command::Pause | Command::Step => status.paused = true,
@@ -200,6 +215,7 @@ impl RetoldTopic {
             },
             ages,
             dropped: None,
+            shrunk: Time::ZERO,
         }
     }
 
@@ -208,13 +224,18 @@ impl RetoldTopic {
         let published = seq.saturating_add(1);
         counters.published.store(published, Ordering::Relaxed);
         counters.note(stamp);
+        self.lose(stamp, dropped);
+    }
+
+    /// By `at` so many messages were lost.
+    fn lose(&mut self, at: Time, dropped: u64) {
         // A record knows the losses of all readers together.
         if let Some(reader) = self.entry.subscriptions.first() {
             reader.mark.dropped.store(dropped, Ordering::Relaxed);
             // What was lost before the record begins, was lost then.
             let lost = dropped.saturating_sub(self.dropped.unwrap_or(dropped));
             let lost = u32::try_from(lost).unwrap_or(u32::MAX);
-            reader.mark.drops.count_many(stamp, lost);
+            reader.mark.drops.count_many(at, lost);
         }
         self.dropped = Some(dropped);
     }

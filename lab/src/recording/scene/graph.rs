@@ -110,22 +110,25 @@ impl Wires {
             .with_positions(self.corners.iter().map(|corner| corner.place))
             .with_show_labels(true);
         rec.log_static(GRAPH, &[&edges as &dyn AsComponents, &nodes])?;
-        self.log(rec, stamps)
+        self.log(rec, stamps, self.labels().collect())
     }
 
-    /// Logs the graph again after each of `events` that changed it.
+    /// Logs the graph again after each of `events` that changed it, in one column.
     pub fn add(
         &mut self,
         rec: &RecordingStream,
         progress: &Progress,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
+        let mut stamps = progress.stamps();
+        let mut labels = Vec::new();
         for event in events {
             if self.change(event) {
-                self.log(rec, &progress.stamp(event.at))?;
+                stamps.push(event.at, progress.step_at(event.at));
+                labels.extend(self.labels());
             }
         }
-        Ok(())
+        self.log(rec, &stamps, labels)
     }
 
     fn change(&mut self, event: &Event) -> bool {
@@ -144,12 +147,25 @@ impl Wires {
         })
     }
 
-    fn log(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
-        let labels = self.corners.iter();
-        let labels = labels.map(|corner| format!("{}\n{}", corner.name, corner.setting));
+    /// What stands at the corners now.
+    fn labels(&self) -> impl Iterator<Item = String> {
+        let corners = self.corners.iter();
+        corners.map(|corner| format!("{}\n{}", corner.name, corner.setting))
+    }
+
+    /// Logs `labels`, those of all corners for each row.
+    fn log(
+        &self,
+        rec: &RecordingStream,
+        stamps: &Stamps,
+        labels: Vec<String>,
+    ) -> RecordingStreamResult<()> {
+        if stamps.is_empty() {
+            return Ok(());
+        }
+        let rows = std::iter::repeat_n(self.corners.len(), stamps.len());
         let labels = GraphNodes::update_fields().with_labels(labels);
-        let nodes = labels.columns([self.corners.len()])?;
-        rec.send_columns(GRAPH, stamps.columns(), nodes)
+        rec.send_columns(GRAPH, stamps.columns(), labels.columns(rows)?)
     }
 
     fn colour(&self, corner: usize) -> Color {

@@ -1,9 +1,11 @@
 //! What was in force for how long: the clock and the control rate.
 
+use std::collections::HashSet;
+
 use ratelab::{
     cartpole::POLICY,
     runtime::{
-        ClockKind, Command, Snapshot,
+        ClockKind, Command, Snapshot, Time,
         telemetry::{Event, Happening},
     },
 };
@@ -23,15 +25,22 @@ pub struct Modes {
     clock: String,
     /// Every control rate that there was, in the order of its first use.
     rates: Vec<String>,
+    /// The same, to look one up.
+    known: HashSet<String>,
 }
+
+/// When a lane changed, and to what.
+type Changes = Vec<(Time, String)>;
 
 impl Modes {
     /// What holds at the beginning.
     pub fn new(start: &Snapshot) -> Self {
         let policy = start.node(POLICY).into_iter();
+        let rates: Vec<String> = policy.map(|policy| policy.hz.to_string()).collect();
         Self {
             clock: start.status.clock.to_string(),
-            rates: policy.map(|policy| policy.hz.to_string()).collect(),
+            known: rates.iter().cloned().collect(),
+            rates,
         }
     }
 
@@ -42,37 +51,43 @@ impl Modes {
             .with_values(clocks.map(|clock| clock.to_string()))
             .with_colors([BLUE, ORANGE]);
         rec.log_static(CLOCK, &colours)?;
-        log(rec, CLOCK, stamps, &self.clock)?;
+        log(rec, CLOCK, stamps, [self.clock.as_str()])?;
         for rate in &self.rates {
-            log(rec, CONTROL_RATE, stamps, rate)?;
+            log(rec, CONTROL_RATE, stamps, [rate.as_str()])?;
         }
         self.colour_rates(rec)
     }
 
-    /// Logs what `events` changed.
+    /// Logs what `events` changed: a column per lane, and the colours once.
     pub fn add(
         &mut self,
         rec: &RecordingStream,
         progress: &Progress,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
+        let (mut clocks, mut rates) = (Changes::new(), Changes::new());
         for event in events {
-            let stamps = progress.stamp(event.at);
             let Happening::Applied { command, .. } = &event.what else {
                 continue;
             };
             match command {
-                Command::HandOver(clock) => log(rec, CLOCK, &stamps, &clock.to_string())?,
+                Command::HandOver(clock) => clocks.push((event.at, clock.to_string())),
                 Command::SetRate { node, hz } if node == POLICY => {
-                    let rate = hz.to_string();
-                    log(rec, CONTROL_RATE, &stamps, &rate)?;
-                    if !self.rates.contains(&rate) {
-                        self.rates.push(rate);
-                        self.colour_rates(rec)?;
-                    }
+                    rates.push((event.at, hz.to_string()));
                 }
                 _ => {}
             }
+        }
+        for (lane, changes) in [(CLOCK, &clocks), (CONTROL_RATE, &rates)] {
+            let stamps = progress.stamps_of(changes.iter().map(|(at, _)| *at));
+            log(rec, lane, &stamps, changes.iter().map(|(_, mode)| &**mode))?;
+        }
+        let before = self.rates.len();
+        let rates = rates.into_iter().map(|(_, rate)| rate);
+        let new = rates.filter(|rate| self.known.insert(rate.clone()));
+        self.rates.extend(new);
+        if self.rates.len() > before {
+            self.colour_rates(rec)?;
         }
         Ok(())
     }
@@ -86,12 +101,16 @@ impl Modes {
     }
 }
 
-fn log(
+/// A row for each of `modes`.
+fn log<'a>(
     rec: &RecordingStream,
     lane: &str,
     stamps: &Stamps,
-    mode: &str,
+    modes: impl IntoIterator<Item = &'a str>,
 ) -> RecordingStreamResult<()> {
-    let columns = StateChange::single(mode).columns([1])?;
-    rec.send_columns(lane, stamps.columns(), columns)
+    if stamps.is_empty() {
+        return Ok(());
+    }
+    let rows = StateChange::new().with_state(modes);
+    rec.send_columns(lane, stamps.columns(), rows.columns_of_unit_batches()?)
 }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{
     cartpole::{ControlStep, POLICY},
-    experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, TimedKnob, parse_knobs},
+    experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, parse_knobs},
     runtime::{ClockKind, Message, Snapshot, Tap, Tapped, Time},
 };
 use rerun::{
@@ -28,10 +28,13 @@ struct Run {
 
 /// Ten seconds, in which the control rate is turned down and up again.
 fn run() -> Run {
-    let knobs: Vec<TimedKnob> =
-        parse_knobs("2.51 control-hz 10\n6 control-hz 50").expect("two knobs");
+    run_with("2.51 control-hz 10\n6 control-hz 50")
+}
+
+/// Ten seconds with `knobs`.
+fn run_with(knobs: &str) -> Run {
     let config = Config {
-        knobs,
+        knobs: parse_knobs(knobs).expect("knobs"),
         ..Config::default()
     };
     let experiment = Experiment::new(&config).expect("a plant");
@@ -192,4 +195,43 @@ fn the_layout_comes_with_its_activation() {
         _ => false,
     });
     assert!(eye, "the properties of views are in the same store");
+}
+
+#[test]
+fn knobs_of_a_batch_take_no_chunks_of_their_own() {
+    let knobs = |count: u32| {
+        let line = |n| format!("{} control-hz {}\n", 1.0 + f64::from(n) / 1e3, 20 + n % 30);
+        run_with(&(0..count).map(line).collect::<String>())
+    };
+    let chunks = |run: &Run| draw(run, Duration::from_secs(1000)).len();
+    assert_eq!(chunks(&knobs(500)), chunks(&knobs(1)));
+}
+
+#[test]
+fn every_rate_has_a_row_and_a_colour() {
+    let run = run_with("1 control-hz 40\n2 control-hz 30\n3 control-hz 40\n4 sensor-hz 40");
+    let messages = draw(&run, Duration::from_secs(1000));
+    let chunks = messages.iter().filter_map(|message| match message {
+        LogMsg::ArrowMsg(_, data) => Chunk::from_arrow_msg(data).ok(),
+        _ => None,
+    });
+    let texts = |chunk: &Chunk, name: &str| {
+        let component = chunk
+            .components_identifiers()
+            .find(|c| c.as_str().ends_with(name));
+        let rows = component.map(|component| chunk.iter_slices::<String>(component));
+        rows.into_iter()
+            .flatten()
+            .flatten()
+            .map(|text| text.to_string())
+            .collect::<Vec<_>>()
+    };
+    let (mut rows, mut coloured) = (Vec::new(), Vec::new());
+    for chunk in chunks.filter(|c| c.entity_path().to_string() == "/mode/control_rate") {
+        rows.extend(texts(&chunk, "state"));
+        coloured.extend(texts(&chunk, "values"));
+    }
+    assert_eq!(rows, ["50 Hz", "40 Hz", "30 Hz", "40 Hz"]);
+    // The last table replaces the one before.
+    assert!(coloured.ends_with(&["50 Hz", "40 Hz", "30 Hz"].map(str::to_owned)));
 }

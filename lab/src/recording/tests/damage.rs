@@ -11,8 +11,8 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Dice, folder, paced, read, recorder, recording};
-use crate::recording::{Ending, ReadError, Recorder, Recording, Retold, Source, verify};
+use super::{Dice, folder, paced, read, recorder, recording, verify};
+use crate::recording::{Ending, ReadError, Recorder, Recording, Retold, Source};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes

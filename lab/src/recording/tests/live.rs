@@ -6,16 +6,15 @@ use ratelab::{
     cartpole::{Action, Observation},
     experiment::{Config, Experiment, Knob},
     policy::Policy,
-    runtime::{ClockKind, Command, Depth, Hz, Time, TimedCommand, telemetry::Happening},
+    runtime::{ClockKind, Command, Depth, Hz, Speed, Time, TimedCommand, telemetry::Happening},
 };
 
-use super::{folder, paced, read, record, recorder};
+use super::{folder, paced, read, record, recorder, verify};
 use crate::recording::{
     Ending, Recorder, Source,
     frames::Chunks,
     schema::node_entity,
     timeline::{RUN_TIME, WALL_TIME},
-    verify,
 };
 
 #[test]
@@ -88,6 +87,61 @@ fn a_recording_made_midway_comes_again() {
     let identical = verify(&recording).expect("identical");
     assert_eq!(identical.messages as u64, recorded.messages);
     assert!(identical.messages >= 100, "{identical}");
+}
+
+#[test]
+fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
+    let folder = folder();
+    let config = Config {
+        end: Time::MAX,
+        queue_depth: "7".parse().expect("a depth"),
+        ..paced(20.0)
+    };
+    let tell = |what: &str| Command::Tell {
+        node: "policy".to_owned(),
+        what: what.to_owned(),
+    };
+    let rate = |node: &str, hz: &str| Command::SetRate {
+        node: node.to_owned(),
+        hz: hz.parse().expect("a rate"),
+    };
+    let depth = |depth: &str| Knob::parse("queue-depth", depth).expect("a knob");
+    for late in [false, true] {
+        let path = folder.path().join(format!("{late}.rrd"));
+        let experiment = Experiment::new(&config).expect("experiment");
+        let (source, commands) = (Source::of(&experiment, &config), experiment.commands());
+        let start = || Recorder::midway(&path, &source).expect("recorder");
+        let mut recorder = (!late).then(start);
+        let run = thread::spawn(move || experiment.run());
+        for command in [
+            vec![Command::Speed(Speed::times(50.0).expect("a speed"))],
+            vec![tell("lqr"), tell("missing.pt"), rate("nobody", "3")],
+            vec![rate("policy", "8"), Command::HandOver(ClockKind::Virtual)],
+            vec![
+                Command::Pause,
+                Command::Step,
+                rate("sensor", "90"),
+                Command::Step,
+            ],
+            depth("1").commands(),
+            vec![Command::Resume, Command::Speed(Speed::REAL_TIME)],
+            vec![Command::Stop],
+        ] {
+            thread::sleep(Duration::from_millis(40));
+            for command in command {
+                commands.send(command).expect("alive");
+            }
+            recorder = recorder.or_else(|| Some(start()));
+        }
+        let outcome = run.join().expect("no panic");
+        let recorder = recorder.expect("one was started");
+        recorder.end(Ending::of(&outcome));
+        recorder.finish().expect("recorded");
+        let recording = read(&path);
+        assert_eq!(recording.defect(), None);
+        assert_eq!(recording.events.len(), 15, "{:?}", recording.events);
+        verify(&recording).expect("identical");
+    }
 }
 
 #[test]

@@ -7,8 +7,8 @@ use ratelab::{
     runtime::{ClockKind, Snapshot, Time, telemetry::Distribution},
 };
 
-use super::{Dice, folder, read, record, recording};
-use crate::recording::{Retold, verify};
+use super::{Dice, folder, read, record, recording, verify};
+use crate::recording::Retold;
 
 /// All figures in a snapshot, as text.
 fn figures(snapshot: &Snapshot) -> String {

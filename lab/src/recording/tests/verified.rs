@@ -1,12 +1,17 @@
 //! What was recorded comes again, and what differs is found.
 
+use std::ops::ControlFlow;
+
 use ratelab::{
     experiment::Config,
-    runtime::{Hz, Time},
+    runtime::{
+        Command, Hz, Time,
+        telemetry::{Event, Happening},
+    },
 };
 
-use super::{Dice, folder, read, record, recording};
-use crate::recording::{Recording, reader::Track, schema::End, verify};
+use super::{Dice, folder, read, record, recording, verify};
+use crate::recording::{Recording, VerifyError, reader::Track, schema::End};
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
@@ -180,6 +185,28 @@ fn what_a_recording_begun_later_did_not_see_is_not_missing_in_it() {
         error.contains("/action message 0: recorded none"),
         "{error}"
     );
+}
+
+#[test]
+fn whoever_watches_a_verification_can_end_it() {
+    let folder = folder();
+    let mut years = recording(&folder);
+    // It goes on for thirty of them.
+    let at = Time::from_nanos(1_000_000_000_000_000_000);
+    (years.outcome, years.until) = (None, at);
+    let what = Happening::Applied {
+        command: Command::Pause,
+        was: None,
+    };
+    years.events.push(Event { at, what });
+    let mut come_to = Time::ZERO;
+    let watch = |now| {
+        come_to = now;
+        ControlFlow::Break(())
+    };
+    let error = crate::recording::verify(&years, watch).expect_err("ended");
+    assert!(matches!(error, VerifyError::Stopped), "{error}");
+    assert!(Time::ZERO < come_to && come_to < at, "{come_to}");
 }
 
 #[test]

@@ -1,22 +1,27 @@
 //! The run that comes of a recording.
 
 use std::{
+    ops::ControlFlow,
     panic::resume_unwind,
-    thread::{self, ScopedJoinHandle},
+    thread::{self, Scope, ScopedJoinHandle},
     time::Duration,
 };
 
+use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
-    experiment::{ACTION, Config, Experiment, OBS, RunEnd, STATE, SetupError, TimedKnob},
+    cartpole::{Action, ControlStep, Observation},
+    experiment::{ACTION, Config, Experiment, OBS, STATE, SetupError, TimedKnob},
     policy::Shelf,
-    runtime::{ClockKind, Fault, Speed, Time, telemetry::Event},
+    runtime::{ClockKind, Speed, Tap, Tapped, Ticked, Time},
 };
 
 use super::{
     VerifyError,
     compare::Judge,
     difference::Difference,
+    end, events,
     series::{Messages, Ticks},
+    shape,
 };
 use crate::recording::{
     reader::{Recording, Track},
@@ -31,13 +36,18 @@ const GRACE: Duration = Duration::from_secs(1);
 /// can be.
 const SILENCE: Duration = Duration::from_secs(1_000);
 
+/// Wall time between two looks at how far the run is.
+const PERIOD: Duration = Duration::from_millis(100);
+
 /// Messages or ticks that may wait to be compared.
 const BACKLOG: usize = 1024;
 
-/// Runs it again; what is different.
+/// Runs it again; what is different. `watch` is told the run time now and then,
+/// and may end it.
 pub fn run_again(
     recording: &Recording,
-    [observed, acted, stepped]: [Option<&Track>; 3],
+    tracks: [Option<&Track>; 3],
+    mut watch: impl FnMut(Time) -> ControlFlow<()> + Send,
 ) -> Result<Vec<Difference>, VerifyError> {
     let whole = recording
         .outcome
@@ -50,19 +60,89 @@ pub fn run_again(
     // What cannot be had any more is said before anything is compared.
     let shelf = Shelf::of(config.brains().chain(swaps)).map_err(SetupError::from)?;
     let mut experiment = Experiment::with_shelf(&config, shelf)?;
-    let commands = recording.events.iter().filter_map(Event::replayable);
-    experiment.schedule(commands.collect());
-    let taps = experiment.taps();
-    let observations = taps.observations(BACKLOG);
-    let actions = taps.actions(BACKLOG);
-    let steps = taps.steps(BACKLOG);
-    let ticks = ticks(recording).zip(taps.ticks(BACKLOG));
-    // A tap that nobody empties would hold the run up for ever.
-    let ticks: Vec<_> = ticks.collect();
-    drop(taps);
+    let observer = experiment.observer();
+    let shape = &recording.origin.shape;
+    let before = shape::compare(shape, &observer.shape()).or_else(|| events::check(recording));
+    if let Some(difference) = before {
+        return Ok(vec![difference]);
+    }
+    experiment.schedule(events::commands(recording));
     let judge = Judge::new(recording, whole.is_some(), experiment.commands());
-    let (mut differences, outcome) = thread::scope(|scope| {
+    let taps = Attached::new(&experiment, recording);
+    let (over, watched) = bounded(0);
+    let (mut differences, outcome, stopped) = thread::scope(|scope| {
         let judge = &judge;
+        let checks = taps.compare(scope, judge, tracks);
+        let observer = &observer;
+        let watch = scope.spawn(move || {
+            while watched.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
+                if watch(observer.now()).is_break() {
+                    judge.stop();
+                    return true;
+                }
+            }
+            false
+        });
+        let outcome = experiment.run();
+        drop::<Sender<()>>(over);
+        let found: Vec<_> = checks.into_iter().filter_map(found).collect();
+        let stopped = watch.join().unwrap_or_else(|panic| resume_unwind(panic));
+        (found, outcome, stopped)
+    });
+    if stopped {
+        return Err(VerifyError::Stopped);
+    }
+    if differences.is_empty() {
+        differences.extend(events::compare(
+            recording,
+            whole.is_some(),
+            &observer.events(0),
+        ));
+    }
+    if differences.is_empty() {
+        let ended = outcome.map(|summary| summary.end());
+        differences.extend(whole.and_then(|end| end::compare(end, shape, &ended, &observer)));
+    }
+    Ok(differences)
+}
+
+/// Taps on everything that is compared.
+struct Attached<'a> {
+    observations: Tap<Tapped<Observation>>,
+    actions: Tap<Tapped<Action>>,
+    steps: Tap<Tapped<ControlStep>>,
+    ticks: Vec<(Ticks<'a>, Tap<Ticked>)>,
+}
+
+impl<'a> Attached<'a> {
+    fn new(experiment: &Experiment, recording: &'a Recording) -> Self {
+        let taps = experiment.taps();
+        // A tap that nobody empties would hold the run up for ever.
+        let ticks = ticks(recording).zip(taps.ticks(BACKLOG)).collect();
+        Self {
+            observations: taps.observations(BACKLOG),
+            actions: taps.actions(BACKLOG),
+            steps: taps.steps(BACKLOG),
+            ticks,
+        }
+    }
+
+    /// Compares each with what was recorded, on a thread of its own.
+    fn compare<'scope>(
+        self,
+        scope: &'scope Scope<'scope, '_>,
+        judge: &'scope Judge,
+        [observed, acted, stepped]: [Option<&'scope Track>; 3],
+    ) -> Vec<Check<'scope>>
+    where
+        'a: 'scope,
+    {
+        let Self {
+            observations,
+            actions,
+            steps,
+            ticks,
+        } = self;
         let mut checks = vec![
             scope.spawn(move || judge.compare(&Messages::of(OBS, observed?), observations)),
             scope.spawn(move || judge.compare(&Messages::of(ACTION, acted?), actions)),
@@ -70,20 +150,16 @@ pub fn run_again(
         ];
         let ticks = ticks.into_iter();
         checks.extend(ticks.map(|(ticks, tap)| scope.spawn(move || judge.compare(&ticks, tap))));
-        let outcome = experiment.run();
-        let found = checks.into_iter().filter_map(found);
-        (found.collect::<Vec<_>>(), outcome)
-    });
-    if differences.is_empty() {
-        let ended = outcome.map(|summary| summary.end());
-        differences.extend(whole.and_then(|outcome| compare_end(&outcome.end, outcome.at, &ended)));
+        checks
     }
-    Ok(differences)
 }
+
+/// A comparison that is under way.
+type Check<'scope> = ScopedJoinHandle<'scope, Option<Difference>>;
 
 /// What a comparison found. One that broke off found nothing, which must not pass
 /// for no difference.
-fn found(check: ScopedJoinHandle<Option<Difference>>) -> Option<Difference> {
+fn found(check: Check<'_>) -> Option<Difference> {
     check.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
@@ -96,6 +172,8 @@ fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
     let stamps = messages.map(|head| head.stamp);
     let last = stamps.chain(ticks.map(|tick| tick.at)).max();
     let last = last.unwrap_or(Time::ZERO);
+    let event = recording.events.iter().map(|event| event.at).max();
+    let event = event.unwrap_or(Time::ZERO);
     Config {
         clock: ClockKind::Virtual,
         speed: Speed::FlatOut,
@@ -103,7 +181,7 @@ fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
         knobs: Vec::new(),
         end: match whole {
             Some(outcome) => given.end.min(outcome.at.min(last + SILENCE) + GRACE),
-            None => recording.until.min(last),
+            None => recording.until.min(last.max(event)),
         },
         ..given.clone()
     }
@@ -115,28 +193,5 @@ fn ticks(recording: &Recording) -> impl Iterator<Item = Ticks<'_>> {
     nodes.zip(&recording.ticks).map(|(node, ticks)| Ticks {
         node: &node.name,
         ticks,
-    })
-}
-
-/// Compares how the run ended.
-fn compare_end(recorded: &End, at: Time, computed: &Result<RunEnd, Fault>) -> Option<Difference> {
-    let tell = |end: &RunEnd| {
-        let steps = end.steps;
-        format!("{} after {steps} control steps", end.verdict)
-    };
-    let recorded = match recorded {
-        End::Ended(end) => tell(end),
-        End::Failed { fault } => fault.clone(),
-        End::WentOn => return None,
-    };
-    let computed = match computed {
-        Ok(end) => tell(end),
-        Err(fault) => fault.to_string(),
-    };
-    (recorded != computed).then(|| Difference {
-        at,
-        what: "the end of the run".to_owned(),
-        recorded,
-        computed,
     })
 }

@@ -17,7 +17,7 @@ pub struct Judge {
     complete: bool,
     /// When the last of its series had begun: those that are empty had, too.
     begun: Time,
-    /// Whether one differs.
+    /// Whether one differs, or the run was to end early.
     found: AtomicBool,
     commands: Sender<Command>,
 }
@@ -45,9 +45,14 @@ impl Judge {
     pub fn compare<S: Series>(&self, recorded: &S, tap: Tap<S::Computed>) -> Option<Difference> {
         // The tap goes with the first difference: the run no longer waits for it.
         let difference = self.first_difference(recorded, &tap)?;
+        self.stop();
+        Some(difference)
+    }
+
+    /// Ends the run before its end.
+    pub fn stop(&self) {
         self.found.store(true, Ordering::Relaxed);
         let _ = self.commands.send(Command::Stop); // It may be over.
-        Some(difference)
     }
 
     fn first_difference<S: Series>(

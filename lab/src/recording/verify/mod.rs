@@ -3,15 +3,18 @@
 mod again;
 mod compare;
 mod difference;
+mod end;
+mod events;
 mod series;
+mod shape;
 
-use std::fmt;
+use std::{fmt, ops::ControlFlow};
 
 use ratelab::{
     cartpole::mujoco_version,
     experiment::{ACTION, OBS, STATE, SetupError},
     runtime::{
-        ClockKind, Command,
+        ClockKind, Command, Time,
         telemetry::{Event, Happening},
     },
 };
@@ -40,6 +43,9 @@ pub enum VerifyError {
         /// By what it was made, if by other software than this.
         made: Option<String>,
     },
+    /// Whoever watched ended it.
+    #[error("stopped before all of it was compared")]
+    Stopped,
     /// It cannot be run at all.
     #[error(transparent)]
     Setup(#[from] SetupError),
@@ -85,12 +91,17 @@ fn thousands(number: usize) -> String {
 }
 
 /// Runs what `recording` says was run, with the commands that were given, and
-/// compares every message, every tick and how the run ended. How long a tick took
-/// is not compared: that is the wall's time.
+/// compares the graph, every message, every tick, every event and how the run
+/// ended. What is the wall's is not compared: how long a tick or the run took, when
+/// it was paused and how fast it went. `watch` is told the run time now and then,
+/// and ends it if it breaks.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or cannot be told.
-pub fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
+pub fn verify(
+    recording: &Recording,
+    watch: impl FnMut(Time) -> ControlFlow<()> + Send,
+) -> Result<Identical, VerifyError> {
     refuse_real_clock(recording)?;
     let tracks = [OBS, ACTION, STATE].map(|name| (name, recording.track(name)));
     for (name, track) in tracks {
@@ -99,7 +110,7 @@ pub fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
             return Err(VerifyError::Nothing(name));
         }
     }
-    let mut differences = run_again(recording, tracks.map(|(_, track)| track))?;
+    let mut differences = run_again(recording, tracks.map(|(_, track)| track), watch)?;
     differences.sort_by_key(|difference| difference.at);
     match differences.into_iter().next() {
         Some(difference) => Err(VerifyError::Differs {

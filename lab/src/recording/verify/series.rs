@@ -171,6 +171,7 @@ fn first_of<const N: usize>(
     Some(item.differs(part, recorded, computed))
 }
 
-fn nanos(time: Time) -> String {
+/// A run time to the nanosecond.
+pub fn nanos(time: Time) -> String {
     format!("{} ns", time.as_nanos())
 }

@@ -1,0 +1,184 @@
+//! What a file says, held against what is in it: up to where it is good.
+
+use ratelab::runtime::{
+    ClockKind, Command, Hz, Time,
+    telemetry::{Event, Happening},
+};
+
+use super::{
+    cadence::Cadence,
+    content::DAMAGED_ROW,
+    limits::is_sound,
+    reader::{Recording, Track},
+    schema::{End, Outcome},
+};
+
+impl Recording {
+    /// Forgets what is not known to be complete, or cannot be what was recorded;
+    /// `sound` is where the first damaged row is, if one is.
+    pub(super) fn check(&mut self, sound: Option<Time>) {
+        let limit = [
+            sound,
+            self.last_in_cadence(),
+            self.last_before_a_false_end(),
+        ];
+        if let Some(limit) = limit.into_iter().flatten().min() {
+            self.damage = Some(DAMAGED_ROW);
+            // A false end does not tell up to where anything is complete.
+            let known = self.outcome.take().map_or(self.until, |_| limit);
+            self.until = known.min(limit);
+        }
+        match &self.outcome {
+            Some(outcome) if self.lacks_some(outcome) => {
+                self.damage = Some("messages are missing in it");
+            }
+            Some(outcome) if outcome.end == End::WentOn => self.cut(self.last_known()),
+            Some(_) => {}
+            None => self.cut(self.until.min(self.last_row())),
+        }
+    }
+
+    /// Whether the real clock had no part in the run: every tick is then where the
+    /// rates of its node have it.
+    fn is_virtual(&self) -> bool {
+        let handed_over = |event: &Event| {
+            matches!(
+                event.what,
+                Happening::Applied {
+                    command: Command::HandOver(_),
+                    ..
+                }
+            )
+        };
+        self.origin.config.clock == ClockKind::Virtual && !self.events.iter().any(handed_over)
+    }
+
+    /// Run time of the last row before one that its node's rates do not allow, if
+    /// there is such a row. A file may begin late, and that is all it may claim
+    /// of what it does not hold.
+    fn last_in_cadence(&self) -> Option<Time> {
+        if !self.is_virtual() {
+            return None;
+        }
+        let nodes = self.origin.shape.nodes.iter().zip(&self.ticks);
+        let strays = nodes.filter_map(|(node, ticks)| {
+            let mut cadence = Cadence::new(node, &self.events);
+            let mut ticks_before = Time::ZERO;
+            for tick in ticks {
+                if !cadence.allows(tick.number, tick.at) {
+                    return Some(ticks_before);
+                }
+                ticks_before = tick.at;
+            }
+            None
+        });
+        // Messages are published in ticks.
+        let ticked = self.ticks.iter().filter_map(|ticks| ticks.last());
+        let ticked = ticked.map(|tick| tick.at).max().unwrap_or_default();
+        let published = self.topics.iter().filter_map(|topic| topic.heads.last());
+        let beyond = published.map(|head| head.stamp).any(|stamp| stamp > ticked);
+        strays.chain(beyond.then_some(ticked)).min()
+    }
+
+    /// Run time of the last row, if the end cannot be that of what is there.
+    fn last_before_a_false_end(&self) -> Option<Time> {
+        let outcome = self.outcome.as_ref()?;
+        let last = self.last_row();
+        let false_end = last > outcome.at
+            || self.events.iter().any(|event| event.at > outcome.at)
+            || !is_sound(outcome, &self.origin.shape)
+            || (outcome.end != End::WentOn && !self.may_rest_until(outcome.at));
+        false_end.then_some(last)
+    }
+
+    /// Whether run time may have come to `at` with no more ticks than there are.
+    fn may_rest_until(&self, at: Time) -> bool {
+        let nodes = self.origin.shape.nodes.iter().zip(&self.ticks);
+        !self.is_virtual()
+            || nodes.into_iter().all(|(node, ticks)| {
+                let last = ticks.last();
+                last.is_none_or(|last| Cadence::new(node, &self.events).may_rest(last.number, at))
+            })
+    }
+
+    /// Run time of the last thing that is there, of a run that went on. Events may
+    /// be ahead of the rows by any time, or by less than a tick.
+    fn last_known(&self) -> Time {
+        let event = self.events.iter().map(|event| event.at).max();
+        let event = event.filter(|event| self.may_rest_until(*event));
+        self.last_row().max(event.unwrap_or_default())
+    }
+
+    /// Run time of the last message or tick.
+    fn last_row(&self) -> Time {
+        let messages = self.topics.iter().filter_map(|topic| topic.heads.last());
+        let ticks = self.ticks.iter().filter_map(|ticks| ticks.last());
+        let stamps = messages.map(|head| head.stamp);
+        let last = stamps.chain(ticks.map(|tick| tick.at)).max();
+        last.unwrap_or_default()
+    }
+
+    /// Whether less is there than `outcome` counts, or other than it has it.
+    fn lacks_some(&self, outcome: &Outcome) -> bool {
+        let messages = self.topics.iter().map(|topic| topic.heads.len() as u64);
+        let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
+        !messages.eq(outcome.messages.iter().copied())
+            || !ticks.eq(outcome.ticks.iter().copied())
+            || !self.may_have_lost(outcome)
+    }
+
+    /// Whether as much was lost as `outcome` has it: what is missing between the
+    /// rows, and up to what may have come after the last of them.
+    fn may_have_lost(&self, outcome: &Outcome) -> bool {
+        let topics = self.topics.iter().map(Track::numbers);
+        let ticks = self.ticks.iter().map(|ticks| {
+            let last = ticks.last().map(|tick| (tick.number, tick.at));
+            (ticks.first().map(|tick| tick.number), last, ticks.len())
+        });
+        let (mut least, mut most) = (0_u64, 0_u64);
+        for (first, last, rows) in topics.chain(ticks) {
+            let (last, at) = last.unwrap_or_default();
+            let numbers = first.map_or(0, |first| last.saturating_sub(first).saturating_add(1));
+            least = least.saturating_add(numbers.saturating_sub(rows as u64));
+            let rest = outcome.at.since(at).as_secs_f64() * self.fastest().get();
+            most = most.saturating_add(rest as u64 + 2);
+        }
+        let most = if self.is_virtual() { 0 } else { most };
+        (least..=least.saturating_add(most)).contains(&outcome.lost)
+    }
+
+    /// The fastest rate that any node had.
+    fn fastest(&self) -> Hz {
+        let first = self.origin.shape.nodes.iter().map(|node| node.hz);
+        let later = self.events.iter().filter_map(|event| match event.what {
+            Happening::Applied {
+                command: Command::SetRate { hz, .. },
+                ..
+            } => Some(hz),
+            _ => None,
+        });
+        first.chain(later).max().unwrap_or(Hz::MAX)
+    }
+
+    /// Forgets what is later than `until`.
+    fn cut(&mut self, until: Time) {
+        self.until = until;
+        self.topics.iter_mut().for_each(|topic| topic.cut(until));
+        for ticks in &mut self.ticks {
+            ticks.retain(|tick| tick.at <= until);
+        }
+        self.events.retain(|event| event.at <= until);
+    }
+}
+
+impl Track {
+    /// The first number, the last with its run time, and how many messages there are.
+    fn numbers(&self) -> (Option<u64>, Option<(u64, Time)>, usize) {
+        let last = self.heads.last().map(|head| (head.seq, head.stamp));
+        (
+            self.heads.first().map(|head| head.seq),
+            last,
+            self.heads.len(),
+        )
+    }
+}

@@ -1,0 +1,74 @@
+//! What a file may claim: no more than a recorder writes.
+
+use std::collections::HashSet;
+
+use ratelab::{
+    experiment::{RunEnd, Verdict},
+    runtime::{Time, telemetry::Shape},
+};
+
+use super::schema::{End, Outcome};
+
+/// Nodes, topics, ends of topics and meters of the largest graph that is read.
+/// Each may take half a megabyte when the run is told again; the cart-pole has 12.
+const PARTS: usize = 256;
+
+/// Checks that the graph of a recording is one: not too large, every name there
+/// once, and every end of a topic at a node that there is.
+///
+/// # Errors
+/// In words.
+pub fn check_graph(shape: &Shape) -> Result<(), String> {
+    let Shape { nodes, topics } = shape;
+    let meters: usize = nodes.iter().map(|node| 1 + node.meters.len()).sum();
+    let ends = |list: &[usize]| list.len();
+    let topic_ends = topics
+        .iter()
+        .map(|topic| 1 + ends(&topic.publishers) + ends(&topic.readers));
+    let parts = meters + topic_ends.sum::<usize>();
+    if parts > PARTS {
+        return Err(format!(
+            "the graph in this recording has {parts} parts (nodes, topics, their ends, meters): \
+             up to {PARTS} are read"
+        ));
+    }
+    let at_nodes = |list: &[usize]| are_distinct(list) && list.iter().all(|n| *n < nodes.len());
+    let sound = are_distinct(nodes.iter().map(|node| &node.name))
+        && are_distinct(topics.iter().map(|topic| &topic.name))
+        && nodes.iter().all(|node| are_distinct(&node.meters))
+        && topics
+            .iter()
+            .all(|topic| at_nodes(&topic.publishers) && at_nodes(&topic.readers));
+    sound
+        .then_some(())
+        .ok_or_else(|| "the graph in this recording is damaged".to_owned())
+}
+
+fn are_distinct<T: Eq + std::hash::Hash>(items: impl IntoIterator<Item = T>) -> bool {
+    let mut seen = HashSet::new();
+    items.into_iter().all(|item| seen.insert(item))
+}
+
+/// Whether an end is one that a recorder writes: nothing in it is later than
+/// itself, and no run takes longer than [`Time::MAX`] of the wall's time.
+pub fn is_sound(outcome: &Outcome, shape: &Shape) -> bool {
+    let losses = outcome.dropped.as_ref();
+    losses.is_none_or(|losses| losses.len() == shape.topics.len())
+        && match &outcome.end {
+            End::Ended(end) => {
+                let longest = u128::from(Time::MAX.as_nanos());
+                end.sim_time <= outcome.at
+                    && verdict_at(end) <= outcome.at
+                    && end.wall_time.as_nanos() <= longest
+            }
+            End::Failed { .. } | End::WentOn => true,
+        }
+}
+
+/// Run time of what the verdict of `end` is about.
+pub fn verdict_at(end: &RunEnd) -> Time {
+    match end.verdict {
+        Verdict::Balanced => end.sim_time,
+        Verdict::Stopped { at } | Verdict::PoleFell { at } | Verdict::CartLeftRail { at } => at,
+    }
+}

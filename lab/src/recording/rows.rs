@@ -1,0 +1,134 @@
+//! The rows of a chunk, read to the cell: what is not there is no zero.
+
+use std::time::Duration;
+
+use ratelab::runtime::{Ticked, Time};
+use rerun::{archetypes::Scalars, log::Chunk};
+use serde::de::DeserializeOwned;
+
+use super::{
+    printable::make_printable,
+    reader::Head,
+    schema::{JSON, message, tick},
+    timeline::RUN_TIME,
+    tracks::NANOS_PER_MICRO,
+};
+
+/// Lateness that no run of 64 bits of nanoseconds has (µs).
+const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
+
+/// The messages in `chunk`, each with its numbers; `None` for a damaged row.
+pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
+    let heads = stamps(chunk)
+        .into_iter()
+        .zip(numbers(chunk, message::SEQ))
+        .zip(numbers(chunk, message::ORIGIN))
+        .zip(numbers(chunk, message::DROPPED));
+    let rows = heads.zip(values(chunk));
+    rows.map(|((((stamp, seq), origin), dropped), values)| {
+        let head = Head {
+            stamp: stamp?,
+            seq: seq??,
+            origin: origin?.map(Time::from_nanos),
+            dropped: dropped??,
+        };
+        Some((head, values?))
+    })
+}
+
+/// The ticks in `chunk`; `None` for a damaged row.
+pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<Ticked>> {
+    let rows = stamps(chunk)
+        .into_iter()
+        .zip(numbers(chunk, tick::NUMBER))
+        .zip(values(chunk))
+        .zip(numbers(chunk, tick::TOOK))
+        .zip(numbers(chunk, tick::OVERRUNS));
+    rows.map(|((((at, number), lateness), took), overruns)| {
+        Some(Ticked {
+            number: number??,
+            at: at?,
+            lateness: lateness_of(lateness?)?,
+            took: took?.map(Duration::from_nanos),
+            overruns: overruns??,
+        })
+    })
+}
+
+/// How late a tick was, in a cell of microseconds: to the nanosecond, up to 26
+/// days. Not a number where the clock is never late.
+fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
+    match *cell {
+        [micros] if micros.is_nan() => Some(None),
+        [micros] if (0.0..LATEST).contains(&micros) => {
+            let nanos = (micros * NANOS_PER_MICRO).round() as u64;
+            Some(Some(Duration::from_nanos(nanos)))
+        }
+        _ => None,
+    }
+}
+
+/// What the texts of the rows of `chunk` stand for; `None` where they do not.
+pub fn json<T: DeserializeOwned>(chunk: &Chunk) -> impl Iterator<Item = Option<T>> {
+    let texts = texts(chunk).into_iter();
+    texts.map(|text| parsed(&text?))
+}
+
+/// The texts of the rows of `chunk`, if it has any; `None` for a damaged cell.
+pub fn texts(chunk: &Chunk) -> Vec<Option<String>> {
+    if chunk.components().get_array(JSON.into()).is_none() {
+        return Vec::new();
+    }
+    let rows = chunk.iter_slices::<String>(JSON.into());
+    let texts = rows.map(only).map(|text| Some(text?.as_str().to_owned()));
+    one_a_row(chunk, texts)
+}
+
+/// The value that `text` stands for. Its texts can be printed.
+pub fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
+    let mut value = serde_json::from_str(text).ok()?;
+    make_printable(&mut value);
+    serde_json::from_value(value).ok()
+}
+
+/// The component `name` of the rows of `chunk`: one number or none each, `None`
+/// where the cell is damaged.
+pub fn numbers(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
+    let rows = chunk.iter_slices::<Option<u64>>(name.into());
+    one_a_row(chunk, rows.map(only))
+}
+
+/// Run times of the rows of `chunk`; `None` for what is none.
+fn stamps(chunk: &Chunk) -> Vec<Option<Time>> {
+    let column = chunk.timelines().get(&RUN_TIME.into());
+    let times = column.map_or(&[][..], |column| column.times_raw());
+    let nanos = times.iter().map(|nanos| u64::try_from(*nanos).ok());
+    nanos.map(|nanos| nanos.map(Time::from_nanos)).collect()
+}
+
+/// The numbers of each row of `chunk`.
+fn values(chunk: &Chunk) -> Vec<Option<&[f64]>> {
+    let name = Scalars::descriptor_scalars().component;
+    let cells = chunk.components().get_array(name);
+    // Where a number is missing, another one is in its place.
+    let whole = cells.is_some_and(|cells| cells.values().null_count() == 0);
+    let rows = chunk.iter_slices::<f64>(name);
+    one_a_row(chunk, rows.map(|row| whole.then_some(row)))
+}
+
+/// The only one of `items`.
+fn only<T>(items: impl IntoIterator<Item = T>) -> Option<T> {
+    let mut items = items.into_iter();
+    let item = items.next()?;
+    items.next().is_none().then_some(item)
+}
+
+/// `cells`, if there is one for each row of `chunk`: where one is missing, nobody
+/// knows of which rows the others are.
+fn one_a_row<T: Clone>(chunk: &Chunk, cells: impl Iterator<Item = Option<T>>) -> Vec<Option<T>> {
+    let cells: Vec<_> = cells.collect();
+    match cells.len() == chunk.num_rows() {
+        true => cells,
+        false => vec![None; chunk.num_rows()],
+    }
+}

@@ -1,0 +1,103 @@
+//! Files whose cells were altered, and written again as a recorder writes them.
+
+use std::{fs, path::Path, sync::Arc};
+
+use rerun::{
+    external::{
+        arrow::{
+            array::{Array, ArrayRef, AsArray, ListArray, RecordBatch, StringArray},
+            buffer::OffsetBuffer,
+            datatypes::UInt64Type,
+        },
+        re_log_encoding::{DecoderApp, Encoder},
+    },
+    log::LogMsg,
+};
+use serde_json::Value;
+
+use crate::recording::schema::JSON;
+
+/// Alters the columns called `column` of the entities whose path ends with
+/// `entity`, in the file at `path`.
+pub fn alter(path: &Path, entity: &str, column: &str, how: impl Fn(&ArrayRef) -> ArrayRef) {
+    let bytes = fs::read(path).expect("read");
+    let messages = DecoderApp::decode_eager(&*bytes).expect("whole");
+    let mut found = 0;
+    let messages: Vec<_> = messages
+        .map(|message| {
+            let mut message = message.expect("whole");
+            if let LogMsg::ArrowMsg(_, data) = &mut message {
+                found += usize::from(alter_batch(&mut data.batch, entity, column, &how));
+            }
+            Ok(message)
+        })
+        .collect();
+    assert!(found > 0, "no {column} of {entity}");
+    fs::write(path, Encoder::encode(messages).expect("encoded")).expect("written");
+}
+
+fn alter_batch(
+    batch: &mut RecordBatch,
+    entity: &str,
+    column: &str,
+    how: impl Fn(&ArrayRef) -> ArrayRef,
+) -> bool {
+    let schema = batch.schema();
+    let is_it = schema
+        .metadata()
+        .values()
+        .any(|value| value.starts_with('/') && value.ends_with(entity));
+    let Some(index) = schema
+        .fields()
+        .iter()
+        .position(|f| f.name() == column && is_it)
+    else {
+        return false;
+    };
+    let mut columns = batch.columns().to_vec();
+    columns[index] = how(&columns[index]);
+    *batch = RecordBatch::try_new(schema, columns).expect("columns of the same types");
+    true
+}
+
+/// Alters the JSON in the rows of `entity`.
+pub fn alter_json(path: &Path, entity: &str, how: impl Fn(&mut Value)) {
+    alter(path, entity, JSON, |column| {
+        let list = column.as_list::<i32>();
+        let texts = list.values().as_string::<i32>().iter().map(|text| {
+            let mut value = serde_json::from_str(text.expect("a text")).expect("JSON");
+            how(&mut value);
+            value.to_string()
+        });
+        let texts = Arc::new(StringArray::from_iter_values(texts));
+        relist(list, list.offsets().clone(), texts)
+    });
+}
+
+/// Sets the number in row `row` of a column of numbers to `number`.
+pub fn set_number(column: &ArrayRef, row: usize, number: u64) -> ArrayRef {
+    let list = column.as_list::<i32>();
+    let mut numbers = list.values().as_primitive::<UInt64Type>().values().to_vec();
+    numbers[row] = number;
+    let numbers = Arc::new(rerun::external::arrow::array::UInt64Array::from(numbers));
+    relist(list, list.offsets().clone(), numbers)
+}
+
+/// Leaves row `row` of a column without a value.
+pub fn empty_cell(column: &ArrayRef, row: usize) -> ArrayRef {
+    let list = column.as_list::<i32>();
+    let lengths = (0..list.len()).map(|index| usize::from(index != row));
+    let (before, after) = (
+        list.values().slice(0, row),
+        list.values().slice(row + 1, list.len() - row - 1),
+    );
+    let values = rerun::external::arrow::compute::concat(&[&before, &after]).expect("of one type");
+    relist(list, OffsetBuffer::from_lengths(lengths), values)
+}
+
+fn relist(list: &ListArray, offsets: OffsetBuffer<i32>, values: ArrayRef) -> ArrayRef {
+    let rerun::external::arrow::datatypes::DataType::List(field) = list.data_type() else {
+        panic!("{:?}", list.data_type());
+    };
+    Arc::new(ListArray::new(field.clone(), offsets, values, None))
+}

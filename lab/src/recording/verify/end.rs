@@ -1,0 +1,95 @@
+//! How a run ended when it was recorded, held against how it ends now.
+
+use ratelab::{
+    experiment::RunEnd,
+    runtime::{
+        Fault, Observer,
+        telemetry::{Shape, TopicView},
+    },
+};
+
+use super::{difference::Difference, series::nanos};
+use crate::recording::{
+    limits::verdict_at,
+    schema::{End, Outcome},
+};
+
+/// The first part of the end that is not the same: all of it but the wall's time.
+pub fn compare(
+    outcome: &Outcome,
+    shape: &Shape,
+    computed: &Result<RunEnd, Fault>,
+    observer: &Observer,
+) -> Option<Difference> {
+    let differs = |what: &str, recorded: String, computed: String| {
+        (recorded != computed).then(|| Difference {
+            at: outcome.at,
+            what: what.to_owned(),
+            recorded,
+            computed,
+        })
+    };
+    let ends = match (&outcome.end, computed) {
+        (End::Ended(recorded), Ok(computed)) => parts(recorded)
+            .into_iter()
+            .zip(parts(computed))
+            .find_map(|((what, recorded), (_, computed))| differs(what, recorded, computed)),
+        (End::WentOn, _) => return None,
+        (recorded, computed) => {
+            let recorded = match recorded {
+                End::Failed { fault } => fault.clone(),
+                End::Ended(end) => verdict(end),
+                End::WentOn => return None,
+            };
+            let computed = computed.as_ref().map_or_else(Fault::to_string, verdict);
+            differs("the end of the run", recorded, computed)
+        }
+    };
+    let now = observer.now();
+    let clock = observer.status().clock;
+    ends.or_else(|| differs("run time at the end", nanos(outcome.at), nanos(now)))
+        .or_else(|| {
+            differs(
+                "the clock at the end",
+                outcome.clock.to_string(),
+                clock.to_string(),
+            )
+        })
+        .or_else(|| {
+            differs(
+                "what came too fast",
+                outcome.lost.to_string(),
+                "0".to_owned(),
+            )
+        })
+        .or_else(|| {
+            let recorded = outcome.dropped.as_ref()?.iter();
+            let topics = observer.glance().topics;
+            let computed = topics.iter().map(TopicView::dropped);
+            let topics = shape.topics.iter().zip(recorded.zip(computed));
+            topics
+                .into_iter()
+                .find_map(|(topic, (recorded, computed))| {
+                    let what = format!("messages of {} dropped in all", topic.name);
+                    differs(&what, recorded.to_string(), computed.to_string())
+                })
+        })
+}
+
+/// What an end tells, part by part, each to the bit.
+fn parts(end: &RunEnd) -> [(&'static str, String); 4] {
+    let angle = end.final_pole_angle;
+    [
+        ("the end of the run", verdict(end)),
+        ("time of the verdict", nanos(verdict_at(end))),
+        ("run time at the end", nanos(end.sim_time)),
+        (
+            "pole angle at the end",
+            format!("{angle:?} ({:#018x})", angle.to_bits()),
+        ),
+    ]
+}
+
+fn verdict(end: &RunEnd) -> String {
+    format!("{} after {} control steps", end.verdict, end.steps)
+}

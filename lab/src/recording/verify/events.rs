@@ -1,0 +1,162 @@
+//! What happened to a run beside its messages and ticks: which of it is given
+//! again, which comes again, and what can be asked of the rest.
+
+use std::iter;
+
+use ratelab::{
+    experiment::TimedKnob,
+    policy::Brain,
+    runtime::{
+        ClockKind, Command, Time, TimedCommand,
+        telemetry::{Event, Happening},
+    },
+};
+
+use super::difference::Difference;
+use crate::recording::reader::Recording;
+
+/// The commands to give again: those that changed the graph, and those that the
+/// graph refused and will refuse again.
+pub fn commands(recording: &Recording) -> Vec<TimedCommand> {
+    let events = recording.events.iter();
+    let commands = events.filter_map(|event| match &event.what {
+        Happening::Refused { command, .. } if is_up_to_the_graph(command) => Some(TimedCommand {
+            at: event.at,
+            command: command.clone(),
+        }),
+        _ => event.replayable(),
+    });
+    commands.collect()
+}
+
+/// Whether the graph alone decides what becomes of `command`. Of files it may be
+/// another thing today, and commands of the other clock change it.
+fn is_up_to_the_graph(command: &Command) -> bool {
+    match command {
+        Command::SetRate { .. } | Command::SetDepth { .. } => true,
+        Command::HandOver(clock) => *clock == ClockKind::Virtual,
+        Command::Tell { .. } => !tells_of_a_file(command),
+        Command::Pause | Command::Resume | Command::Step | Command::Speed(_) | Command::Stop => {
+            false
+        }
+    }
+}
+
+fn tells_of_a_file(command: &Command) -> bool {
+    match command {
+        Command::Tell { what, .. } => matches!(what.parse(), Ok(Brain::File(_))),
+        _ => false,
+    }
+}
+
+/// Whether `event` comes of running the run again: pauses and speeds are the
+/// wall's, and why a file was refused is up to the file.
+fn comes_again(event: &Event) -> bool {
+    match &event.what {
+        Happening::Applied { command, .. } => !paces(command),
+        Happening::Refused { command, .. } => !tells_of_a_file(command),
+        Happening::Ended { .. } | Happening::Faulted { .. } => true,
+    }
+}
+
+/// Whether `command` merely changes how run time passes.
+fn paces(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Pause | Command::Resume | Command::Step | Command::Speed(_)
+    )
+}
+
+/// The first thing in what was recorded that no run can have: an event before the
+/// one before it, a speed that was not the last one, a knob that was given and
+/// never turned.
+pub fn check(recording: &Recording) -> Option<Difference> {
+    let config = &recording.origin.config;
+    let (mut last, mut speed) = (Time::ZERO, config.speed);
+    for event in &recording.events {
+        if event.at < last {
+            let recorded = format!("{event}");
+            return Some(differs(
+                event.at,
+                recorded,
+                format!("nothing before {last}"),
+            ));
+        }
+        last = event.at;
+        let Happening::Applied { command, was } = &event.what else {
+            continue;
+        };
+        let before = match command {
+            Command::Speed(next) => Some(std::mem::replace(&mut speed, *next).to_string()),
+            command if paces(command) => None,
+            _ => continue,
+        };
+        if *was != before {
+            let before = before.map_or("none".to_owned(), |before| format!("was {before}"));
+            return Some(differs(event.at, event.to_string(), before));
+        }
+    }
+    first_knob_left_out(recording)
+}
+
+/// The first knob that the run was given and came to, and that it was not turned
+/// by. Those of the last moment may have come too late.
+fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
+    let knobs = recording.origin.config.knobs.iter();
+    let mut given: Vec<TimedCommand> = knobs.flat_map(TimedKnob::commands).collect();
+    given.sort_by_key(|given| given.at);
+    let mut events = recording.events.iter();
+    let mut is_among = |given: &TimedCommand| {
+        events.any(|event| match &event.what {
+            Happening::Applied { command, .. } | Happening::Refused { command, .. } => {
+                event.at == given.at && *command == given.command
+            }
+            _ => false,
+        })
+    };
+    let left_out = given
+        .iter()
+        .filter(|given| given.at < recording.until)
+        .find(|given| !is_among(given))?;
+    let (recorded, computed) = ("nothing of it".to_owned(), left_out.command.to_string());
+    Some(Difference {
+        at: left_out.at,
+        what: "a knob that was given".to_owned(),
+        recorded,
+        computed,
+    })
+}
+
+/// The first event that did not come again as it was recorded. Of a run whose
+/// recording is not `complete`, those of its last moment may be missing.
+pub fn compare(recording: &Recording, complete: bool, computed: &[Event]) -> Option<Difference> {
+    let recorded = recording.events.iter().filter(|event| comes_again(event));
+    let computed = computed.iter().filter(|event| comes_again(event));
+    let longer = recorded.clone().count().max(computed.clone().count());
+    let recorded = recorded.map(Some).chain(iter::repeat(None));
+    let computed = computed.map(Some).chain(iter::repeat(None));
+    let mut pairs = recorded.zip(computed).take(longer);
+    let (recorded, computed) = pairs.find(|(recorded, computed)| recorded != computed)?;
+    match (recorded, computed) {
+        (None, Some(event)) if !complete && event.at >= recording.until => None,
+        _ => {
+            let at = recorded.or(computed).map_or(Time::ZERO, |event| event.at);
+            Some(differs(at, tell(recorded), tell(computed)))
+        }
+    }
+}
+
+fn differs(at: Time, recorded: String, computed: String) -> Difference {
+    Difference {
+        at,
+        what: "an event".to_owned(),
+        recorded,
+        computed,
+    }
+}
+
+fn tell(event: Option<&Event>) -> String {
+    event.map_or("none".to_owned(), |event| {
+        format!("{event} ({} ns)", event.at.as_nanos())
+    })
+}
