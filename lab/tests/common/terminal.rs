@@ -5,7 +5,7 @@
 mod outside;
 
 use std::{
-    io::{Read, Write},
+    io::{self, Read, Write},
     path::Path,
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
@@ -77,8 +77,18 @@ impl Lab {
     }
 
     pub fn type_keys(&mut self, keys: &str) {
-        self.keys.write_all(keys.as_bytes()).expect("typed");
-        self.keys.flush().expect("typed");
+        self.send(keys.as_bytes()).expect("typed");
+    }
+
+    /// Sends any bytes, which fails after the end.
+    pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.keys.write_all(bytes)?;
+        self.keys.flush()
+    }
+
+    /// The modes of the terminal's line, in a form to be compared.
+    pub fn line_modes(&self) -> String {
+        format!("{:?}", self.master.get_termios())
     }
 
     pub fn resize(&mut self, rows: u16, cols: u16) {
@@ -120,6 +130,16 @@ impl Lab {
                 Ok(chunk) if !left.is_zero() => self.parser.process(&chunk),
                 _ => return false,
             }
+        }
+        true
+    }
+
+    /// Reads more output, if some comes within `patience`; false at its end.
+    pub fn read_more(&mut self, patience: Duration) -> bool {
+        match self.output.recv_timeout(patience) {
+            Ok(chunk) => self.parser.process(&chunk),
+            Err(RecvTimeoutError::Disconnected) => return false,
+            Err(RecvTimeoutError::Timeout) => {}
         }
         true
     }

@@ -1,0 +1,118 @@
+//! Recordings that were altered: decoded, changed in one place, to be encoded
+//! again as if nothing had been.
+
+use rand::{Rng, seq::IndexedRandom};
+use rerun::{
+    external::arrow::array::{AsArray, RecordBatch},
+    log::LogMsg,
+};
+
+use crate::{
+    cases::{Random, chance},
+    cells::{change_cell, change_rows, text, with_cell},
+    lies::{change_json, is_pace},
+};
+
+/// Columns of messages and ticks that are altered. Others are not compared:
+///
+/// - `took_ns` and `wall_time` are of wall time, which is not reproducible;
+/// - `control_step` and `rerun.controls.RowId` place a row in the viewer;
+/// - tables without run time, and those of other entities, are for the viewer and for
+///   people; what they show is computed from the messages.
+const COLUMNS: [&str; 7] = [
+    "run_time", "seq", "origin_ns", "dropped", "tick", "overruns", "Scalars:scalars",
+];
+
+/// Entities with JSON, altered by field: what was run, what happened and how it
+/// ended. They are not doubled: what is written twice means the same. Their run time is
+/// not altered: it places them in the viewer.
+const JSON: [&str; 3] = ["/__properties/origin", "/events", "/end"];
+
+/// The entity that `message` holds a table of, in the recording itself.
+fn entity(message: &LogMsg) -> Option<(&str, &RecordBatch)> {
+    match message {
+        LogMsg::ArrowMsg(store, table) if store.is_recording() => {
+            let schema = table.batch.schema_ref();
+            let entity = schema.metadata().get("rerun:entity_path")?;
+            Some((entity, &table.batch))
+        }
+        _ => None,
+    }
+}
+
+/// Whether `message` holds messages of a topic or ticks of a node.
+fn is_series(message: &LogMsg) -> bool {
+    entity(message).is_some_and(|(entity, table)| {
+        let ours = entity.starts_with("/topics/") || entity.starts_with("/nodes/");
+        ours && table.column_by_name("run_time").is_some()
+    })
+}
+
+/// Whether `message` holds JSON for readers.
+fn is_json(message: &LogMsg) -> bool {
+    entity(message).is_some_and(|(entity, table)| {
+        JSON.contains(&entity) && table.column_by_name("json").is_some()
+    })
+}
+
+/// Changes one thing in a recording; says what.
+pub fn alter(messages: &mut Vec<LogMsg>, random: &mut Random) -> String {
+    let json = chance(random, 45);
+    let wanted = if json { is_json } else { is_series };
+    let places: Vec<_> = (0..messages.len()).filter(|at| wanted(&messages[*at])).collect();
+    let at = *places.choose(random).expect("a table");
+    let (name, table) = entity(&messages[at]).expect("a table");
+    let (name, mut table) = (name.to_owned(), table.clone());
+    let how = match random.random_range(0..100) {
+        0..4 => {
+            messages.remove(at);
+            return format!("{name}: all of it removed");
+        }
+        _ if json => change_texts(&name, &mut table, random),
+        4..7 => {
+            messages.insert(at, messages[at].clone());
+            return format!("{name}: all of it doubled");
+        }
+        7..10 => remove_column(&mut table, random),
+        10..25 => change_rows(&mut table, random),
+        _ => {
+            let columns = COLUMNS.iter().filter(|column| table.column_by_name(column).is_some());
+            let column = columns.collect::<Vec<_>>().choose(random).copied().expect("a column");
+            let index = table.schema().index_of(column).expect("a column");
+            format!("{column}, {}", change_cell(&mut table, index, random))
+        }
+    };
+    if let LogMsg::ArrowMsg(_, message) = &mut messages[at] {
+        message.batch = table;
+    }
+    format!("{name}: {how}")
+}
+
+fn remove_column(table: &mut RecordBatch, random: &mut Random) -> String {
+    let schema = table.schema();
+    let ours = COLUMNS.iter().filter_map(|column| schema.index_of(column).ok());
+    let column = *ours.collect::<Vec<_>>().choose(random).expect("a column");
+    table.remove_column(column);
+    format!("column {} removed", schema.field(column).name())
+}
+
+/// Changes one of the values that the rows of `table` hold as JSON.
+fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut Random) -> String {
+    let column = table.schema().index_of("json").expect("JSON");
+    let cells = table.column(column).as_list::<i32>().clone();
+    let value = |row| {
+        let cell = cells.value(row);
+        serde_json::from_str(cell.as_string::<i32>().value(0)).expect("JSON")
+    };
+    let rows = (0..table.num_rows()).filter(|row| !is_pace(&value(*row)));
+    let rows: Vec<_> = rows.collect();
+    if entity == "/events" && rows.len() == table.num_rows() && chance(random, 25) {
+        return change_rows(table, random);
+    }
+    let row = *rows.choose(random).expect("a row");
+    let mut value = value(row);
+    let how = change_json(entity, &mut value, random);
+    let cell = text(value.to_string(), &cells);
+    *table = with_cell(table, column, row, &cell);
+    format!("row {row}: {how}")
+}
