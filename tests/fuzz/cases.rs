@@ -46,7 +46,11 @@ pub fn run(target: &str, usual: u64, case: impl Fn(&mut Random)) {
         }
         number += 1;
     }
-    println!("{target}: {} cases in {:.1?}", number - first, begin.elapsed());
+    println!(
+        "{target}: {} cases in {:.1?}",
+        number - first,
+        begin.elapsed()
+    );
     assert!(
         failures.is_empty(),
         "{target}: {} of {} cases failed:\n{}",

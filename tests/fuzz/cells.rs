@@ -28,31 +28,65 @@ pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut Random) 
 }
 
 /// `table` with another cell.
-pub fn with_cell(table: &RecordBatch, column: usize, row: usize, cell: &dyn Array) -> RecordBatch {
+fn with_cell(table: &RecordBatch, column: usize, row: usize, cell: &dyn Array) -> RecordBatch {
     let cells = table.column(column);
-    let (before, after) = (cells.slice(0, row), cells.slice(row + 1, cells.len() - row - 1));
+    let (before, after) = (
+        cells.slice(0, row),
+        cells.slice(row + 1, cells.len() - row - 1),
+    );
     let mut columns = table.columns().to_vec();
     columns[column] = concat(&[&before, cell, &after]).expect("cells of a kind");
     RecordBatch::try_new(table.schema(), columns).expect("a table")
 }
 
-/// A cell that holds `text`.
-pub fn text(text: String, like: &ListArray) -> ListArray {
-    list(Arc::new(StringArray::from(vec![text])), like)
+/// Sets the text in a row of `column`.
+pub fn set_text(table: &mut RecordBatch, column: &str, row: usize, text: String) {
+    let column = table.schema().index_of(column).expect("a column");
+    let values = Arc::new(StringArray::from(vec![text]));
+    let cell = list(values, table.column(column).as_list());
+    *table = with_cell(table, column, row, &cell);
+}
+
+/// Sets the number in the first row of `column`, if there is one.
+pub fn set_number(table: &mut RecordBatch, column: &str, number: i64) {
+    let Ok(column) = table.schema().index_of(column) else {
+        return;
+    };
+    let cell: ArrayRef = match table.column(column).as_list_opt::<i32>() {
+        Some(cells) => {
+            let values = UInt64Array::from(vec![number.unsigned_abs()]);
+            Arc::new(list(Arc::new(values), cells))
+        }
+        None => Arc::new(DurationNanosecondArray::from(vec![number])),
+    };
+    *table = with_cell(table, column, 0, &cell);
 }
 
 fn list(values: ArrayRef, like: &ListArray) -> ListArray {
     let DataType::List(field) = like.data_type() else {
         panic!("{} is no list", like.data_type());
     };
-    ListArray::new(field.clone(), OffsetBuffer::from_lengths([values.len()]), values, None)
+    ListArray::new(
+        field.clone(),
+        OffsetBuffer::from_lengths([values.len()]),
+        values,
+        None,
+    )
 }
 
 /// A run time other than that in `row`.
 fn change_time(cells: &ArrayRef, row: usize, random: &mut Random) -> (ArrayRef, String) {
     let old = cells.as_primitive::<DurationNanosecondType>().value(row);
     let others = [
-        -1, -old, i64::MIN, i64::MAX, 0, old + 1, old - 1, old + 20_000_000, old - 20_000_000,
+        -1,
+        -old,
+        i64::MIN,
+        i64::MAX,
+        0,
+        old + 1,
+        old - 1,
+        old + 20_000_000,
+        old - 20_000_000,
         random.random(),
     ];
     let others: Vec<_> = others.into_iter().filter(|other| *other != old).collect();
@@ -72,11 +106,20 @@ fn change_list(cells: &ListArray, row: usize, random: &mut Random) -> (ArrayRef,
         change_numbers(&mut new, floats, random);
     }
     let values: ArrayRef = match floats {
-        true => Arc::new(Float64Array::from_iter_values(new.iter().copied().map(f64::from_bits))),
+        true => Arc::new(Float64Array::from_iter_values(
+            new.iter().copied().map(f64::from_bits),
+        )),
         false => Arc::new(UInt64Array::from(new.clone())),
     };
     let shown = |numbers: &[u64]| match floats {
-        true => format!("{:?}", numbers.iter().copied().map(f64::from_bits).collect::<Vec<_>>()),
+        true => format!(
+            "{:?}",
+            numbers
+                .iter()
+                .copied()
+                .map(f64::from_bits)
+                .collect::<Vec<_>>()
+        ),
         false => format!("{numbers:?}"),
     };
     let how = format!("{} became {}", shown(&old), shown(&new));
@@ -86,7 +129,10 @@ fn change_list(cells: &ListArray, row: usize, random: &mut Random) -> (ArrayRef,
 /// The numbers in a cell, floats as their bits, and whether they are floats.
 fn numbers(cells: &ListArray, row: usize) -> (Vec<u64>, bool) {
     let cell = cells.is_valid(row).then(|| cells.value(row));
-    let whole = |cell: &ArrayRef| cell.as_primitive_opt::<UInt64Type>().map(|n| n.iter().flatten().collect());
+    let whole = |cell: &ArrayRef| {
+        cell.as_primitive_opt::<UInt64Type>()
+            .map(|n| n.iter().flatten().collect())
+    };
     let float = |cell: &ArrayRef| {
         let numbers = cell.as_primitive::<Float64Type>().iter().flatten();
         numbers.map(f64::to_bits).collect()
@@ -100,7 +146,10 @@ fn numbers(cells: &ListArray, row: usize) -> (Vec<u64>, bool) {
 fn same(one: &[u64], other: &[u64], floats: bool) -> bool {
     let nan = |bits: &u64| floats && f64::from_bits(*bits).is_nan();
     one.len() == other.len()
-        && one.iter().zip(other).all(|(one, other)| one == other || nan(one) && nan(other))
+        && one
+            .iter()
+            .zip(other)
+            .all(|(one, other)| one == other || nan(one) && nan(other))
 }
 
 fn change_numbers(numbers: &mut Vec<u64>, floats: bool, random: &mut Random) {

@@ -11,6 +11,8 @@ mod knobs;
 mod lies;
 mod program;
 mod recordings;
+mod syntax;
+mod values;
 mod weights;
 
 #[path = "../common/checkpoint.rs"]

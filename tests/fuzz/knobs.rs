@@ -14,17 +14,56 @@ use crate::{
 
 /// Times, good and bad.
 const TIMES: &[&str] = &[
-    "0", "2.5", "0.000000001", "1e-9", "4503599.627370495", "1e3", "-0", "-1", "NaN", "inf",
-    "1e300", "18446744073.709551615", "1e11", ".5", "+1", "",
+    "0",
+    "2.5",
+    "0.000000001",
+    "1e-9",
+    "4503599.627370495",
+    "1e3",
+    "-0",
+    "-1",
+    "NaN",
+    "inf",
+    "1e300",
+    "18446744073.709551615",
+    "1e11",
+    ".5",
+    "+1",
+    "",
 ];
 
 const NAMES: &[&str] = &[
-    "control-hz", "sensor_hz", "queue-depth", "queue_depth", "policy", "CONTROL-HZ", "policy-hz",
+    "control-hz",
+    "sensor_hz",
+    "queue-depth",
+    "queue_depth",
+    "policy",
+    "CONTROL-HZ",
+    "policy-hz",
 ];
 
 const VALUES: &[&str] = &[
-    "10", "7.5", "33.333333", "0.001", "10000", "1e3", "0.0005", "10000.5", "0", "-1", "NaN", "1",
-    "1000000", "1000001", "1.5", "lqr", "scripted", "random", "none.pt", "my brain.pt", "a#b.pt",
+    "10",
+    "7.5",
+    "33.333333",
+    "0.001",
+    "10000",
+    "1e3",
+    "0.0005",
+    "10000.5",
+    "0",
+    "-1",
+    "NaN",
+    "1",
+    "1000000",
+    "1000001",
+    "1.5",
+    "lqr",
+    "scripted",
+    "random",
+    "none.pt",
+    "my brain.pt",
+    "a#b.pt",
 ];
 
 /// Between words and around lines.
@@ -41,9 +80,17 @@ fn file(random: &mut Random) -> Vec<u8> {
         for words in [TIMES, NAMES, VALUES] {
             // The first of them are good: most lines shall be.
             let good = words.len() / 2;
-            let words = if chance(random, 85) { &words[..good] } else { words };
+            let words = if chance(random, 85) {
+                &words[..good]
+            } else {
+                words
+            };
             text += pick(random, words);
-            text += if chance(random, 80) { " " } else { pick(random, SPACES) };
+            text += if chance(random, 80) {
+                " "
+            } else {
+                pick(random, SPACES)
+            };
         }
         text += pick(random, ENDS);
     }
@@ -74,7 +121,10 @@ fn knobs() {
         let Ok(Ok(knobs)) = read else {
             assert!(!accepted, "only the command accepts {text:?}");
             let line = read.ok().and_then(Result::err);
-            assert!(said.contains(&line.unwrap_or_default()), "{said} of {text:?}");
+            assert!(
+                said.contains(&line.unwrap_or_default()),
+                "{said} of {text:?}"
+            );
             return;
         };
         let pinned: Result<Vec<_>, _> = knobs.into_iter().map(TimedKnob::pinned).collect();
@@ -87,13 +137,22 @@ fn check(text: &str) -> Result<Vec<TimedKnob>, String> {
     let knobs = parse_knobs(text).map_err(|error| {
         let error = error.to_string();
         let line = error.split(": ").next().unwrap_or_default();
-        let number = line.strip_prefix("line ").and_then(|number| number.parse().ok());
+        let number = line
+            .strip_prefix("line ")
+            .and_then(|number| number.parse().ok());
         let lines = 1..=text.lines().count();
-        assert!(number.is_some_and(|n: usize| lines.contains(&n)), "no line: {error}");
+        assert!(
+            number.is_some_and(|n: usize| lines.contains(&n)),
+            "no line: {error}"
+        );
         assert!(!error.contains(char::is_control), "{error:?}");
         line.to_owned()
     })?;
     let printed: String = knobs.iter().map(|knob| format!("{knob}\n")).collect();
-    assert_eq!(parse_knobs(&printed).as_ref(), Ok(&knobs), "printed {printed:?}");
+    assert_eq!(
+        parse_knobs(&printed).as_ref(),
+        Ok(&knobs),
+        "printed {printed:?}"
+    );
     Ok(knobs)
 }

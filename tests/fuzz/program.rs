@@ -43,7 +43,11 @@ pub fn ratelab<S: AsRef<OsStr>>(args: &[S], folder: &Path, home: &Path) -> Outpu
         panic!("it does not end");
     };
     let output = output.expect("an end");
-    assert_eq!(output.status.signal(), None, "ended by a signal: {output:?}");
+    assert_eq!(
+        output.status.signal(),
+        None,
+        "ended by a signal: {output:?}"
+    );
     assert!(
         matches!(output.status.code(), Some(0..=2)),
         "{}: {}",

@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use rand::{Rng, seq::{IndexedMutRandom, IndexedRandom}};
+use rand::{
+    Rng,
+    seq::{IndexedMutRandom, IndexedRandom},
+};
 use ratelab::policy::read_weights;
 use serde_json::{Value, json};
 
@@ -55,7 +58,11 @@ fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
 /// A zip that is right, with an entry that is not: mostly its first, the pickle.
 fn checkpoint(random: &mut Random) -> Vec<u8> {
     let mut entries = entries(&content(root(), pick(random, CHECKPOINTS)));
-    let victim = if chance(random, 75) { 0 } else { random.random_range(0..entries.len()) };
+    let victim = if chance(random, 75) {
+        0
+    } else {
+        random.random_range(0..entries.len())
+    };
     match random.random_range(0..8) {
         0 => drop(entries.remove(victim)),
         1 => entries.push(entries[victim].clone()),
@@ -108,7 +115,9 @@ fn lie(header: &[u8], random: &mut Random) -> Vec<u8> {
     let names: Vec<_> = tensors.keys().cloned().collect();
     let name = names.choose(random).expect("a tensor");
     let number = random.next_u64() >> random.random_range(0..64);
-    let dtypes = ["F16", "BF16", "F64", "I8", "BOOL", "U64", "F8_E4M3", "", "f32"];
+    let dtypes = [
+        "F16", "BF16", "F64", "I8", "BOOL", "U64", "F8_E4M3", "", "f32",
+    ];
     match random.random_range(0..6) {
         0 => drop(tensors.remove(name)),
         1 => drop(tensors.insert(format!("{name}\u{1b}"), tensors[name].clone())),
