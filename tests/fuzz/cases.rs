@@ -24,11 +24,11 @@ const ENOUGH: usize = 20;
 pub type Random = dyn RngCore;
 
 /// Runs the cases of `target`: `usual` of them unless the environment sets
-/// something else.
+/// something else. A case notes what it is made of.
 ///
 /// # Panics
 /// If a case does, with the numbers of all that did.
-pub fn run(target: &str, usual: u64, case: impl Fn(&mut Random)) {
+pub fn run(target: &str, usual: u64, case: impl Fn(&mut Random, &mut String)) {
     let (seed, seconds) = (setting(SEED), setting(SECONDS));
     let first = seed.unwrap_or(0);
     let count = if seed.is_some() { 1 } else { usual };
@@ -40,9 +40,11 @@ pub fn run(target: &str, usual: u64, case: impl Fn(&mut Random)) {
     let mut failures = Vec::new();
     let mut number = first;
     while more(number) && failures.len() < ENOUGH {
-        let mut random = generator(&[number]);
-        if let Err(panic) = catch_unwind(AssertUnwindSafe(|| case(&mut random))) {
-            failures.push(format!("{SEED}={number}: {}", message(&*panic)));
+        let (mut random, mut note) = (generator(&[number]), String::new());
+        let ended = catch_unwind(AssertUnwindSafe(|| case(&mut random, &mut note)));
+        if let Err(panic) = ended {
+            let why = message(&*panic);
+            failures.push(format!("{SEED}={number}: {note}: {why}"));
         }
         number += 1;
     }

@@ -154,7 +154,7 @@ fn open(random: &mut Random, folder: &Path) -> Lab {
 
 #[test]
 fn keys() {
-    run("keys", 6, |random| {
+    run("keys", 6, |random, note| {
         let folder = tempdir().expect("a folder");
         let mut lab = open(random, folder.path());
         let modes = lab.line_modes();
@@ -168,8 +168,10 @@ fn keys() {
                 let (rows, cols) = (random.random_range(1..60), random.random_range(1..200));
                 lab.resize(rows, cols);
             }
+            let piece = piece(random);
+            note.push_str(&format!("{} ", piece.escape_ascii()));
             // What it is sent may quit it, too.
-            if lab.send(&piece(random)).is_err() || !lab.read_more(PAUSE) {
+            if lab.send(&piece).is_err() || !lab.read_more(PAUSE) {
                 break;
             }
         }

@@ -59,13 +59,11 @@ fn recordings() {
             "not altered, only encoded again: {output:?}"
         );
     }
-    run("recordings", 60, |random| {
+    run("recordings", 60, |random, note| {
         let mut messages = pick(random, &originals).clone();
-        let what = alter(&mut messages, random);
-        println!("{what}");
+        *note = alter(&mut messages, random);
         fs::write(&file, encode(&messages)).expect("written");
         ask("info");
-        let accepted = ask("verify").status.success();
-        assert!(!accepted, "verify accepts it: {what}");
+        assert!(!ask("verify").status.success(), "verify accepts it");
     });
 }

@@ -26,7 +26,7 @@ const CHECKPOINTS: &[&str] = &["actor.pt", "parameters.pt", "half.pt", "asks.pt"
 
 #[test]
 fn weights() {
-    run("weights", 2_000, |random| {
+    run("weights", 2_000, |random, _| {
         let file = hurt(random);
         let begin = Instant::now();
         let peak = peak(|| {
