@@ -1,7 +1,10 @@
 //! Keys in a terminal: whatever is typed, pasted, clicked or resized, the lab and
 //! the replay go on, quit when they are told to and give the terminal back.
 
-use std::{path::Path, time::Duration};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use rand::Rng;
 use tempfile::tempdir;
@@ -10,7 +13,7 @@ use vt100::MouseProtocolMode;
 use crate::{
     cases::{Random, chance, pick, run},
     root,
-    terminal::Lab,
+    terminal::{Lab, PATIENCE},
 };
 
 /// Keys that do something, and text for the prompt.
@@ -157,16 +160,12 @@ fn keys() {
     run("keys", 6, |random, note| {
         let folder = tempdir().expect("a folder");
         let mut lab = open(random, folder.path());
-        let modes = lab.line_modes();
-        assert!(
-            lab.read_until(|screen| !screen.is_empty()),
-            "nothing is drawn"
-        );
+        wait_until_open(&mut lab);
         let pieces = random.random_range(1..40);
         for _ in 0..pieces {
             if chance(random, 10) {
-                let (rows, cols) = (random.random_range(1..60), random.random_range(1..200));
-                lab.resize(rows, cols);
+                let (rows, cols) = (random.random_range(0..60), random.random_range(0..200));
+                lab.tell_size(rows, cols);
             }
             let piece = piece(random);
             note.push_str(&format!("{} ", piece.escape_ascii()));
@@ -176,7 +175,7 @@ fn keys() {
             }
         }
         quit(&mut lab, pick(random, &QUIT));
-        assert_eq!(lab.line_modes(), modes, "other modes of the line");
+        assert_eq!(lab.modes(), lab.first_modes, "other modes of the line");
         let (status, parser) = lab.close();
         let screen = parser.screen();
         assert!(status.success(), "{status:?}\n{}", screen.contents());
@@ -189,6 +188,15 @@ fn keys() {
         );
         assert_eq!(screen.mouse_protocol_mode(), MouseProtocolMode::None);
     });
+}
+
+/// Reads until the terminal is taken over: what is typed before is not for the lab.
+fn wait_until_open(lab: &mut Lab) {
+    let deadline = Instant::now() + PATIENCE;
+    while !lab.parser.screen().alternate_screen() {
+        let more = lab.read_more(PAUSE);
+        assert!(more && Instant::now() < deadline, "{}", lab.screen());
+    }
 }
 
 /// Tells `lab` to quit until its output ends.

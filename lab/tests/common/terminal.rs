@@ -26,6 +26,8 @@ pub struct Lab {
     keys: Box<dyn Write + Send>,
     output: Receiver<Vec<u8>>,
     pub parser: vt100::Parser,
+    /// The modes of the terminal's line before anything ran in it.
+    pub first_modes: String,
 }
 
 impl Lab {
@@ -53,6 +55,7 @@ impl Lab {
             ..PtySize::default()
         };
         let pair = native_pty_system().openpty(size).expect("a pty");
+        let first_modes = modes(&*pair.master);
         command.env("TERM", "xterm-256color");
         let child = pair.slave.spawn_command(command).expect("ratelab starts");
         drop(pair.slave);
@@ -73,6 +76,7 @@ impl Lab {
             keys,
             output,
             parser: vt100::Parser::new(rows, cols, 0),
+            first_modes,
         }
     }
 
@@ -87,18 +91,23 @@ impl Lab {
     }
 
     /// The modes of the terminal's line, in a form to be compared.
-    pub fn line_modes(&self) -> String {
-        format!("{:?}", self.master.get_termios())
+    pub fn modes(&self) -> String {
+        modes(&*self.master)
     }
 
     pub fn resize(&mut self, rows: u16, cols: u16) {
+        self.tell_size(rows, cols);
+        self.parser.screen_mut().set_size(rows, cols);
+    }
+
+    /// Resizes the terminal, but not the screen that shows it to the test.
+    pub fn tell_size(&self, rows: u16, cols: u16) {
         let size = PtySize {
             rows,
             cols,
             ..PtySize::default()
         };
         self.master.resize(size).expect("resized");
-        self.parser.screen_mut().set_size(rows, cols);
     }
 
     pub fn screen(&self) -> String {
@@ -167,6 +176,10 @@ impl Lab {
             _ => panic!("it does not end; the screen shows\n{}", self.screen()),
         }
     }
+}
+
+fn modes(terminal: &dyn MasterPty) -> String {
+    format!("{:?}", terminal.get_termios())
 }
 
 impl Drop for Lab {
