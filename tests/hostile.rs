@@ -1,78 +1,27 @@
 //! Files of weights from anywhere: whatever is in them, reading ends, panics
 //! never and takes little memory; and deciding takes none.
 
+#[path = "common/checkpoint.rs"]
+mod checkpoint;
+#[path = "common/clone.rs"]
+mod clone;
 mod common;
+#[path = "common/memory.rs"]
+mod memory;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-    fs,
-    io::{Cursor, Read, Write},
-};
-
-use rand_pcg::{Pcg64, rand_core::RngCore};
+use checkpoint::{content, entries, fixture, zipped};
+use clone::root;
+use memory::{MOST_MEMORY, allocations, peak};
 use ratelab::{
-    cartpole::{Observation, generator},
+    cartpole::Observation,
     experiment::Config,
     policy::{Brain, LARGEST_FILE, read_weights},
 };
-use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
-
-/// The most that reading a file may take beside the file itself (bytes).
-const MOST_MEMORY: isize = (64 << 20) - LARGEST_FILE as isize;
-
-/// Counts what each thread allocates.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-    static LIVE: Cell<isize> = const { Cell::new(0) };
-    static PEAK: Cell<isize> = const { Cell::new(0) };
-}
-
-fn count(bytes: isize) {
-    LIVE.set(LIVE.get() + bytes);
-    PEAK.set(PEAK.get().max(LIVE.get()));
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-// SAFETY: every call is passed on to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        count(layout.size() as isize);
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        count(-(layout.size() as isize));
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-/// Most memory that `work` held at a time (bytes).
-fn peak(work: impl FnOnce()) -> isize {
-    let before = LIVE.get();
-    PEAK.set(before);
-    work();
-    PEAK.get() - before
-}
-
-fn fixture(name: &str) -> String {
-    format!("{}/tests/brains/{name}", env!("CARGO_MANIFEST_DIR"))
-}
-
-fn content(name: &str) -> Vec<u8> {
-    fs::read(fixture(name)).expect("fixture")
-}
 
 #[test]
 fn deciding_allocates_nothing() {
-    let brain: Brain = fixture("actor.pt").parse().expect("a brain");
+    let file = fixture(&root(), "actor.pt").display().to_string();
+    let brain: Brain = file.parse().expect("a brain");
     let config = Config {
         policy: brain,
         ..Config::default()
@@ -85,122 +34,17 @@ fn deciding_allocates_nothing() {
         sin_theta: 0.1,
         pole_velocity: 0.3,
     };
-    let before = ALLOCATIONS.get();
-    let sum: f32 = (0..1_000).map(|_| policy.act(&seen).0).sum();
-    assert_eq!(ALLOCATIONS.get() - before, 0);
+    let mut sum = 0.0;
+    let decide = || sum = (0..1_000).map(|_| policy.act(&seen).0).sum::<f32>();
+    assert_eq!(allocations(decide), 0);
     assert!(sum.is_finite());
-}
-
-/// Entries of a zip, to be put together again with sums that are right: a file
-/// whose sums are wrong is refused before anybody looks at what is in it.
-fn entries(content: &[u8]) -> Vec<(String, Vec<u8>)> {
-    let mut archive = ZipArchive::new(Cursor::new(content)).expect("a zip");
-    let count = archive.len();
-    let entry = |index| {
-        let mut entry = archive.by_index(index).expect("an entry");
-        let mut content = Vec::new();
-        entry.read_to_end(&mut content).expect("content");
-        (entry.name().expect("a name").into_owned(), content)
-    };
-    (0..count).map(entry).collect()
-}
-
-fn zipped(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
-    for (name, content) in entries {
-        // Names may be what the mutation made of them.
-        if writer.start_file(name.as_str(), options).is_ok() {
-            writer.write_all(content).expect("written");
-        }
-    }
-    writer.finish().expect("a zip").into_inner()
 }
 
 /// A checkpoint with this pickle.
 fn with_pickle(pickle: &[u8]) -> Vec<u8> {
-    let mut entries = entries(&content("actor.pt"));
+    let mut entries = entries(&content(&root(), "actor.pt"));
     entries[0].1 = pickle.to_vec();
     zipped(&entries)
-}
-
-/// Instructions and numbers that pickles and headers are sensitive to.
-const SPICE: &[u8] = b"(.)0NRbcdehijlopqrstu}]QXKMJGPI\x80\x81\x85\x86\x87\x88\x8a\x8c\x93\x94\x95\x00\x01\xff{}\":,9";
-
-/// Makes one to eight small changes.
-fn mutate(content: &mut Vec<u8>, random: &mut Pcg64) {
-    let mut below = |limit: usize| (random.next_u64() % limit.max(1) as u64) as usize;
-    for _ in 0..=below(8) {
-        let at = below(content.len());
-        match below(6) {
-            0 if at < content.len() => content[at] ^= 1 << below(8),
-            1 if at < content.len() => content[at] = SPICE[below(SPICE.len())],
-            2 => content.insert(at, SPICE[below(SPICE.len())]),
-            3 => content.truncate(at),
-            4 => {
-                let end = (at + below(64)).min(content.len());
-                content.drain(at..end);
-            }
-            _ => {
-                let end = (at + below(256)).min(content.len());
-                let piece = content[at..end].to_vec();
-                let to = below(content.len());
-                content.splice(to..to, piece);
-            }
-        }
-    }
-}
-
-/// A file that was hurt: as a whole, or one entry of it, or its header.
-fn hurt(index: usize, random: &mut Pcg64) -> Vec<u8> {
-    let names = [
-        "actor.pt",
-        "parameters.pt",
-        "half.pt",
-        "asks.pt",
-        "actor.safetensors",
-    ];
-    let name = names[index % names.len()];
-    let mut whole = content(name);
-    if name.ends_with(".pt") && !index.is_multiple_of(4) {
-        let mut entries = entries(&whole);
-        let victim = match random.next_u64() % 4 {
-            0 => (random.next_u64() % entries.len() as u64) as usize,
-            _ => 0, // The pickle.
-        };
-        mutate(&mut entries[victim].1, random);
-        return zipped(&entries);
-    }
-    if name.ends_with(".safetensors") && index.is_multiple_of(2) {
-        let rest = whole.split_off(600);
-        mutate(&mut whole, random);
-        whole.extend(rest);
-        return whole;
-    }
-    mutate(&mut whole, random);
-    whole
-}
-
-#[test]
-fn no_mutated_file_makes_reading_panic_or_grow() {
-    let count = std::env::var("RATELAB_MUTATIONS").ok();
-    let count = count.map_or(2_000, |count| count.parse().expect("a number"));
-    let mut random = generator(&[6]);
-    let (mut read, mut most) = (0, 0);
-    for index in 0..count {
-        let content = hurt(index, &mut random);
-        let peak = peak(|| match read_weights(&content) {
-            Ok(_) => read += 1,
-            Err(error) => assert_eq!(error.to_string().lines().count(), 1, "{error}"),
-        });
-        most = most.max(peak);
-        assert!(peak < MOST_MEMORY, "file {index}: {peak} bytes");
-    }
-    println!("{count} files, {read} read, {most} bytes at most");
-    assert!(
-        read > 0 && read < count,
-        "{read} of {count} files were read"
-    );
 }
 
 /// What is said of a checkpoint with this pickle, in little memory.
@@ -301,7 +145,7 @@ fn tensors_larger_than_their_storage_or_than_memory_are_refused() {
 
 #[test]
 fn a_storage_much_larger_than_its_tensor_takes_no_more_than_itself() {
-    let mut entries = entries(&content("actor.pt"));
+    let mut entries = entries(&content(&root(), "actor.pt"));
     let storage = entries
         .iter_mut()
         .find(|(name, _)| name.ends_with("data/0"));
@@ -315,7 +159,7 @@ fn a_storage_much_larger_than_its_tensor_takes_no_more_than_itself() {
 
 #[test]
 fn a_zip_with_entries_without_end_is_refused_in_little_memory() {
-    let mut content = content("actor.pt");
+    let mut content = content(&root(), "actor.pt");
     let entry = content
         .windows(4)
         .position(|bytes| bytes == b"PK\x01\x02")

@@ -5,7 +5,7 @@ mod watch;
 
 use std::{
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, atomic::AtomicBool},
 };
 
 use ratelab::runtime::Time;
@@ -15,6 +15,7 @@ use crate::{
     output::{self, say},
     recording::{Origin, Outcome, Recording, Retold, schema::End, verify},
     report::{self, Notes},
+    signals,
 };
 use watch::Watch;
 

@@ -5,7 +5,7 @@
 mod outside;
 
 use std::{
-    io::{Read, Write},
+    io::{self, Read, Write},
     path::Path,
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
@@ -26,6 +26,8 @@ pub struct Lab {
     keys: Box<dyn Write + Send>,
     output: Receiver<Vec<u8>>,
     pub parser: vt100::Parser,
+    /// The modes of the terminal's line before anything ran in it.
+    pub first_modes: String,
 }
 
 impl Lab {
@@ -53,6 +55,7 @@ impl Lab {
             ..PtySize::default()
         };
         let pair = native_pty_system().openpty(size).expect("a pty");
+        let first_modes = modes(&*pair.master);
         command.env("TERM", "xterm-256color");
         let child = pair.slave.spawn_command(command).expect("ratelab starts");
         drop(pair.slave);
@@ -73,22 +76,38 @@ impl Lab {
             keys,
             output,
             parser: vt100::Parser::new(rows, cols, 0),
+            first_modes,
         }
     }
 
     pub fn type_keys(&mut self, keys: &str) {
-        self.keys.write_all(keys.as_bytes()).expect("typed");
-        self.keys.flush().expect("typed");
+        self.send(keys.as_bytes()).expect("typed");
+    }
+
+    /// Sends any bytes, which fails after the end.
+    pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.keys.write_all(bytes)?;
+        self.keys.flush()
+    }
+
+    /// The modes of the terminal's line, in a form to be compared.
+    pub fn modes(&self) -> String {
+        modes(&*self.master)
     }
 
     pub fn resize(&mut self, rows: u16, cols: u16) {
+        self.tell_size(rows, cols);
+        self.parser.screen_mut().set_size(rows, cols);
+    }
+
+    /// Resizes the terminal, but not the screen that shows it to the test.
+    pub fn tell_size(&self, rows: u16, cols: u16) {
         let size = PtySize {
             rows,
             cols,
             ..PtySize::default()
         };
         self.master.resize(size).expect("resized");
-        self.parser.screen_mut().set_size(rows, cols);
     }
 
     pub fn screen(&self) -> String {
@@ -124,6 +143,16 @@ impl Lab {
         true
     }
 
+    /// Reads more output, if some comes within `patience`; false at its end.
+    pub fn read_more(&mut self, patience: Duration) -> bool {
+        match self.output.recv_timeout(patience) {
+            Ok(chunk) => self.parser.process(&chunk),
+            Err(RecvTimeoutError::Disconnected) => return false,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        true
+    }
+
     /// Reads what is left and waits for the end.
     pub fn close(mut self) -> (ExitStatus, vt100::Parser) {
         let deadline = Instant::now() + PATIENCE;
@@ -147,6 +176,10 @@ impl Lab {
             _ => panic!("it does not end; the screen shows\n{}", self.screen()),
         }
     }
+}
+
+fn modes(terminal: &dyn MasterPty) -> String {
+    format!("{:?}", terminal.get_termios())
 }
 
 impl Drop for Lab {

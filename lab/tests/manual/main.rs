@@ -112,6 +112,7 @@ manual! {
     reference_recordings: "recordings/README.md",
     policies: "policies/README.md",
     golden: "tests/golden/README.md",
+    fuzzers: "tests/fuzz/README.md",
 }
 
 /// The pages in `folder` and below.

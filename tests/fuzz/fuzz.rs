@@ -1,0 +1,30 @@
+//! Fuzzers: random input to everything that takes input from outside, held to
+//! what is promised whatever the input. See `README.md` in this folder.
+#![cfg(unix)] // Limits, signals and terminals as Unix has them.
+
+mod alterations;
+mod cases;
+mod cells;
+mod command_lines;
+mod keys;
+mod knobs;
+mod lies;
+mod program;
+mod recordings;
+mod syntax;
+mod values;
+mod weights;
+
+#[path = "../common/checkpoint.rs"]
+mod checkpoint;
+#[path = "../common/memory.rs"]
+mod memory;
+#[path = "../../lab/tests/common/terminal.rs"]
+mod terminal;
+
+use std::path::Path;
+
+/// The folder of the clone.
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}

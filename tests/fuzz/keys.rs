@@ -1,0 +1,213 @@
+//! Keys in a terminal: whatever is typed, pasted, clicked or resized, the lab and
+//! the replay go on, quit when they are told to and give the terminal back.
+
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use rand::Rng;
+use tempfile::tempdir;
+use vt100::MouseProtocolMode;
+
+use crate::{
+    cases::{Random, chance, pick, run},
+    root,
+    terminal::{Lab, PATIENCE},
+};
+
+/// Keys that do something, and text for the prompt.
+const KEYS: &[&str] = &[
+    "[",
+    "]",
+    "<",
+    ">",
+    "{",
+    "}",
+    "b",
+    "r",
+    "n",
+    "N",
+    "p",
+    "P",
+    "c",
+    "m",
+    "w",
+    "e",
+    "f",
+    "z",
+    "+",
+    "-",
+    "0",
+    ".",
+    ",",
+    " ",
+    "?",
+    "\t",
+    "1",
+    "2",
+    "3",
+    "4",
+    "5",
+    "\r",
+    "\u{7f}",
+    "\u{1b}\u{1b}",
+    ":",
+    ":control-hz 7.5\r",
+    ":control-hz 0\r",
+    ":policy lqr\r",
+    ":policy none.pt\r",
+    ":rubbish\r",
+    ":queue-depth 9999999\r",
+    "8 because half\r",
+    "many\r",
+    "[[[[[[[[[[[[",
+    "]]]]]]]]]]]]",
+];
+
+/// What terminals send for other keys, for pastes, for the mouse and on their own,
+/// and what none sends.
+const SEQUENCES: &[&[u8]] = &[
+    b"\x1b[A",
+    b"\x1b[B",
+    b"\x1b[C",
+    b"\x1b[D",
+    b"\x1b[H",
+    b"\x1b[F",
+    b"\x1b[5~",
+    b"\x1b[6~",
+    b"\x1b[3~",
+    b"\x1bOP",
+    b"\x1b[15~",
+    b"\x1b[24;5~",
+    b"\x1b[1;5C",
+    b"\x1b[Z",
+    b"\x1bx",
+    b"\x1a",
+    b"\x1b[97;5u",
+    b"\x1b[I",
+    b"\x1b[O",
+    b"\x1b[10;10R",
+    b"\x1b[?1;2c",
+    b"\x1b]0;title\x07",
+    b"\x1b[<0;10;10M",
+    b"\x1b[<64;999;999m",
+    b"\x1b[M !!",
+    b"\x1b[32;30;40M",
+    b"\x1b[?997;1n",
+    b"\x1b[200~[[[w:r\r\x1b[201~",
+    b"\x1b[200~\xff\x1b[2J\x1b[201~",
+    b"\x1b[201~",
+    b"\x1b[",
+    b"\x1bP1$",
+    b"\x1b[99999999999999999999A",
+    b"\x1b[;;;;;;;m",
+    b"\0",
+    b"\xff\xfe",
+    b"\xc3",
+    b"\xc3\xa9",
+    b"\xf0\x9f\x98\x80",
+    b"\xe2\x80\xae",
+    b"\x1b[?",
+    b"\x1b[<",
+    b"\x9b",
+    b"\x1c",
+    b"\x16",
+];
+
+/// Ends what a terminal began to send: a mouse report, an answer, a paste. Until
+/// then crossterm takes every key for a part of it, Ctrl-C too.
+const RESET: &[u8] = b"Mu\x1b[201~Mu";
+
+/// Closes prompts and pages, then quits; or quits at once.
+const QUIT: [&[u8]; 2] = [b"\x1b\x1b\x1b\x1b\x1b\x1bq", b"\x03"];
+
+/// How long to wait for more output, before more is typed.
+const PAUSE: Duration = Duration::from_millis(25);
+
+/// How often a lab is told to quit: what it was sent in part may swallow some.
+const TIMES: usize = 20;
+
+fn piece(random: &mut Random) -> Vec<u8> {
+    match random.random_range(0..100) {
+        0..55 => pick(random, KEYS).as_bytes().to_vec(),
+        55..85 => pick(random, SEQUENCES).to_vec(),
+        // A key that is held down.
+        85..95 => pick(random, KEYS)
+            .as_bytes()
+            .repeat(random.random_range(1..10)),
+        _ => (0..random.random_range(1..40))
+            .map(|_| random.random())
+            .collect(),
+    }
+}
+
+fn open(random: &mut Random, folder: &Path) -> Lab {
+    let recording = root().join("recordings/rescued.rrd").display().to_string();
+    let mut args = match random.random_range(0..3) {
+        0 => vec!["replay", "--terminal", &recording],
+        1 => vec!["lab", "--clock", "virtual", "--speed", "100"],
+        _ => vec!["lab", "--clock", "virtual", "--duration-s", "3"],
+    };
+    if chance(random, 20) {
+        args.push("--ascii");
+    }
+    Lab::open_in(folder, &args, 24, 80)
+}
+
+#[test]
+fn keys() {
+    run("keys", 6, |random, note| {
+        let folder = tempdir().expect("a folder");
+        let mut lab = open(random, folder.path());
+        wait_until_open(&mut lab);
+        let pieces = random.random_range(1..40);
+        for _ in 0..pieces {
+            if chance(random, 10) {
+                let (rows, cols) = (random.random_range(0..60), random.random_range(0..200));
+                lab.tell_size(rows, cols);
+            }
+            let piece = piece(random);
+            note.push_str(&format!("{} ", piece.escape_ascii()));
+            // What it is sent may quit it, too.
+            if lab.send(&piece).is_err() || !lab.read_more(PAUSE) {
+                break;
+            }
+        }
+        quit(&mut lab, pick(random, &QUIT));
+        assert_eq!(lab.modes(), lab.first_modes, "other modes of the line");
+        let (status, parser) = lab.close();
+        let screen = parser.screen();
+        assert!(status.success(), "{status:?}\n{}", screen.contents());
+        assert!(!screen.alternate_screen(), "still on the other screen");
+        assert!(!screen.hide_cursor(), "the cursor is hidden");
+        assert!(!screen.bracketed_paste(), "pastes are still bracketed");
+        assert!(
+            !screen.application_cursor() && !screen.application_keypad(),
+            "other keys"
+        );
+        assert_eq!(screen.mouse_protocol_mode(), MouseProtocolMode::None);
+    });
+}
+
+/// Reads until the terminal is taken over: what is typed before is not for the lab.
+fn wait_until_open(lab: &mut Lab) {
+    let deadline = Instant::now() + PATIENCE;
+    while !lab.parser.screen().alternate_screen() {
+        let more = lab.read_more(PAUSE);
+        assert!(more && Instant::now() < deadline, "{}", lab.screen());
+    }
+}
+
+/// Tells `lab` to quit until its output ends.
+fn quit(lab: &mut Lab, keys: &[u8]) {
+    for _ in 0..TIMES {
+        let _ = lab.send(RESET).and_then(|()| lab.send(keys)); // Fails after the end.
+        for _ in 0..20 {
+            if !lab.read_more(PAUSE) {
+                return;
+            }
+        }
+    }
+    panic!("it does not quit; the screen shows\n{}", lab.screen());
+}

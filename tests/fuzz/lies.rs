@@ -1,0 +1,198 @@
+//! JSON in which one field is another.
+
+use rand::{Rng, seq::IndexedRandom};
+use serde_json::{Value, json};
+
+use crate::cases::{Random, chance};
+
+/// Fields that running again cannot tell, by entity, and why.
+const UNKNOWABLE: [(&str, &str, &str); 8] = [
+    (
+        "/__properties/origin",
+        "/ratelab",
+        "made by: text for people",
+    ),
+    (
+        "/__properties/origin",
+        "/mujoco",
+        "made by: text for people",
+    ),
+    (
+        "/__properties/origin",
+        "/platform",
+        "made by: text for people",
+    ),
+    (
+        "/__properties/origin",
+        "/config/speed",
+        "how fast it ran in wall time",
+    ),
+    (
+        "/__properties/origin",
+        "/config/think",
+        "wall time that the brain took",
+    ),
+    (
+        "/__properties/origin",
+        "/config/end",
+        "a run that ended earlier is the same",
+    ),
+    ("/end", "/end/Ended/wall_time", "wall time that it took"),
+    ("/events", "/what/Refused/reason", "text for people"),
+];
+
+/// Commands that change only how run time passes in wall time.
+const PACE: [&str; 5] = ["Pause", "Resume", "Step", "Speed", "HandOver"];
+
+/// A knob that was not turned, for a list of them.
+const KNOB: &str = r#"{"at": 100000000, "knob": {"QueueDepth": 3}}"#;
+
+/// Entries that are added to a list to make it very long.
+const MANY: usize = 20_000;
+
+/// Whether `event` changed nothing that the run computes.
+pub fn is_pace(event: &Value) -> bool {
+    let command = &event["what"]["Applied"]["command"];
+    PACE.iter()
+        .any(|name| command == name || command.get(name).is_some())
+}
+
+/// Changes one field of what `entity` says; says which.
+pub fn change_json(entity: &str, value: &mut Value, random: &mut Random) -> String {
+    let mut paths = Vec::new();
+    collect(value, String::new(), &mut paths);
+    let fixed = |path: &str| {
+        UNKNOWABLE
+            .iter()
+            .any(|(of, at, _)| *of == entity && path.starts_with(at))
+    };
+    paths.retain(|path| !fixed(path));
+    let before = value.clone();
+    loop {
+        let path = paths.choose(random).expect("a field");
+        let how = change_at(value, path, random);
+        if *value != before {
+            return format!("{path}: {how}");
+        }
+    }
+}
+
+/// The places in `value`, as JSON pointers, without `path` itself.
+fn collect(value: &Value, path: String, paths: &mut Vec<String>) {
+    let children: Vec<_> = match value {
+        Value::Object(fields) => fields
+            .iter()
+            .map(|(name, value)| (name.clone(), value))
+            .collect(),
+        Value::Array(values) => values
+            .iter()
+            .enumerate()
+            .map(|(at, value)| (at.to_string(), value))
+            .collect(),
+        _ => Vec::new(),
+    };
+    for (name, child) in children {
+        let path = format!("{path}/{}", name.replace('~', "~0").replace('/', "~1"));
+        paths.push(path.clone());
+        collect(child, path, paths);
+    }
+}
+
+fn change_at(whole: &mut Value, path: &str, random: &mut Random) -> String {
+    let value = whole.pointer_mut(path).expect("a field");
+    let old = value.to_string();
+    // None is None, written or not.
+    if !value.is_null() && chance(random, 10) {
+        return remove(whole, path);
+    }
+    match value {
+        _ if chance(random, 10) => *value = rubbish(random),
+        Value::Array(values) => change_array(values, random),
+        Value::Number(number) => *value = change_number(number, random),
+        Value::String(text) => *text = change_text(text, random),
+        Value::Bool(truth) => *truth = !*truth,
+        _ => {}
+    }
+    let new = value.to_string();
+    let short = |text: &str| text.chars().take(100).collect::<String>();
+    format!("{} became {}", short(&old), short(&new))
+}
+
+fn remove(whole: &mut Value, path: &str) -> String {
+    let (parent, name) = path.rsplit_once('/').expect("a pointer");
+    match whole.pointer_mut(parent) {
+        Some(Value::Object(fields)) => drop(fields.remove(&name.replace("~1", "/"))),
+        Some(Value::Array(values)) => drop(values.remove(name.parse().expect("an index"))),
+        _ => panic!("{path} is nowhere"),
+    }
+    "removed".to_owned()
+}
+
+fn rubbish(random: &mut Random) -> Value {
+    let values = [
+        json!(null),
+        json!({}),
+        json!([]),
+        json!(""),
+        json!(-1),
+        json!(u64::MAX),
+        json!("\u{1b}[2J"),
+    ];
+    values.choose(random).expect("one").clone()
+}
+
+fn change_array(values: &mut Vec<Value>, random: &mut Random) {
+    let knob = serde_json::from_str(KNOB).expect("JSON");
+    let more = values.choose(random).cloned().unwrap_or(knob);
+    match random.random_range(0..4) {
+        // Knobs may stand in any order: each has its time.
+        0 if !values.iter().any(|value| value.get("knob").is_some()) => values.reverse(),
+        1 => values.extend(vec![more; MANY]),
+        _ => values.push(more),
+    }
+}
+
+fn change_number(number: &serde_json::Number, random: &mut Random) -> Value {
+    if let Some(whole) = number.as_u64() {
+        let others = [
+            0,
+            1,
+            whole.wrapping_add(1),
+            whole.wrapping_sub(1),
+            whole.wrapping_mul(1_000),
+            1 << 62,
+            u64::MAX,
+        ];
+        return json!(others.choose(random));
+    }
+    let number = number.as_f64().expect("a number");
+    json!([0.0, 1.0, -number, number + 1.0, number * 1.5, 1e300].choose(random))
+}
+
+/// Other text: of another known name, or of none.
+fn change_text(text: &str, random: &mut Random) -> String {
+    let others = [
+        "",
+        "x",
+        "policy",
+        "sensor",
+        "actuator",
+        "/obs",
+        "/action",
+        "/state",
+        "Virtual",
+        "Real",
+        "Lqr",
+        "Zero",
+        "FlatOut",
+        "Balanced",
+        "/etc/passwd",
+        "\u{1b}[31m",
+        "\u{202e}",
+    ];
+    match random.random_range(0..4) {
+        0 => format!("{text} "),
+        1 => text.repeat(1_000),
+        _ => (*others.choose(random).expect("one")).to_owned(),
+    }
+}

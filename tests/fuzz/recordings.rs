@@ -1,0 +1,69 @@
+//! Recordings that lie: what was altered is never called identical, and whatever a
+//! file holds takes little time and memory.
+
+use std::fs;
+
+use rerun::{
+    external::re_log_encoding::{DecoderApp, Encoder},
+    log::LogMsg,
+};
+use tempfile::tempdir;
+
+use crate::{
+    alterations::alter,
+    cases::{pick, run},
+    program::ratelab,
+    root,
+};
+
+/// The recordings that are altered.
+const RECORDINGS: [&str; 2] = ["fall-5hz.rrd", "rescued.rrd"];
+
+/// The name of one that was.
+const ALTERED: &str = "altered.rrd";
+
+fn decode(name: &str) -> Vec<LogMsg> {
+    let bytes = fs::read(root().join("recordings").join(name)).expect("a recording");
+    let messages = DecoderApp::decode_eager(&*bytes).expect("a recording");
+    messages
+        .map(|message| message.expect("a message"))
+        .collect()
+}
+
+/// The file that `messages` make. What rerun itself would not index goes without an
+/// index.
+fn encode(messages: &[LogMsg]) -> Vec<u8> {
+    Encoder::encode(messages.iter().map(Ok)).unwrap_or_else(|_| {
+        let mut encoder = Encoder::local().expect("an encoder");
+        encoder.do_not_emit_footer();
+        for message in messages {
+            encoder.append(message).expect("encoded");
+        }
+        encoder.finish().expect("finished");
+        encoder.into_inner().expect("a file")
+    })
+}
+
+#[test]
+fn recordings() {
+    let originals = RECORDINGS.map(decode);
+    let originals = originals.each_ref();
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join(ALTERED);
+    let ask = |command| ratelab(&[command, ALTERED], folder.path(), folder.path());
+    for original in originals {
+        fs::write(&file, encode(original)).expect("written");
+        let output = ask("verify");
+        assert!(
+            output.status.success(),
+            "not altered, only encoded again: {output:?}"
+        );
+    }
+    run("recordings", 60, |random, note| {
+        let mut messages = pick(random, &originals).clone();
+        *note = alter(&mut messages, random);
+        fs::write(&file, encode(&messages)).expect("written");
+        ask("info");
+        assert!(!ask("verify").status.success(), "verify accepts it");
+    });
+}

@@ -1,0 +1,171 @@
+//! Values for options: good ones, the last that are accepted, the first that are
+//! not, and rubbish.
+
+use std::{ffi::OsString, os::unix::ffi::OsStringExt};
+
+use rand::Rng;
+
+use crate::cases::{Random, pick};
+
+/// Good values and others.
+type Values = (&'static [&'static str], &'static [&'static str]);
+
+/// A value for what help calls `name`: good, not so good, or no text at all.
+pub fn value(name: &str, random: &mut Random) -> OsString {
+    let (good, others) = values(name);
+    match random.random_range(0..100) {
+        0..75 => pick(random, good).into(),
+        75..98 => pick(random, others).into(),
+        98 => OsString::from_vec(vec![b'a', 0xff, 0x1b]),
+        _ => "x".repeat(random.next_u32() as usize % 5_000).into(),
+    }
+}
+
+/// Names of files and folders, of which some are there: see `command_lines.rs`. Nothing
+/// outside of the folder is named: what is written may replace it.
+const FILES: Values = (
+    &[
+        "rows.csv",
+        "turns.knobs",
+        "run.rrd",
+        "brain.pt",
+        "new.csv",
+        "new.rrd",
+    ],
+    &[
+        "",
+        ".",
+        "folder",
+        "folder/",
+        "new/rows.csv",
+        "rows.csv/x",
+        "none",
+        "zero",
+        "full",
+        "loop",
+        "torn.rrd",
+        "-",
+        "\u{1b}[31mred",
+        "a\nb",
+        "\u{9b}2J",
+        "a b.csv",
+        "#",
+        "é.csv",
+        "../x.csv",
+    ],
+);
+
+const RATES: Values = (
+    &["50", "5", "7.5", "0.001", "10000", "1e3"],
+    &[
+        "0.0009999",
+        "10000.1",
+        "0",
+        "-1",
+        "NaN",
+        "inf",
+        "1e400",
+        "",
+        "fast",
+        "5\u{1b}[m",
+    ],
+);
+
+const COUNTS: Values = (
+    &["1", "2", "30", "100"],
+    &[
+        "0",
+        "120",
+        "121",
+        "1000000",
+        "1000001",
+        "18446744073709551615",
+        "18446744073709551616",
+        "-1",
+        "1.5",
+        "",
+    ],
+);
+
+const POLICIES: Values = (
+    &[
+        "scripted",
+        "lqr",
+        "zero",
+        "random",
+        "brain.pt",
+        "turns.knobs",
+    ],
+    &[
+        "asks.pt",
+        "none.pt",
+        "rows.csv",
+        "folder",
+        "zero.pt",
+        "LQR",
+        "",
+        "lqr,",
+        "\u{1b}[31mred",
+        "x.onnx",
+    ],
+);
+
+/// Short ones: a year is accepted too.
+const DURATIONS: Values = (
+    &["0.05", "0.001", "0.1", "1e-2"],
+    &[
+        "0", "0.0009", "31536001", "-1", "NaN", "inf", "1e400", "", "\u{7f}",
+    ],
+);
+
+const LISTS: Values = (
+    &["5", "5,10", "1..3", "1..2:0.5", "7"],
+    &[
+        "3..1",
+        "..",
+        "1..",
+        "5,,6",
+        "1..1000000000000",
+        "0..18446744073709551615",
+        "scripted,lqr",
+        "brain.pt,zero",
+        "1..3:0",
+        "1..3:-1",
+        "1..3:1e-9",
+        "",
+        ",",
+        "NaN..1",
+        "1..inf",
+        "-1..1",
+        "\u{1b}",
+    ],
+);
+
+/// Values for what help calls `name`: good ones, and others.
+fn values(name: &str) -> Values {
+    match name {
+        "HZ" => RATES,
+        "N" => COUNTS,
+        "POLICY" => POLICIES,
+        "LIST" => LISTS,
+        "FILE" | "DIR" => FILES,
+        "S" => DURATIONS,
+        "CLOCK" => (&["virtual", "real"], &["", "Virtual", "both", "\u{8}"]),
+        // Slower than the wall's or with much to think about, a run takes long.
+        "FACTOR" => (
+            &["max", "1", "100"],
+            &["0.09", "101", "MAX", "-1", "NaN", ""],
+        ),
+        "MS" => (&["0", "1", "5"], &["60000.1", "-1", "NaN", "", "1e400"]),
+        "TEXT" => (
+            &["8 because half", "0.5 as"],
+            &["", "8", "-1 x", "many", "1e400 x", "\u{1b}[2J"],
+        ),
+        "SHELL" => (&["bash", "zsh", "fish"], &["", "tcsh", "\u{1b}"]),
+        "N | check" => (
+            &["1", "2", "5"],
+            &["0", "6", "check1", "99999999999", "", "\u{1b}"],
+        ),
+        _ => panic!("no values are known for what help calls {name}: add some"),
+    }
+}
