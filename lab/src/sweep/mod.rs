@@ -19,10 +19,7 @@ mod theory;
 use std::{
     io::{IsTerminal, stdout},
     ops::ControlFlow,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::Ordering,
 };
 
 use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
