@@ -104,7 +104,7 @@ fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Erro
             Ok(()) => {}
             Err(stopped) if stopped.is_stop() => return Err(stopped),
             Err(error) => {
-                eprintln!("error: {error}");
+                output::error(&error);
                 failed += 1;
             }
         }

@@ -83,8 +83,11 @@ impl Lqr {
 fn gains(plant: &LinearPlant) -> Option<[f64; 4]> {
     let LinearPlant { a, b } = plant;
     let most = Vector4::new(CART_LIMIT_M, POLE_LIMIT_RAD, f64::INFINITY, f64::INFINITY);
-    let q = Matrix4::from_diagonal(&most.map(|most| most.powi(-2)));
-    let r = RowVector1::new(ACTION_LIMIT.powi(-2));
+    // The C library rounds `powf` as the compiler folds it; `powi` differs between
+    // the two in its last bit, and with it a run between two builds.
+    let weight = |most: f64| most.powf(-2.0);
+    let q = Matrix4::from_diagonal(&most.map(weight));
+    let r = RowVector1::new(weight(ACTION_LIMIT));
     let x = solve_riccati(a, b, &q, r[0])?;
     let feedback: RowVector4<f64> =
         -(r + b.transpose() * x * b).try_inverse()? * b.transpose() * x * a;

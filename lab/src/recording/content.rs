@@ -171,14 +171,3 @@ fn add_events(events: &mut Vec<Event>, chunk: &Chunk) -> Result<(), Damaged> {
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::parsed;
-
-    #[test]
-    fn a_text_from_a_file_does_nothing_to_a_terminal() {
-        let text = parsed::<String>(r#""a\u001b[31m\u202eb""#);
-        assert_eq!(text.as_deref(), Some("a?[31m?b"));
-    }
-}
