@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::runtime::{Clock, Depth, END, Exit, GO_ON, Graph, Hz, Inbox};
+use ratelab::runtime::{Clock, ClockExit, Depth, END, GO_ON, Graph, Hz, Inbox};
 use ratelab::runtime::{Time, Topic, VirtualClock};
 
 /// Height (m) and climb (m/s) of a drone of one kilogram.
@@ -20,7 +20,7 @@ impl Drone {
     }
 }
 
-fn hover(control_hz: f64) -> Result<Exit, Box<dyn Error>> {
+fn hover(control_hz: f64) -> Result<ClockExit, Box<dyn Error>> {
     let state = Topic::new("/state", Depth::ONE);
     let thrust = Topic::new("/thrust", Depth::ONE);
     let mut graph = Graph::new();
@@ -52,7 +52,7 @@ fn hover(control_hz: f64) -> Result<Exit, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     for hz in [100.0, 10.0, 4.0, 2.0, 1.0] {
         match hover(hz)? {
-            Exit::Ended { at, .. } => println!("{hz} Hz: down at {at}"),
+            ClockExit::Ended { at, .. } => println!("{hz} Hz: down at {at}"),
             _ => println!("{hz} Hz: up in the air"),
         }
     }

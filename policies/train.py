@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Learns a brain for the cart-pole by an evolution strategy, in numpy alone.
+"""Learns a policy for the cart-pole by an evolution strategy, in numpy alone.
 
     python3 -m pip install numpy==2.4.6 safetensors==0.8.0
     python3 policies/train.py prompt  --holds 1 1
@@ -12,7 +12,7 @@ keeps to the directions that were better, and tries again (Salimans et al.,
 
 The plant is the one in src/cartpole/cartpole.xml, written down a second time as
 equations of motion, thousands of them side by side. Each episode holds every
-action for a number of 20 ms steps drawn from --holds: a brain that learns with
+action for a number of 20 ms steps drawn from --holds: a policy that learns with
 1 to 9 has met control rates of 50 Hz down to 5.6 Hz.
 
 The same seed gives the same weights on the same machine and numpy; elsewhere

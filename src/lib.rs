@@ -2,12 +2,12 @@
 //!
 //! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the
 //! two clocks that run them. It knows no robot. [`cartpole`] is one, built on
-//! it; [`policy`] holds the brains that can balance it; [`experiment`] is one
+//! it; [`policy`] holds the policies that can balance it; [`experiment`] is one
 //! run as a value, configuration in and summary out, and many of them as a sweep;
 //! [`stability`] is what linear theory says before any of them is run.
 //!
 //! The library knows no terminal and no recordings: those are the business of the
-//! `ratelab` command. The one kind of file that it reads is the weights of a brain; how
+//! `ratelab` command. The one kind of file that it reads is the weights of a policy; how
 //! [a file](file) is read with care it shares.
 
 pub mod cartpole;

@@ -1,7 +1,7 @@
 //! The runtime knows no robot: nothing below `src/runtime` imports another part of
 //! the library. What the library may depend on is in `dependencies.rs`.
 
-#[path = "common/clone.rs"]
+#[path = "support/clone.rs"]
 mod clone;
 
 use std::{

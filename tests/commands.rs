@@ -2,21 +2,21 @@
 //! instants, in the order given, and are logged with the run time at which they
 //! did.
 
-mod common;
+mod support;
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
     thread,
 };
 
-use common::{
-    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
-};
 use crossbeam_channel::Sender;
 use ratelab::runtime::{
-    Clock, Command, Depth, END, Exit, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
+    Clock, ClockExit, Command, Depth, END, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
     VirtualClock,
-    telemetry::{Event, Happening},
+    telemetry::{Event, EventKind},
+};
+use support::{
+    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 
 fn seconds(times: &[Time]) -> Vec<f64> {
@@ -80,7 +80,7 @@ fn a_timed_command_takes_effect_at_the_end_but_not_after_it() {
     let timed = [0.5, 0.6].map(|time| at(time, set_rate("a", 5.0)));
     assert_eq!(
         run_virtual(&mut graph, timed.to_vec(), secs(0.5)),
-        Exit::Completed
+        ClockExit::Completed
     );
     let applied = applied(&graph.observer().events(0));
     assert_eq!(applied, [(secs(0.5), set_rate("a", 5.0))]);
@@ -103,7 +103,7 @@ fn events_tell_what_was_replaced() {
 fn a_stop_ends_the_run_before_what_is_due_then() {
     let (log, mut graph) = metronome();
     let exit = run_virtual(&mut graph, vec![at(0.3, Command::Stop)], Time::MAX);
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     assert_eq!(graph.now(), secs(0.3));
     assert_eq!(seconds(&log.of("a")), [0.0, 0.1, 0.2]);
 }
@@ -115,7 +115,7 @@ fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
     let exit = VirtualClock
         .run(&mut graph, &mut inbox, secs(1.0))
         .expect("run");
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
     let after = Time::ZERO + Time::TICK;
     let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
@@ -143,7 +143,7 @@ fn a_command_that_arrives_after_the_last_instant_comes_too_late() {
         let exit = VirtualClock
             .run(&mut graph, &mut inbox, Time::ZERO)
             .expect("run");
-        assert_eq!((exit, graph.now()), (Exit::Completed, Time::ZERO));
+        assert_eq!((exit, graph.now()), (ClockExit::Completed, Time::ZERO));
         assert_eq!(graph.observer().events(0), []);
     }
 }
@@ -157,7 +157,7 @@ fn a_pause_that_nobody_can_end_ends_the_run() {
         let (_, mut graph) = metronome();
         let (_, mut inbox) = Inbox::new(vec![at(0.05, Command::Pause)]);
         let exit = clock.run(&mut graph, &mut inbox, Time::MAX).expect("run");
-        assert_eq!(exit, Exit::Stopped);
+        assert_eq!(exit, ClockExit::Stopped);
         assert!(graph.now() >= secs(0.05));
     }
 }
@@ -175,7 +175,7 @@ fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
         ];
         let (_, mut inbox) = Inbox::new(timed);
         let exit = clock.run(&mut graph, &mut inbox, secs(0.02)).expect("run");
-        assert_eq!(exit, Exit::Completed);
+        assert_eq!(exit, ClockExit::Completed);
         let refused = refused(&graph.observer().events(0));
         let reasons: Vec<&str> = refused.iter().map(|(_, reason)| reason.as_str()).collect();
         assert_eq!(
@@ -191,7 +191,7 @@ fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
 #[test]
 fn the_real_clock_refuses_what_only_virtual_time_can_do() {
     let (_, mut graph) = metronome();
-    let only_virtual = [Command::Speed(Speed::FlatOut), Command::Step];
+    let only_virtual = [Command::Speed(Speed::Unlimited), Command::Step];
     let timed = only_virtual
         .clone()
         .map(|command| at(0.0, command))
@@ -212,7 +212,7 @@ fn an_empty_graph_is_soon_done() {
     let mut graph = Graph::new();
     assert_eq!(
         run_virtual(&mut graph, Vec::new(), Time::MAX),
-        Exit::Completed
+        ClockExit::Completed
     );
     let mut graph = Graph::new();
     let exit = run_timed(
@@ -221,7 +221,7 @@ fn an_empty_graph_is_soon_done() {
         Vec::new(),
         secs(0.01),
     );
-    assert_eq!(exit, Exit::Completed);
+    assert_eq!(exit, ClockExit::Completed);
 }
 
 #[test]
@@ -234,12 +234,12 @@ fn a_node_that_ends_the_run_is_named_with_the_time() {
     let exit = run_virtual(&mut graph, Vec::new(), Time::MAX);
     assert_eq!(
         exit,
-        Exit::Ended {
+        ClockExit::Ended {
             node: node.clone(),
             at
         }
     );
-    let what = Happening::Ended { node };
+    let what = EventKind::Ended { node };
     assert_eq!(graph.observer().events(0), [Event { at, what }]);
 }
 

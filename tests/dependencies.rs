@@ -1,7 +1,7 @@
 //! What the manifests ask for: every crate has its reason in `docs/dependencies.md`,
 //! and the library needs no terminal, no command line and no recorder.
 
-#[path = "common/clone.rs"]
+#[path = "support/clone.rs"]
 mod clone;
 
 use std::{collections::BTreeSet, fs};

@@ -1,18 +1,18 @@
 //! A fault is an error: it ends the run, and says which node failed, when and
 //! why.
 
-mod common;
+mod support;
 
-use common::{TickLog, secs};
 use ratelab::{
     cartpole::{Action, NotFinite, Observation, POLICY, Plant},
     experiment::{Config, Experiment},
     policy::Policy,
     runtime::{
         Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
+use support::{TickLog, secs};
 
 /// The fault of a graph whose second node works like this from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
@@ -32,7 +32,7 @@ fn check_fault(work: fn() -> Tick, cause: &str) -> Fault {
     let (fault, events) = fault_of(&mut RealClock::default(), work);
     assert!(fault.at >= secs(0.02));
     let node = "sick".to_owned();
-    let what = Happening::Faulted {
+    let what = EventKind::Faulted {
         node,
         cause: cause.to_owned(),
     };
@@ -70,8 +70,8 @@ impl Policy for Stubborn {
 #[test]
 fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_what_it_saw() {
     for answer in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let brain = Box::new(Stubborn(answer));
-        let experiment = Experiment::with_policy(&Config::default(), brain).expect("experiment");
+        let policy = Box::new(Stubborn(answer));
+        let experiment = Experiment::with_policy(&Config::default(), policy).expect("experiment");
         let fault = experiment.run().expect_err("a fault");
         assert_eq!((fault.node.as_str(), fault.at), (POLICY, Time::ZERO));
         assert!(fault.cause.is::<NotFinite>());

@@ -7,28 +7,28 @@
 //! were made.
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 
-mod common;
+mod support;
 
 use std::collections::HashMap;
 
-use common::{RunBytes, run_bytes, step_bytes};
 use ratelab::{
     cartpole::Plant,
     experiment::{Config, Experiment, Verdict},
     runtime::{Depth, Time},
 };
+use support::{RunBytes, run_bytes, step_bytes};
 
 const RUNS: &str = include_str!("golden/runs.txt");
 
-type Fields<'a> = HashMap<&'a str, &'a str>;
+type GoldenRow<'a> = HashMap<&'a str, &'a str>;
 
-fn fields(line: &str) -> Fields<'_> {
+fn fields(line: &str) -> GoldenRow<'_> {
     line.split_whitespace()
         .map(|field| field.split_once('=').expect("key=value"))
         .collect()
 }
 
-fn config(fields: &Fields<'_>) -> Config {
+fn config(fields: &GoldenRow<'_>) -> Config {
     let knobs = fields.get("knobs").map_or(Vec::new(), |knobs| {
         knobs
             .split(',')

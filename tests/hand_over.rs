@@ -1,12 +1,12 @@
 //! All state of a run is in its graph, so it can be handed from clock to clock, or
 //! run piece by piece, and goes on where it was.
 
-mod common;
+mod support;
 
-use common::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 use ratelab::runtime::{
-    ClockKind, Command, Depth, Exit, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
+    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
 };
+use support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 
 #[test]
 fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
@@ -15,7 +15,7 @@ fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
         let (_, mut inbox) = Inbox::new(vec![at(0.0, Command::HandOver(kind))]);
         let real = &mut RealClock::default();
         let exit = clock::run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
-        assert_eq!(exit, Exit::Completed);
+        assert_eq!(exit, ClockExit::Completed);
         assert_eq!(refused(&graph.observer().events(0)).len(), 1);
     }
 }
@@ -40,7 +40,7 @@ fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
     let (_, mut inbox) = Inbox::new(timed);
     let real = &mut RealClock::default();
     let exit = clock::run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
-    assert_eq!(exit.expect("run"), Exit::Completed);
+    assert_eq!(exit.expect("run"), ClockExit::Completed);
 
     let hand_overs = applied(&graph.observer().events(0));
     let (to_real, to_virtual) = (hand_overs[0].0, hand_overs[1].0);

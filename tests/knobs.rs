@@ -1,14 +1,14 @@
 //! Timed knobs as text: what is written is read again, and what cannot be read
 //! is refused with its line, its value and what is accepted.
 
-mod common;
+mod support;
 
-use common::{depth, hz, secs};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{Knob, TimedKnob, parse_knobs},
     runtime::Time,
 };
+use support::{depth, hz, secs};
 
 fn any_knob() -> impl Strategy<Value = Knob> {
     let rate = || (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
@@ -17,7 +17,7 @@ fn any_knob() -> impl Strategy<Value = Knob> {
         rate().prop_map(Knob::SensorHz),
         (1..=1_000_000_usize).prop_map(|messages| Knob::QueueDepth(depth(messages))),
         r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?"
-            .prop_map(|text| Knob::Policy(text.parse().expect("a brain"))),
+            .prop_map(|text| Knob::Policy(text.parse().expect("a policy"))),
     ]
 }
 
@@ -84,7 +84,7 @@ fn a_knob_is_written_as_it_is_given() {
         "2.5 sensor-hz 33.3",
         "0.000000001 queue-depth 100",
         "3 policy lqr",
-        "3.5 policy my brains/first.pt",
+        "3.5 policy my policies/first.pt",
     ] {
         let knob: TimedKnob = line.parse().expect(line);
         assert_eq!(knob.to_string(), line);
@@ -123,7 +123,7 @@ fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
 
 #[test]
 fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
-    let policy = |path: &str| knob(2.5, Knob::Policy(path.parse().expect("a brain")));
+    let policy = |path: &str| knob(2.5, Knob::Policy(path.parse().expect("a policy")));
     for (line, path) in [
         ("2.5 policy ./a#b.pt", "./a#b.pt"),
         ("2.5 policy ./a#b.pt # ./c.pt", "./a#b.pt"),

@@ -1,11 +1,11 @@
 //! Time is exact: when tick k is due, what a change of rate does to it, and
 //! which numbers are rates and times at all.
 
-mod common;
+mod support;
 
-use common::{hz, secs};
 use proptest::prelude::*;
 use ratelab::runtime::{Hz, Rate, Speed, Time};
+use support::{hz, secs};
 
 /// Nanoseconds in a second times microhertz in a hertz.
 const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;

@@ -5,7 +5,7 @@
 //! Nothing here asserts how fast anything was. A busy machine makes these tests
 //! slower and never wrong.
 
-mod common;
+mod support;
 
 use std::{
     sync::{Arc, Mutex, OnceLock},
@@ -13,16 +13,16 @@ use std::{
     time::Duration,
 };
 
-use common::{TickLog, applied, at, hz, run_timed, secs, set_depth, set_rate, ticks};
 use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::POLICY,
     experiment::{Config, Experiment, Summary, Verdict},
     runtime::{
-        Clock, ClockKind, Command, Depth, END, Exit, GO_ON, Graph, Hz, Inbox, Observer, Rate,
+        Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Observer, Rate,
         RealClock, Time, Topic,
     },
 };
+use support::{TickLog, applied, at, hz, run_timed, secs, set_depth, set_rate, ticks};
 
 fn run_experiment(config: Config) -> Summary {
     let config = Config {
@@ -33,12 +33,15 @@ fn run_experiment(config: Config) -> Summary {
     experiment.run().expect("run")
 }
 
-fn run_real(graph: &mut Graph, until: Time) -> Exit {
+fn run_real(graph: &mut Graph, until: Time) -> ClockExit {
     run_timed(&mut RealClock::default(), graph, Vec::new(), until)
 }
 
 /// Runs `graph` without an end while `person` watches and gives commands.
-fn run_watched(graph: &mut Graph, person: impl FnOnce(Sender<Command>, Observer) + Send) -> Exit {
+fn run_watched(
+    graph: &mut Graph,
+    person: impl FnOnce(Sender<Command>, Observer) + Send,
+) -> ClockExit {
     let (commander, mut inbox) = Inbox::new(Vec::new());
     let observer = graph.observer();
     thread::scope(|scope| {
@@ -125,7 +128,7 @@ fn a_node_that_overruns_skips_the_periods_it_missed_and_counts_them() {
     };
     graph.node("slow", hz(50.0), 0, |_| slow).expect("node");
     observer.set(graph.observer()).expect("once");
-    assert_eq!(run_real(&mut graph, until), Exit::Completed);
+    assert_eq!(run_real(&mut graph, until), ClockExit::Completed);
 
     let node = &graph.observer().snapshot().nodes[0];
     assert!(node.overruns > 0);
@@ -153,7 +156,7 @@ fn a_stop_ends_a_long_wait_at_once() {
         wait_until(|| ticks(&observer) > 0);
         commander.send(Command::Stop).expect("running");
     });
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     assert_eq!(log.all().len(), 1);
 }
 
@@ -169,7 +172,7 @@ fn a_new_rate_reaches_a_node_that_waits_for_its_next_tick() {
         wait_until(|| ticks(&observer) > 0);
         commander.send(set_rate("sleeper", 100.0)).expect("running");
     });
-    assert!(matches!(exit, Exit::Ended { node, .. } if node == "sleeper"));
+    assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "sleeper"));
     let set = applied(&graph.observer().events(0));
     assert_eq!(set[0].1, set_rate("sleeper", 100.0));
     let times = log.of("sleeper");
@@ -202,7 +205,7 @@ fn run_time_stands_still_while_paused() {
         wait_until(|| ticks(&observer) > done + 10);
         send(Command::Stop);
     });
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     let times: Vec<Time> = applied(&graph.observer().events(0))
         .iter()
         .map(|a| a.0)
@@ -268,7 +271,7 @@ fn a_timed_stop_ends_the_run() {
     let (_, mut graph) = (TickLog::default(), Graph::new());
     let stop = vec![at(0.05, Command::Stop)];
     let exit = run_timed(&mut RealClock::default(), &mut graph, stop, Time::MAX);
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     assert!(graph.now() >= secs(0.05));
 }
 
@@ -289,7 +292,7 @@ fn a_full_tap_loses_and_counts_and_holds_nobody_up() {
     node.expect("node");
     let tap = graph.tap(&topic, 4);
     let exit = run_real(&mut graph, Time::MAX);
-    assert!(matches!(exit, Exit::Ended { .. }));
+    assert!(matches!(exit, ClockExit::Ended { .. }));
     assert_eq!((topic.published(), tap.lost()), (MESSAGES, MESSAGES - 4));
     let kept: Vec<u64> = tap
         .items()
@@ -317,7 +320,7 @@ fn one_thread_per_node_lets_a_slow_node_hold_up_no_other() {
         GO_ON
     });
     let exit = run_real(&mut graph, Time::MAX);
-    assert!(matches!(exit, Exit::Ended { node, .. } if node == "waits"));
+    assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "waits"));
     assert_eq!(log.of("waits").len(), 1);
 }
 
@@ -343,7 +346,7 @@ fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
         vec![pause],
         Time::MAX,
     );
-    assert_eq!(exit, Exit::Stopped);
+    assert_eq!(exit, ClockExit::Stopped);
     let node = graph.observer().snapshot().nodes.remove(0);
     let periods = grid(hz(50.0), graph.now()).len() as u64;
     assert_eq!(node.ticks, 1);

@@ -1,14 +1,14 @@
 //! What linear theory says holds in the runs it is about.
 
-mod common;
+mod support;
 
 use std::time::Duration;
 
-use common::{hz, run_bytes, secs};
 use ratelab::{
     experiment::{Config, Knob, TimedKnob},
     stability::{LONGEST, Rates, Stability, StabilityError, measured_growth},
 };
+use support::{hz, run_bytes, secs};
 
 fn rates(sensor: f64, control: f64) -> Rates {
     Rates {

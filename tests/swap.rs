@@ -1,20 +1,20 @@
 //! Nodes can be told something while they run, and a policy node becomes another
-//! brain: between ticks, in the log, and the same again when executed again.
+//! policy: between ticks, in the log, and the same again when executed again.
 
-mod common;
+mod support;
 
 use std::{thread, time::Duration};
 
-use common::{RunBytes, applied, at, collect, hz, refused, run_timed, secs, tell};
 use ratelab::{
     cartpole::POLICY,
     experiment::{Config, Experiment, TimedKnob, parse_knobs},
-    policy::{Brain, Scripted},
+    policy::{PolicySpec, Scripted},
     runtime::{
         ClockKind, Command, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand,
         VirtualClock, clock, telemetry::Event,
     },
 };
+use support::{RunBytes, applied, at, collect, hz, refused, run_timed, secs, send_to};
 
 /// Keeps the last word, refuses "no" and panics at "boom".
 struct Listener(String);
@@ -24,11 +24,11 @@ impl Node for Listener {
         GO_ON
     }
 
-    fn told(&mut self, what: &str) -> Result<String, String> {
-        match what {
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        match text {
             "boom" => panic!("boom it is"),
             "no" => Err("not that".to_owned()),
-            _ => Ok(std::mem::replace(&mut self.0, what.to_owned())),
+            _ => Ok(std::mem::replace(&mut self.0, text.to_owned())),
         }
     }
 }
@@ -45,7 +45,7 @@ fn listener() -> Graph {
 
 #[test]
 fn a_node_does_as_it_is_told_under_either_clock_and_the_log_says_so() {
-    let said = || vec![at(0.01, tell("a", "one")), at(0.02, tell("a", "two"))];
+    let said = || vec![at(0.01, send_to("a", "one")), at(0.02, send_to("a", "two"))];
     for real in [false, true] {
         let mut graph = listener();
         if real {
@@ -67,9 +67,9 @@ fn a_node_does_as_it_is_told_under_either_clock_and_the_log_says_so() {
 #[test]
 fn what_a_node_will_not_do_is_refused_with_its_reason() {
     let said = vec![
-        at(0.01, tell("a", "no")),
-        at(0.01, tell("deaf", "one")),
-        at(0.01, tell("nobody", "one")),
+        at(0.01, send_to("a", "no")),
+        at(0.01, send_to("deaf", "one")),
+        at(0.01, send_to("nobody", "one")),
     ];
     let mut graph = listener();
     run_timed(&mut VirtualClock, &mut graph, said, secs(0.05));
@@ -87,7 +87,7 @@ fn what_a_node_will_not_do_is_refused_with_its_reason() {
 fn a_node_that_panics_over_what_it_is_told_is_a_fault_with_its_name() {
     for kind in [ClockKind::Virtual, ClockKind::Real] {
         let mut graph = listener();
-        let (_commands, mut inbox) = Inbox::new(vec![at(0.01, tell("a", "boom"))]);
+        let (_commands, mut inbox) = Inbox::new(vec![at(0.01, send_to("a", "boom"))]);
         let mut real = RealClock::default();
         let end = clock::run(&mut graph, &mut inbox, secs(0.2), kind, &mut real);
         let fault = end.expect_err("a fault");
@@ -101,7 +101,10 @@ fn knobs(text: &str) -> Vec<TimedKnob> {
 }
 
 fn actor() -> String {
-    format!("{}/tests/brains/actor.pt", env!("CARGO_MANIFEST_DIR"))
+    format!(
+        "{}/tests/fixtures/policies/actor.pt",
+        env!("CARGO_MANIFEST_DIR")
+    )
 }
 
 fn policies(run: &RunBytes) -> Vec<String> {
@@ -112,7 +115,7 @@ fn policies(run: &RunBytes) -> Vec<String> {
 }
 
 #[test]
-fn a_run_that_swaps_brains_is_the_same_every_time_and_when_executed_again() {
+fn a_run_that_swaps_policies_is_the_same_every_time_and_when_executed_again() {
     let actor = actor();
     let config = Config {
         control_hz: hz(25.0),
@@ -140,12 +143,12 @@ fn a_run_that_swaps_brains_is_the_same_every_time_and_when_executed_again() {
     );
     let turned = first.summary.knobs();
     assert_eq!(turned[0], config.knobs[0]);
-    let last_file = turned[3].knob.brain().expect("a brain");
-    assert_eq!(last_file, &actor.parse::<Brain>().expect("a brain"));
+    let last_file = turned[3].knob.policy().expect("a policy");
+    assert_eq!(last_file, &actor.parse::<PolicySpec>().expect("a policy"));
 }
 
 #[test]
-fn a_swap_to_the_same_brain_changes_nothing() {
+fn a_swap_to_the_same_policy_changes_nothing() {
     let config = |knobs| Config {
         knobs,
         control_hz: hz(10.0),
@@ -157,7 +160,7 @@ fn a_swap_to_the_same_brain_changes_nothing() {
 }
 
 #[test]
-fn a_brain_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
+fn a_policy_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
     let config = Config {
         knobs: knobs("9 policy no/such.pt"),
         ..Config::default()
@@ -174,12 +177,12 @@ fn a_brain_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
 fn a_pinned_configuration_names_the_content_of_every_file() {
     let actor = actor();
     let config = Config {
-        policy: actor.parse().expect("a brain"),
+        policy: actor.parse().expect("a policy"),
         knobs: knobs(&format!("1 policy lqr\n2 policy {actor}")),
         ..Config::default()
     };
     let pinned = config.pinned().expect("pinned");
-    let texts: Vec<String> = pinned.brains().map(ToString::to_string).collect();
+    let texts: Vec<String> = pinned.policies().map(ToString::to_string).collect();
     assert_eq!(texts[1], "lqr");
     assert!(
         texts[0].contains("@sha256:") && texts[0] == texts[2],
@@ -193,13 +196,13 @@ fn a_pinned_configuration_names_the_content_of_every_file() {
 }
 
 #[test]
-fn a_swap_that_fails_leaves_the_brain_as_it_is() {
+fn a_swap_that_fails_leaves_the_policy_as_it_is() {
     let config = Config {
         end: secs(2.0),
         ..Config::default()
     };
     let mut experiment = Experiment::new(&config).expect("experiment");
-    experiment.schedule(vec![at(1.0, tell(POLICY, "no/such.pt"))]);
+    experiment.schedule(vec![at(1.0, send_to(POLICY, "no/such.pt"))]);
     let run = collect(experiment);
     let [(_, reason)] = &refused(&run.summary.events)[..] else {
         panic!("{:?}", run.summary.events);
@@ -210,17 +213,17 @@ fn a_swap_that_fails_leaves_the_brain_as_it_is() {
 }
 
 #[test]
-fn a_brain_of_the_callers_own_is_not_swapped() {
+fn a_policy_of_the_callers_own_is_not_swapped() {
     let experiment = Experiment::with_policy(&Config::default(), Box::new(Scripted));
     let mut experiment = experiment.expect("experiment");
-    experiment.schedule(vec![at(1.0, tell(POLICY, "lqr"))]);
+    experiment.schedule(vec![at(1.0, send_to(POLICY, "lqr"))]);
     let summary = experiment.run().expect("run");
     let (_, reason) = &refused(&summary.events)[0];
     assert!(reason.contains("cannot be swapped"), "{reason}");
 }
 
 #[test]
-fn brains_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
+fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     let config = Config {
         clock: ClockKind::Real,
         end: secs(0.6),
@@ -229,19 +232,19 @@ fn brains_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     let experiment = Experiment::new(&config).expect("experiment");
     let commands = experiment.commands();
     let person = thread::spawn(move || {
-        for brain in ["lqr", "scripted", "lqr"] {
+        for policy in ["lqr", "scripted", "lqr"] {
             thread::sleep(Duration::from_millis(100));
-            commands.send(tell(POLICY, brain)).expect("a run");
+            commands.send(send_to(POLICY, policy)).expect("a run");
         }
     });
     let summary = experiment.run().expect("run");
     person.join().expect("a person");
     assert!(summary.verdict.balanced());
-    let brains = |(_, command)| match command {
-        Command::Tell { what, .. } => what,
+    let policies = |(_, command)| match command {
+        Command::Send { text, .. } => text,
         other => panic!("{other}"),
     };
-    let told: Vec<String> = applied(&summary.events).into_iter().map(brains).collect();
+    let told: Vec<String> = applied(&summary.events).into_iter().map(policies).collect();
     assert_eq!(told, ["lqr", "scripted", "lqr"]);
 }
 

@@ -1,23 +1,23 @@
 //! A sweep is nothing but its runs: whatever the number of threads, each cell
 //! is the run that it would be alone.
 
-mod common;
+mod support;
 
 use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyLock};
 
-use common::{depth, hz, secs};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{
         Config, Experiment, Verdict,
         sweep::{
-            Axis, AxisError, Cell, MAX_CELLS, Outcome, Quantity, Sweep, SweepError, Swept,
+            Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepError, Swept,
             all_cores,
         },
     },
     policy::PolicyKind,
     runtime::{ClockKind, Depth, Hz, Time},
 };
+use support::{depth, hz, secs};
 
 /// 30 rates × 200 seeds, by all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
@@ -44,7 +44,7 @@ fn run(sweep: &Sweep, threads: NonZeroUsize) -> Swept {
 }
 
 /// The bits of everything a cell came to.
-fn bits(outcome: &Outcome) -> (Verdict, u64, Time, Option<u64>, u64, u64, u64) {
+fn bits(outcome: &CellResult) -> (Verdict, u64, Time, Option<u64>, u64, u64, u64) {
     (
         outcome.verdict,
         outcome.steps,
@@ -103,7 +103,7 @@ fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
         };
         let experiment = Experiment::new(&config).expect("experiment");
         let alone = experiment.run().expect("run");
-        assert_eq!(bits(outcome), bits(&Outcome::from(&alone)), "{cell:?}");
+        assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
         compared += 1;
     }
     assert!(compared > 150);

@@ -1,7 +1,7 @@
 //! Figures are true: counts, means and maxima exactly, quantiles to 0.1 %, and
 //! whoever reads them changes nothing.
 
-mod common;
+mod support;
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -9,7 +9,6 @@ use std::{
     time::Duration,
 };
 
-use common::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{Config, Experiment},
@@ -18,6 +17,7 @@ use ratelab::{
         telemetry::{Distribution, Meter},
     },
 };
+use support::{at, depth, hz, run_virtual, secs, set_depth};
 
 fn recorded(samples: &[u64]) -> Distribution {
     let (mut recorder, meter) = Meter::new();
@@ -192,11 +192,11 @@ fn looking_at_a_run_does_not_change_it() {
                 observer.snapshot();
             }
         });
-        let watched = common::collect(experiment);
+        let watched = support::collect(experiment);
         done.store(true, Ordering::Relaxed);
         watched
     });
-    assert!(watched.bytes() == common::run_bytes(&config).bytes());
+    assert!(watched.bytes() == support::run_bytes(&config).bytes());
 }
 
 /// A topic that carried a message every 20 ms from zero until `end`.

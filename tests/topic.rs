@@ -1,13 +1,15 @@
 //! Latest wins, losses count: every row of the table of cases in
 //! `src/runtime/topic.rs`, and any sequence of them against a plain model.
 
-mod common;
+mod support;
 
 use std::{collections::VecDeque, thread};
 
-use common::{depth, hz, messages_of, run_virtual, secs};
 use proptest::prelude::*;
-use ratelab::runtime::{Depth, END, GO_ON, Graph, Patience, Publisher, Subscription, Time, Topic};
+use ratelab::runtime::{
+    Backpressure, Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic,
+};
+use support::{depth, hz, messages_of, run_virtual, secs};
 
 /// A topic with its two ends; what is published is its own number.
 struct Bench {
@@ -173,7 +175,7 @@ fn a_queue_made_deeper_loses_nothing_and_brings_nothing_back() {
 #[test]
 fn a_full_tap_loses_and_counts_while_the_publisher_goes_on() {
     let bench = bench(1);
-    let tap = bench.topic.tap(3, Patience::default());
+    let tap = bench.topic.tap(3, Backpressure::default());
     bench.publish(10);
     assert_eq!(bench.topic.published(), 10);
     assert_eq!(tap.lost(), 7);
@@ -215,7 +217,7 @@ fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
 #[test]
 fn a_tap_gets_every_message_and_ends_with_the_topic() {
     let bench = bench(1);
-    let tap = bench.topic.tap(100, Patience::default());
+    let tap = bench.topic.tap(100, Backpressure::default());
     bench.publish(10);
     drop(bench);
     let messages = messages_of(&tap);
@@ -227,7 +229,7 @@ fn a_tap_gets_every_message_and_ends_with_the_topic() {
 #[test]
 fn a_tap_that_is_gone_does_not_trouble_the_publisher() {
     let bench = bench(1);
-    drop(bench.topic.tap(1, Patience::default()));
+    drop(bench.topic.tap(1, Backpressure::default()));
     bench.publish(10);
     assert_eq!(bench.topic.published(), 10);
 }
@@ -273,20 +275,20 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 
 /// A topic without marks or counters: the messages that are left, and for each
 /// subscription the messages that it was not yet shown.
-struct Model {
+struct ReferenceTopic {
     depth: usize,
     published: u64,
     buffer: VecDeque<u64>,
-    readers: Vec<ModelReader>,
+    readers: Vec<ReferenceReader>,
 }
 
 #[derive(Default)]
-struct ModelReader {
+struct ReferenceReader {
     unread: Vec<u64>,
     dropped: u64,
 }
 
-impl Model {
+impl ReferenceTopic {
     fn new(depth: usize) -> Self {
         Self {
             depth,
@@ -331,8 +333,8 @@ proptest! {
         let topic = Topic::new("/test", depth(initial));
         let publisher = topic.publisher();
         let mut readers: Vec<_> = (0..3).map(|_| topic.subscribe()).collect();
-        let mut model = Model::new(initial);
-        model.readers.resize_with(readers.len(), ModelReader::default);
+        let mut model = ReferenceTopic::new(initial);
+        model.readers.resize_with(readers.len(), ReferenceReader::default);
         for step in steps {
             match step {
                 Step::Publish => {
@@ -351,7 +353,7 @@ proptest! {
                 }
                 Step::Subscribe => {
                     readers.push(topic.subscribe());
-                    model.readers.push(ModelReader::default());
+                    model.readers.push(ReferenceReader::default());
                 }
             }
             let dropped = readers.iter().map(Subscription::dropped);

@@ -8,7 +8,7 @@ use ratelab::runtime::{
 };
 
 use super::{
-    contest::{Nanos, contest, time},
+    paired::{Nanos, paired, time},
     table::Table,
 };
 
@@ -21,19 +21,19 @@ const MANY: usize = 1_000;
 const TICKS: usize = 100_000;
 
 /// From a node's number to its rate.
-type Rates = fn(usize) -> f64;
+type RateOfNode = fn(usize) -> f64;
 
 /// Fills in the rows about large graphs.
 pub fn measure(table: &mut Table) {
     table.heading(format!("A tick among {MANY} nodes, beside one among {FEW}"));
-    let rates: [(&str, Rates); 3] = [
+    let rates: [(&str, RateOfNode); 3] = [
         ("all at one rate", |_| 100.0),
         ("at three rates", |node| [100.0, 50.0, 30.0][node % 3]),
         ("no two at one rate", |node| 50.0 + node as f64 / 10.0),
     ];
     for (what, hz) in rates {
         let (mut many, mut few) = (Ring::new(MANY, hz), Ring::new(FEW, hz));
-        let ticks = contest(ROUNDS, || many.round(), || few.round());
+        let ticks = paired(ROUNDS, || many.round(), || few.round());
         table.row(what, &ticks, Some(2.0));
     }
 }
@@ -48,7 +48,7 @@ struct Ring {
 }
 
 impl Ring {
-    fn new(nodes: usize, hz: Rates) -> Self {
+    fn new(nodes: usize, hz: RateOfNode) -> Self {
         let topics: Vec<Topic<u64>> = (0..nodes)
             .map(|node| Topic::new(format!("/{node}"), Depth::ONE))
             .collect();

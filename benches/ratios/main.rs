@@ -9,12 +9,12 @@
 //! A goal that is missed is a word in the table and not a failure: no build
 //! should depend on how busy a machine was.
 
-mod brains;
-mod contest;
 mod graphs;
 #[cfg(target_os = "linux")]
 mod lateness;
 mod messages;
+mod paired;
+mod policies;
 mod runs;
 mod table;
 
@@ -23,7 +23,7 @@ use table::Table;
 fn main() {
     let mut table = Table::default();
     runs::measure(&mut table);
-    brains::measure(&mut table);
+    policies::measure(&mut table);
     messages::measure(&mut table);
     graphs::measure(&mut table);
     #[cfg(target_os = "linux")]

@@ -12,7 +12,7 @@ use ratelab::{
 };
 
 use super::{
-    contest::{Nanos, contest, time},
+    paired::{Nanos, paired, time},
     table::Table,
 };
 
@@ -28,9 +28,9 @@ const PERIOD_NANOS: u64 = 1_000_000;
 pub fn measure(table: &mut Table) {
     table.heading("Publish and read one message, depth 1, one thread");
     let mut ours = Ours::new();
-    let deque = contest(ROUNDS, || ours.round(), deque_round());
+    let deque = paired(ROUNDS, || ours.round(), deque_round());
     table.row("beside a mutexed deque", &deque, Some(2.0));
-    let channel = contest(ROUNDS, || ours.round(), channel_round());
+    let channel = paired(ROUNDS, || ours.round(), channel_round());
     table.row("beside a crossbeam channel", &channel, None);
 }
 

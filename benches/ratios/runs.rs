@@ -19,7 +19,7 @@ use ratelab::{
 };
 
 use super::{
-    contest::{Contest, Nanos, contest, nanos, time},
+    paired::{Nanos, Paired, nanos, paired, time},
     table::Table,
 };
 
@@ -43,19 +43,19 @@ pub fn measure(table: &mut Table) {
         let mut data = floor.start();
         time(|| floor.step(&mut data))
     };
-    let work = contest(ROUNDS, || robot(floor.actions.len()), stepping);
+    let work = paired(ROUNDS, || robot(floor.actions.len()), stepping);
     table.row("sense, think and act in a plain loop", &work, None);
-    let run = contest(ROUNDS, || time_run(experiment()), stepping);
+    let run = paired(ROUNDS, || time_run(experiment()), stepping);
     table.row("run, all statistics on", &run, Some(1.05));
-    let plain = contest(
+    let plain = paired(
         ROUNDS,
         || time_run(experiment()),
         || robot(floor.actions.len()),
     );
     table.row("run, beside that plain loop", &plain, None);
-    let tapped = contest(ROUNDS, time_tapped_run, stepping);
+    let tapped = paired(ROUNDS, time_tapped_run, stepping);
     table.row("run with a tap on every topic", &tapped, Some(1.05));
-    let whole = contest(
+    let whole = paired(
         ROUNDS,
         || time(|| drop(execute(experiment()))),
         || time(|| floor.step(&mut floor.start())),
@@ -116,7 +116,7 @@ fn time_tapped_run() -> Nanos {
 /// Whole runs per second, beside whole floors per second. The ratio is that of
 /// their times, as everywhere.
 fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
-    let rates = contest(
+    let rates = paired(
         3,
         || time_of_one(threads, || drop(execute(experiment()))),
         || time_of_one(threads, || floor.step(&mut floor.start())),
@@ -151,15 +151,15 @@ fn sweep(table: &mut Table) {
     };
     let together = || time_of_one(cores, || drop(execute(experiment())));
     let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
-    let mut row = |what: String, rates: Contest| {
+    let mut row = |what: String, rates: Paired| {
         let cells = [per_second(rates.ours), per_second(rates.floor)];
         // A share of 0.90 of what the cores could do.
         table.cells(&what, cells, rates.ratio, Some(1.11));
     };
     let what = format!("sweep on all cores, beside {cores} × one core alone");
-    row(what, contest(7, swept, alone));
+    row(what, paired(7, swept, alone));
     let what = "sweep on all cores, beside lone runs on all".to_owned();
-    row(what, contest(7, swept, together));
+    row(what, paired(7, swept, together));
 }
 
 /// Wall time per piece of `work` while `threads` threads do nothing else.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::contest::{Contest, Nanos};
+use super::paired::{Nanos, Paired};
 
 /// Rows under headings, aligned when shown.
 #[derive(Default)]
@@ -23,10 +23,10 @@ impl Table {
         self.0.push(Row::Heading(text.into()));
     }
 
-    /// A contest of times, with the ratio that is hoped for if there is one.
-    pub fn row(&mut self, what: &str, contest: &Contest, goal: Option<f64>) {
-        let cells = [text(contest.ours), text(contest.floor)];
-        self.cells(what, cells, contest.ratio, goal);
+    /// A pair of times, with the ratio that is hoped for if there is one.
+    pub fn row(&mut self, what: &str, paired: &Paired, goal: Option<f64>) {
+        let cells = [text(paired.ours), text(paired.floor)];
+        self.cells(what, cells, paired.ratio, goal);
     }
 
     /// Two figures of any unit.

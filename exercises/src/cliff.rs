@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use ratelab::experiment::{
     Config,
-    sweep::{Cell, Outcome, Sweep, all_cores},
+    sweep::{Cell, CellResult, Sweep, all_cores},
 };
 
-use crate::practice::{
+use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
 };
 
@@ -50,7 +50,7 @@ impl Exercise for Cliff {
             ..Sweep::of(Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-        let cells: Vec<(Cell, Outcome)> = swept.finished().map(|(c, o)| (c, *o)).collect();
+        let cells: Vec<(Cell, CellResult)> = swept.finished().map(|(c, o)| (c, *o)).collect();
         let rates: Vec<Rate> = cells.chunks(SEEDS.len()).map(Rate::of).collect();
         let turn = turn(&rates)?;
         Ok(Findings {
@@ -74,7 +74,7 @@ struct Rate {
 }
 
 impl Rate {
-    fn of(cells: &[(Cell, Outcome)]) -> Self {
+    fn of(cells: &[(Cell, CellResult)]) -> Self {
         let outcomes = || cells.iter().map(|(_, outcome)| outcome);
         Self {
             hz: cells
@@ -137,7 +137,7 @@ fn table(rates: &[Rate]) -> Table {
     table
 }
 
-fn measurements(rates: &[Rate], cells: &[(Cell, Outcome)]) -> Vec<Measurement> {
+fn measurements(rates: &[Rate], cells: &[(Cell, CellResult)]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for rate in rates {
         let name = format!("{} Hz: starts balanced", rate.hz);

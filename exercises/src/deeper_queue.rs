@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 use ratelab::{
     experiment::{
         BROKEN_HZ, Config,
-        sweep::{Cell, Outcome, Sweep, all_cores},
+        sweep::{Cell, CellResult, Sweep, all_cores},
     },
     runtime::Depth,
 };
 
 use crate::{
     cliff::SEEDS,
-    practice::{
+    framework::{
         Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
     },
 };
@@ -55,7 +55,7 @@ impl Exercise for DeeperQueue {
             ..Sweep::of(Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-        let cells: Vec<(Cell, Outcome)> = swept.finished().map(|(c, o)| (c, *o)).collect();
+        let cells: Vec<(Cell, CellResult)> = swept.finished().map(|(c, o)| (c, *o)).collect();
         let (shallow, deep) = cells.split_at(SEEDS.len());
         let balanced = deep.iter().filter(|(_, o)| o.verdict.balanced()).count();
         Ok(Findings {
@@ -67,7 +67,7 @@ impl Exercise for DeeperQueue {
     }
 }
 
-fn table(cells: &[(Cell, Outcome)]) -> Table {
+fn table(cells: &[(Cell, CellResult)]) -> Table {
     let mut table = Table::new([
         "depth",
         "seed",
@@ -89,21 +89,21 @@ fn table(cells: &[(Cell, Outcome)]) -> Table {
     table
 }
 
-fn drops(cells: &[(Cell, Outcome)]) -> u64 {
+fn drops(cells: &[(Cell, CellResult)]) -> u64 {
     cells.iter().map(|(_, outcome)| outcome.obs_dropped).sum()
 }
 
 /// Starts whose run took the same course under both queues.
-fn unchanged(shallow: &[(Cell, Outcome)], deep: &[(Cell, Outcome)]) -> usize {
+fn unchanged(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> usize {
     let pairs = shallow.iter().zip(deep);
-    let same = |a: &Outcome, b: &Outcome| {
+    let same = |a: &CellResult, b: &CellResult| {
         (a.steps, a.verdict, a.final_pole_angle.to_bits())
             == (b.steps, b.verdict, b.final_pole_angle.to_bits())
     };
     pairs.filter(|((_, a), (_, b))| same(a, b)).count()
 }
 
-fn meaning(shallow: &[(Cell, Outcome)], deep: &[(Cell, Outcome)]) -> String {
+fn meaning(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> String {
     format!(
         "The deeper queue took the drops from {} to {}, and in {} of {} runs it changed nothing \
          else: the same last step, the same angle to the last bit. The policy reads the newest \
@@ -116,7 +116,7 @@ fn meaning(shallow: &[(Cell, Outcome)], deep: &[(Cell, Outcome)]) -> String {
     )
 }
 
-fn measurements(shallow: &[(Cell, Outcome)], deep: &[(Cell, Outcome)]) -> Vec<Measurement> {
+fn measurements(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for (cell, outcome) in shallow.iter().chain(deep) {
         let run = format!("depth {}, seed {}", cell.queue_depth, cell.seed);

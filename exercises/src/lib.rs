@@ -7,28 +7,28 @@
 //! measured stands in `bands.toml`, each figure with where it comes from.
 //!
 //! ```
-//! use exercises::{ALL, practice::Prediction};
+//! use exercises::{ALL, framework::Prediction};
 //!
 //! let exercise = exercises::find(2).expect("there is a second one");
 //! println!("{}\n\n{}", exercise.brief().objective, exercise.brief().question);
 //! let prediction = Prediction::read("2 because nothing is lost any more", exercise.brief())?;
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
-//! assert!(exercise.check()?.iter().all(|claim| claim.holds()));
+//! assert!(exercise.check()?.iter().all(|check| check.holds()));
 //! assert_eq!(ALL.len(), 5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The five are modules of this crate; [`practice`] is what they share.
+//! The five are modules of this crate; [`framework`] is what they share.
 
 pub mod cliff;
 pub mod deeper_queue;
+pub mod framework;
 pub mod limits;
-pub mod practice;
 pub mod rescue;
 pub mod ties;
 
-use practice::Exercise;
+use framework::Exercise;
 
 /// All exercises in their order.
 pub const ALL: [&dyn Exercise; 5] = [

@@ -8,7 +8,7 @@ use ratelab::{
 
 use crate::{
     cliff::SEEDS,
-    practice::{
+    framework::{
         Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, hz,
         record,
     },

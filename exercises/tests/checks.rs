@@ -2,7 +2,7 @@
 
 use std::{collections::HashSet, process, sync::mpsc, thread, time::Duration};
 
-use exercises::{ALL, practice::Claim};
+use exercises::{ALL, framework::Check};
 
 /// After so long, a hundred times what it takes, a run does not end any more.
 const FOR_EVER: Duration = Duration::from_secs(60);
@@ -19,7 +19,7 @@ fn check(number: u32) {
     });
     let claims = claims.expect("measured");
     assert!(claims.len() >= 19, "only {} claims", claims.len());
-    let broken: Vec<&Claim> = claims.iter().filter(|claim| !claim.holds()).collect();
+    let broken: Vec<&Check> = claims.iter().filter(|check| !check.holds()).collect();
     let said: Vec<String> = broken.iter().map(ToString::to_string).collect();
     assert!(broken.is_empty(), "{}", said.join("\n"));
 }
@@ -67,7 +67,7 @@ fn an_exercise_measures_the_same_every_time() {
     for exercise in ALL {
         let findings = || exercise.run().expect("measured");
         let (first, second) = (findings(), findings());
-        let bits = |findings: &exercises::practice::Findings| -> Vec<u64> {
+        let bits = |findings: &exercises::framework::Findings| -> Vec<u64> {
             let values = findings.measurements.iter();
             values.map(|measured| measured.value.to_bits()).collect()
         };

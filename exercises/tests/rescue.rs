@@ -1,6 +1,6 @@
 //! What counts as a rescue, and what only looks like one.
 
-use exercises::rescue::judge::{DANGER_DEG, HELD, Lacking, Rescued, Session, judge};
+use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{
     cartpole::ControlStep,
     experiment::{BROKEN_HZ, Config, Experiment, Summary},
@@ -8,13 +8,13 @@ use ratelab::{
 };
 
 /// A session on the virtual clock, from the start of seed 0.
-struct Run {
+struct PlayedRun {
     summary: Summary,
     steps: Vec<Message<ControlStep>>,
 }
 
 /// Runs for so many seconds, turning these knobs.
-fn run(seconds: f64, knobs: &[&str]) -> Run {
+fn run(seconds: f64, knobs: &[&str]) -> PlayedRun {
     let knobs = knobs.iter().map(|knob| knob.parse().expect("knob"));
     let config = Config {
         end: Time::from_secs_f64(seconds).expect("time"),
@@ -25,12 +25,12 @@ fn run(seconds: f64, knobs: &[&str]) -> Run {
     let tap = experiment.taps().steps(10_000);
     let summary = experiment.run().expect("run");
     let steps = tap.items().iter().map(|step| step.message).collect();
-    Run { summary, steps }
+    PlayedRun { summary, steps }
 }
 
-impl Run {
-    fn session(&self) -> Session<'_> {
-        Session {
+impl PlayedRun {
+    fn session(&self) -> RescueSession<'_> {
+        RescueSession {
             control_hz: self.summary.config.control_hz,
             events: &self.summary.events,
             steps: &self.steps,
@@ -39,7 +39,7 @@ impl Run {
     }
 }
 
-fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, Lacking> {
+fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, RescueFailure> {
     judge(&run(seconds, knobs).session())
 }
 
@@ -47,7 +47,7 @@ fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, Lacking> {
 fn a_pole_that_was_let_go_and_caught_is_rescued() {
     let rescued = judged(10.0, &["0 control-hz 5", "0.3 control-hz 50"]).expect("rescued");
     assert_eq!(rescued.slowed, Time::ZERO);
-    assert_eq!(rescued.spell.as_millis(), 300);
+    assert_eq!(rescued.slow_phase.as_millis(), 300);
     assert!(rescued.worst_deg > DANGER_DEG && rescued.worst_deg < 12.0);
     assert!(rescued.safe < Time::from_nanos(2_000_000_000));
 }
@@ -70,20 +70,23 @@ fn later_in_a_run_it_is_a_rescue_too() {
 
 #[test]
 fn a_policy_that_was_never_slow_enough_rescues_nobody() {
-    assert_eq!(judged(10.0, &[]), Err(Lacking::Slowness));
+    assert_eq!(judged(10.0, &[]), Err(RescueFailure::Slowness));
     assert_eq!(
         judged(20.0, &["0 control-hz 5.1", "0.3 control-hz 50"]),
-        Err(Lacking::Slowness)
+        Err(RescueFailure::Slowness)
     );
     // Swings into danger and stays up, but nobody slowed it to 5 Hz.
-    assert_eq!(judged(20.0, &["0 control-hz 8"]), Err(Lacking::Slowness));
+    assert_eq!(
+        judged(20.0, &["0 control-hz 8"]),
+        Err(RescueFailure::Slowness)
+    );
 }
 
 #[test]
 fn a_pole_that_was_never_in_danger_was_not_rescued() {
-    let lacking = judged(10.0, &["0 control-hz 5", "0.1 control-hz 50"]);
-    let Err(Lacking::Danger { worst_deg }) = lacking else {
-        panic!("{lacking:?}");
+    let failure = judged(10.0, &["0 control-hz 5", "0.1 control-hz 50"]);
+    let Err(RescueFailure::Danger { worst_deg }) = failure else {
+        panic!("{failure:?}");
     };
     assert!(worst_deg < DANGER_DEG);
 }
@@ -102,7 +105,10 @@ fn danger_long_after_the_spell_is_not_its_doing() {
         .iter()
         .map(|step| step.data.qpos[1].abs().to_degrees());
     assert!(widest.fold(0.0, f64::max) > DANGER_DEG, "it was in danger");
-    assert!(matches!(judge(&run.session()), Err(Lacking::Danger { .. })));
+    assert!(matches!(
+        judge(&run.session()),
+        Err(RescueFailure::Danger { .. })
+    ));
 }
 
 #[test]
@@ -113,10 +119,10 @@ fn a_pole_that_fell_was_not_rescued() {
         &["0 control-hz 5", "0.2 control-hz 50", "1 control-hz 5"],
     ] {
         let run = run(10.0, knobs);
-        let lacking = judge(&run.session()).expect_err("it fell");
+        let failure = judge(&run.session()).expect_err("it fell");
         assert_eq!(
-            lacking,
-            Lacking::Survival {
+            failure,
+            RescueFailure::Survival {
                 at: run.summary.sim_time
             }
         );
@@ -126,7 +132,7 @@ fn a_pole_that_fell_was_not_rescued() {
 #[test]
 fn a_pole_that_is_left_with_a_slow_policy_is_not_rescued_yet() {
     let knobs = ["0 control-hz 5"];
-    assert_eq!(judged(0.5, &knobs), Err(Lacking::Return));
+    assert_eq!(judged(0.5, &knobs), Err(RescueFailure::Return));
 }
 
 #[test]
@@ -134,14 +140,20 @@ fn five_seconds_out_of_danger_are_asked_for_and_no_more() {
     let knobs = ["0 control-hz 5", "0.3 control-hz 50"];
     let safe = judged(10.0, &knobs).expect("rescued").safe.as_secs_f64();
     assert!(judged(safe + 5.0, &knobs).is_ok());
-    let lacking = judged(safe + 4.9, &knobs);
-    assert!(matches!(lacking, Err(Lacking::Calm { .. })), "{lacking:?}");
+    let failure = judged(safe + 4.9, &knobs);
+    assert!(
+        matches!(failure, Err(RescueFailure::Calm { .. })),
+        "{failure:?}"
+    );
 }
 
 #[test]
 fn a_swing_that_goes_on_is_no_rescue() {
-    let lacking = judged(12.0, &["0 control-hz 5", "0.3 control-hz 8"]);
-    assert!(matches!(lacking, Err(Lacking::Calm { .. })), "{lacking:?}");
+    let failure = judged(12.0, &["0 control-hz 5", "0.3 control-hz 8"]);
+    assert!(
+        matches!(failure, Err(RescueFailure::Calm { .. })),
+        "{failure:?}"
+    );
 }
 
 #[test]
@@ -167,9 +179,12 @@ fn a_second_try_counts_as_much_as_the_first() {
 fn a_record_with_missing_steps_proves_nothing() {
     let mut run = run(10.0, &["0 control-hz 5", "0.3 control-hz 50"]);
     run.steps.remove(100);
-    assert_eq!(judge(&run.session()), Err(Lacking::Steps));
+    assert_eq!(judge(&run.session()), Err(RescueFailure::Steps));
     run.steps.clear();
-    assert!(matches!(judge(&run.session()), Err(Lacking::Danger { .. })));
+    assert!(matches!(
+        judge(&run.session()),
+        Err(RescueFailure::Danger { .. })
+    ));
 }
 
 #[test]

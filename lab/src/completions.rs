@@ -3,7 +3,7 @@
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 
-use crate::{cli::Cli, error::Error, output::say};
+use crate::{cli::Cli, error::Error, output::print_line};
 
 /// Prints the script for `shell`.
 pub fn completions(shell: Shell) -> Result<(), Error> {
@@ -12,5 +12,5 @@ pub fn completions(shell: Shell) -> Result<(), Error> {
     // Generated in memory first: writing to a pipe that is closed would panic.
     let mut script = Vec::new();
     generate(shell, &mut command, name, &mut script);
-    say(String::from_utf8_lossy(&script).trim_end())
+    print_line(String::from_utf8_lossy(&script).trim_end())
 }

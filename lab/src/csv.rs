@@ -9,7 +9,7 @@ use std::{
 use ratelab::{
     cartpole::ControlStep,
     experiment::Experiment,
-    runtime::{Message, Tap, Tapped},
+    runtime::{Message, Tap, TapMessage},
 };
 
 /// Names and units of the columns. Observation and action are f32, written with
@@ -22,9 +22,9 @@ pub const HEADER: &str = "step,time_s,cart_position_m,cart_velocity_m_s,cos_thet
 const BACKLOG: usize = 16_384;
 
 /// Writes the control steps of an experiment on a thread of its own.
-pub struct Writer(JoinHandle<io::Result<u64>>);
+pub struct StepWriter(JoinHandle<io::Result<u64>>);
 
-impl Writer {
+impl StepWriter {
     /// Writes to `file` from the first step of `experiment` to its last. A file that
     /// could not be opened is an error at the end, and no rows.
     pub fn start(file: io::Result<File>, experiment: &Experiment) -> Self {
@@ -41,7 +41,7 @@ impl Writer {
 }
 
 /// Writes rows as long as the tap gives any; returns how many it lost.
-fn write(file: File, tap: &Tap<Tapped<ControlStep>>) -> io::Result<u64> {
+fn write(file: File, tap: &Tap<TapMessage<ControlStep>>) -> io::Result<u64> {
     let mut out = BufWriter::new(file);
     writeln!(out, "{HEADER}")?;
     for tapped in tap.items() {

@@ -6,7 +6,7 @@ use std::{
     process::ExitCode,
 };
 
-use exercises::practice::{AnswersError, Failure};
+use exercises::framework::{AnswersError, Failure};
 use ratelab::{
     experiment::{SetupError, sweep::SweepError},
     runtime::Fault,
@@ -129,7 +129,7 @@ impl Error {
             Self::BadInput(_)
             | Self::Read(_)
             | Self::Answers(_)
-            | Self::Setup(SetupError::Brain(_))
+            | Self::Setup(SetupError::Policy(_))
             | Self::Sweep(SweepError::Empty(_) | SweepError::TooMany(_) | SweepError::Endless) => {
                 ExitCode::from(2)
             }

@@ -6,14 +6,14 @@ use crate::{
     cli::{LabArgs, ScreenArgs},
     dashboard::{self, LabError, Options, Setup, keys, view::theme::Theme},
     error::Error,
-    options::{self, Usual},
-    output::{Outputs, record_error, say, tell_recorded},
+    options::{self, Defaults},
+    output::{Outputs, print_line, print_recorded, record_error},
     recording::Destination,
-    run::{plan, tell},
+    run::{plan, print_results},
 };
 
 /// What is done here can be done again, so virtual time is what it starts with.
-const USUAL: Usual = Usual {
+const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Virtual,
     end: Time::MAX,
     speed: Speed::REAL_TIME,
@@ -22,7 +22,7 @@ const USUAL: Usual = Usual {
 /// Opens the dashboard; writes and prints what the last run came to when it is
 /// left.
 pub fn lab(args: &LabArgs) -> Result<(), Error> {
-    let config = options::config(&args.run, &USUAL)?;
+    let config = options::config(&args.run, &DEFAULTS)?;
     need_terminal("the lab needs a terminal to draw on: try ratelab run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &config))?;
     let realtime = options::realtime(&args.run.graph);
@@ -34,10 +34,10 @@ pub fn lab(args: &LabArgs) -> Result<(), Error> {
     let left = dashboard::show(&config, setup, &screen(&args.screen));
     let left = left.map_err(|error| refusal(args, error))?;
     for recorded in &left.recorded {
-        tell_recorded(args.run.json, recorded)?;
+        print_recorded(args.run.json, recorded)?;
     }
     let ended = left.ended?;
-    tell(&args.run, outputs, &ended.summary, realtime, ended.csv_lost)?;
+    print_results(&args.run, outputs, &ended.summary, realtime, ended.csv_lost)?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
@@ -79,7 +79,7 @@ pub fn theme(ascii: bool) -> Theme {
 /// Prints the keys of the lab.
 pub fn keys() -> Result<(), Error> {
     let replay = keys::REPLAY.text();
-    say(&format!(
+    print_line(&format!(
         "{}\nwhile the cliff map is open:\n{}\nwhile a recording plays:\n{}",
         keys::LAB.text(),
         keys::MAP.text(),

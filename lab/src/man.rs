@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{Cli, EXAMPLES},
     error::Error,
-    output::say,
+    output::print_line,
     version,
 };
 
@@ -49,7 +49,7 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
             ("NO_COLOR", "Draw without colours, if it is not empty."),
             (
                 "ORT_DYLIB_PATH",
-                "The library of the ONNX Runtime, which runs brains in .onnx files.",
+                "The library of the ONNX Runtime, which runs policies in .onnx files.",
             ),
             (
                 "XDG_DATA_HOME",
@@ -89,7 +89,7 @@ pub fn man(folder: Option<&Path>) -> Result<(), Error> {
     command.build();
     let Some(folder) = folder else {
         let page = page(&command, &SECTIONS)?;
-        return say(String::from_utf8_lossy(&page).trim_end());
+        return print_line(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
     write(&command, &SECTIONS, folder)?;

@@ -8,28 +8,28 @@ use ratelab::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::report::{Notes, saw_the_wall};
+use crate::report::{ReportContext, saw_the_wall};
 
 /// The metrics as JSON: first the keys of the course's artifact, then ours.
 ///
 /// Under the virtual clock they hold nothing of the wall's, so the same run
 /// gives the same bytes.
-pub fn json(summary: &Summary, notes: &Notes) -> String {
-    let mut metrics = course_keys(summary, notes);
-    metrics.extend(own_keys(summary, notes));
+pub fn json(summary: &Summary, context: &ReportContext) -> String {
+    let mut metrics = course_keys(summary, context);
+    metrics.extend(own_keys(summary, context));
     if saw_the_wall(summary) {
-        metrics.extend(wall_keys(summary, notes));
+        metrics.extend(wall_keys(summary, context));
     }
     format!("{:#}", Value::Object(metrics))
 }
 
-fn course_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
+fn course_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let config = &summary.config;
     object(json!({
         "action_dropped": summary.action.dropped,
         "action_published": summary.action.published,
         "balanced": summary.verdict.balanced(),
-        "break_bug": notes.break_bug,
+        "break_bug": context.break_bug,
         "clock": config.clock.to_string(),
         "control_hz": rounded(config.control_hz.get()),
         "final_pole_angle": rounded(summary.final_pole_angle),
@@ -40,16 +40,16 @@ fn course_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
         "seed": config.seed,
         "sensor_hz": rounded(config.sensor_hz.get()),
         "sim_time_s": rounded(summary.sim_time.as_secs_f64()),
-        "smoke": notes.smoke,
+        "smoke": context.smoke,
         "steps": summary.steps,
     }))
 }
 
-fn own_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
+fn own_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let config = &summary.config;
     object(json!({
         "cause_of_end": summary.verdict.name(),
-        "csv_rows_lost": notes.csv_lost,
+        "csv_rows_lost": context.csv_lost,
         "duration_s": rounded(config.end.as_secs_f64()),
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "knobs": config.knobs.iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
@@ -61,14 +61,14 @@ fn own_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
     }))
 }
 
-fn wall_keys(summary: &Summary, notes: &Notes) -> Map<String, Value> {
+fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let lateness = summary.nodes.iter();
     let lateness = lateness.map(|node| (node.name.clone(), milliseconds(&node.lateness)));
     let tick_time = summary.nodes.iter();
     let tick_time = tick_time.map(|node| (node.name.clone(), milliseconds(&node.tick_time)));
     object(json!({
         "lateness": lateness.collect::<Map<_, _>>(),
-        "realtime": notes.realtime.as_ref().map(|asked| match asked {
+        "realtime": context.realtime.as_ref().map(|asked| match asked {
             Ok(()) => "granted".to_owned(),
             Err(refusal) => refusal.clone(),
         }),

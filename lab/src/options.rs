@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::CONTROL_HZ,
     experiment::{BROKEN_HZ, Config, TimedKnob, parse_knobs},
     file::{self, FileError},
-    runtime::{ClockKind, Hz, Speed, Time, clock::Realtime},
+    runtime::{ClockKind, Hz, Speed, Time, clock::RealtimePriority},
 };
 
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
 
 /// What holds where nothing is said.
 #[derive(Clone, Copy)]
-pub struct Usual {
+pub struct Defaults {
     /// The clock to begin with.
     pub clock: ClockKind,
     /// When the run ends.
@@ -33,41 +33,41 @@ const MOST_KNOBS: u64 = 16 << 20;
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
 
 /// The configuration that the options describe.
-pub fn config(args: &RunArgs, usual: &Usual) -> Result<Config, Error> {
+pub fn config(args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
     if !args.smoke {
-        return graph(&args.graph, usual);
+        return graph(&args.graph, defaults);
     }
     if args.graph.clock == Some(ClockArg::Real) {
         let why = "--smoke runs on the virtual clock: leave --clock real out";
         return Err(Error::BadInput(why.to_owned()));
     }
-    let smoke = Usual {
+    let smoke = Defaults {
         clock: ClockKind::Virtual,
         end: SMOKE,
-        ..*usual
+        ..*defaults
     };
     graph(&args.graph, &smoke)
 }
 
-fn graph(args: &GraphArgs, usual: &Usual) -> Result<Config, Error> {
-    let clock = args.clock.map_or(usual.clock, ClockKind::from);
+fn graph(args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
+    let clock = args.clock.map_or(defaults.clock, ClockKind::from);
     check_clock(args, clock)?;
-    let usual_hz = if args.break_bug {
+    let default_hz = if args.break_bug {
         BROKEN_HZ
     } else {
         CONTROL_HZ
     };
     let control_hz = match args.control_hz {
         Some(hz) => hz,
-        None => Hz::new(usual_hz).map_err(|error| Error::BadInput(error.to_string()))?,
+        None => Hz::new(default_hz).map_err(|error| Error::BadInput(error.to_string()))?,
     };
     let policy = args.policy.pinned();
     let policy = policy.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
     Ok(Config {
         seed: args.seed,
         clock,
-        speed: args.speed.unwrap_or(usual.speed),
-        end: args.duration_s.unwrap_or(usual.end),
+        speed: args.speed.unwrap_or(defaults.speed),
+        end: args.duration_s.unwrap_or(defaults.end),
         sensor_hz: args.sensor_hz,
         control_hz,
         queue_depth: args.queue_depth,
@@ -114,8 +114,8 @@ fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
 
 /// Asks for real-time priority if that was asked for, and says so if it is
 /// refused.
-pub fn realtime(args: &GraphArgs) -> Option<Result<Realtime, String>> {
-    let asked = args.realtime.then(Realtime::request)?;
+pub fn realtime(args: &GraphArgs) -> Option<Result<RealtimePriority, String>> {
+    let asked = args.realtime.then(RealtimePriority::request)?;
     Some(asked.map_err(|refusal| {
         note(&format!("--realtime: {refusal}"));
         refusal.to_string()

@@ -7,7 +7,7 @@ use ratelab::{
     experiment::{NodeSummary, Summary, TimedKnob, TopicSummary},
     runtime::{
         ClockKind, Command, Hz,
-        telemetry::{Distribution, Happening},
+        telemetry::{Distribution, EventKind},
     },
 };
 
@@ -15,7 +15,7 @@ use crate::recording::Recorded;
 
 /// What is to be said of a run beside its summary.
 #[derive(Default)]
-pub struct Notes {
+pub struct ReportContext {
     /// `--break` was given.
     pub break_bug: bool,
     /// `--smoke` was given.
@@ -29,11 +29,11 @@ pub struct Notes {
 }
 
 /// The summary in a few lines.
-pub fn text(summary: &Summary, notes: &Notes) -> String {
+pub fn text(summary: &Summary, context: &ReportContext) -> String {
     let mut lines = vec![
-        ("clock", clock(summary, notes)),
+        ("clock", clock(summary, context)),
         ("rates", rates(summary)),
-        ("verdict", verdict(summary, notes)),
+        ("verdict", verdict(summary, context)),
         ("topics", topics(summary)),
         ("latency", latency(summary)),
     ];
@@ -45,8 +45,8 @@ pub fn text(summary: &Summary, notes: &Notes) -> String {
     let late = summary.config.knobs.iter();
     let late = late.filter(|knob| knob.at > summary.sim_time);
     lines.extend(late.map(|knob| ("not done", format!("{knob}: the run had ended"))));
-    if notes.csv_lost > 0 {
-        let lost = format!("{} CSV rows: the disk was too slow", notes.csv_lost);
+    if context.csv_lost > 0 {
+        let lost = format!("{} CSV rows: the disk was too slow", context.csv_lost);
         lines.push(("lost", lost));
     }
     let lines: Vec<String> = lines.iter().map(|(name, text)| line(name, text)).collect();
@@ -66,15 +66,15 @@ fn changes(summary: &Summary) -> impl Iterator<Item = (&'static str, String)> {
         (_, Some(knob)) => Some(("knob", knob.to_string())),
         // The other half of the knob for queue depth.
         (
-            Happening::Applied {
+            EventKind::Applied {
                 command: Command::SetDepth { .. },
                 ..
             },
             _,
         ) => None,
-        (Happening::Applied { .. }, _) => Some(("command", event.to_string())),
-        (Happening::Refused { .. }, _) => Some(("refused", event.to_string())),
-        (Happening::Ended { .. } | Happening::Faulted { .. }, _) => None,
+        (EventKind::Applied { .. }, _) => Some(("command", event.to_string())),
+        (EventKind::Refused { .. }, _) => Some(("refused", event.to_string())),
+        (EventKind::Ended { .. } | EventKind::Faulted { .. }, _) => None,
     })
 }
 
@@ -84,9 +84,9 @@ pub fn saw_the_wall(summary: &Summary) -> bool {
     summary.config.clock == ClockKind::Real || summary.nodes.iter().any(late)
 }
 
-fn clock(summary: &Summary, notes: &Notes) -> String {
+fn clock(summary: &Summary, context: &ReportContext) -> String {
     let config = &summary.config;
-    let realtime = match notes.realtime {
+    let realtime = match context.realtime {
         Some(Ok(())) => " with real-time priority",
         Some(Err(_)) => " (real-time priority refused)",
         None => "",
@@ -116,8 +116,8 @@ fn rates(summary: &Summary) -> String {
     )
 }
 
-fn verdict(summary: &Summary, notes: &Notes) -> String {
-    if let Some(why) = &notes.open {
+fn verdict(summary: &Summary, context: &ReportContext) -> String {
+    if let Some(why) = &context.open {
         let steps = summary.steps;
         return format!("pole up after {steps} control steps: {why}");
     }

@@ -12,9 +12,9 @@ use ratelab::runtime::Time;
 
 use crate::{
     error::Error,
-    output::{self, say},
-    recording::{Origin, Outcome, Recording, Retold, schema::End, verify},
-    report::{self, Notes},
+    output::{self, print_line},
+    recording::{Origin, Recording, RecordingEnd, Replay, schema::RunStatus, verify},
+    report::{self, ReportContext},
     signals,
 };
 use watch::Watch;
@@ -22,14 +22,14 @@ use watch::Watch;
 /// Prints what a recording is of and what the run came to.
 pub fn info(file: &Path) -> Result<(), Error> {
     let recording = Arc::new(Recording::read(file)?);
-    say(&tell(&recording))?;
+    print_line(&overview(&recording))?;
     defect(&recording)
 }
 
-fn tell(recording: &Arc<Recording>) -> String {
-    let mut retold = Retold::new(recording.clone());
-    let begins = retold.begins();
-    retold.tell(Time::MAX);
+fn overview(recording: &Arc<Recording>) -> String {
+    let mut replay = Replay::new(recording.clone());
+    let begins = replay.begins();
+    replay.advance_to(Time::MAX);
     let Origin {
         ratelab,
         mujoco,
@@ -59,25 +59,25 @@ fn tell(recording: &Arc<Recording>) -> String {
         ),
     ];
     let lines = lines.map(|(name, text)| report::line(name, &text));
-    let notes = Notes {
+    let context = ReportContext {
         open: open(recording),
-        ..Notes::default()
+        ..ReportContext::default()
     };
-    let summary = report::text(&retold.summary(), &notes);
+    let summary = report::text(&replay.summary(), &context);
     format!("{}\n{summary}", lines.join("\n"))
 }
 
 /// Why a recording does not know how its run ended, if it does not.
 fn open(recording: &Recording) -> Option<String> {
     match recording.outcome.as_ref().map(|outcome| &outcome.end) {
-        Some(End::Ended(_)) => None,
-        Some(End::Failed { fault }) => Some(format!("then {fault}")),
-        Some(End::WentOn) => Some("its recording ended then, and the run went on".to_owned()),
+        Some(RunStatus::Ended(_)) => None,
+        Some(RunStatus::Failed { fault }) => Some(format!("then {fault}")),
+        Some(RunStatus::WentOn) => Some("its recording ended then, and the run went on".to_owned()),
         None => Some("as far as the file is good".to_owned()),
     }
 }
 
-fn lost(outcome: Option<&Outcome>) -> String {
+fn lost(outcome: Option<&RecordingEnd>) -> String {
     match outcome {
         None => String::new(),
         Some(outcome) if outcome.lost > 0 => {
@@ -128,7 +128,7 @@ fn verify_one(file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
         file: name.to_string(),
         why,
     })?;
-    say(&format!("{name}: {identical}"))?;
+    print_line(&format!("{name}: {identical}"))?;
     defect(&recording)
 }
 

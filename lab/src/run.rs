@@ -4,8 +4,8 @@ use std::path::Path;
 
 use ratelab::{
     experiment::{Config, Experiment, Summary},
-    policy::Brain,
-    runtime::{ClockKind, Command, RealClock, Speed, Time, clock::Realtime},
+    policy::PolicySpec,
+    runtime::{ClockKind, Command, RealClock, Speed, Time, clock::RealtimePriority},
 };
 
 use crate::{
@@ -13,18 +13,18 @@ use crate::{
     csv,
     error::Error,
     metrics,
-    options::{self, Usual},
-    output::{self, Outputs, Plan, record_error, say, tell_recorded},
-    recording::{Destination, Ending, Recorder, Source},
-    report::{self, Notes},
+    options::{self, Defaults},
+    output::{self, OutputPlan, Outputs, print_line, print_recorded, record_error},
+    recording::{Destination, Recorder, Source, StopReason},
+    report::{self, ReportContext},
     signals,
 };
 
 /// What an ordinary run is.
-const USUAL: Usual = Usual {
+const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Real,
     end: Time::from_nanos(10_000_000_000),
-    speed: Speed::FlatOut,
+    speed: Speed::Unlimited,
 };
 
 /// Name of the file in `--out`.
@@ -32,7 +32,7 @@ const METRICS: &str = "metrics.json";
 
 /// Runs the graph as asked, prints and writes what it came to.
 pub fn run(args: &RunArgs) -> Result<(), Error> {
-    let config = options::config(args, &USUAL)?;
+    let config = options::config(args, &DEFAULTS)?;
     let experiment = Experiment::new(&config)?;
     let commands = experiment.commands();
     // A run that is over is being written down, which the first signal lets be.
@@ -42,28 +42,28 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let realtime = options::realtime(&args.graph);
     let mut csv = outputs.take_csv();
     let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
-    let rows = rows.map(|file| csv::Writer::start(Ok(file), &experiment));
+    let rows = rows.map(|file| csv::StepWriter::start(Ok(file), &experiment));
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {
-        recorder.end(Ending::of(&outcome));
+        recorder.end(StopReason::of(&outcome));
         recorder.finish()
     });
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
-    let told = outcome.map_err(Error::from).and_then(|summary| {
+    let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
-        tell(args, outputs, &summary, realtime, csv_lost)
+        print_results(args, outputs, &summary, realtime, csv_lost)
     });
-    let recorded = recorded.map_or(Ok(()), |recorded| tell_recorded(args.json, &recorded?));
-    both(told, recorded)
+    let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));
+    both(reported, recorded)
 }
 
 /// What `args` ask to be written, and what a run of `config` reads.
-pub fn plan<'a>(args: &'a RunArgs, config: &'a Config) -> Plan<'a> {
+pub fn plan<'a>(args: &'a RunArgs, config: &'a Config) -> OutputPlan<'a> {
     let knobs = args.graph.knobs.as_deref();
-    let mut inputs = policy_files(config.brains());
+    let mut inputs = policy_files(config.policies());
     inputs.extend(knobs.map(|path| ("--knobs", path)));
-    Plan {
+    OutputPlan {
         out: args.out.as_deref(),
         metrics: METRICS,
         csv: args.csv.as_deref(),
@@ -73,36 +73,38 @@ pub fn plan<'a>(args: &'a RunArgs, config: &'a Config) -> Plan<'a> {
     }
 }
 
-/// The files that `brains` come from, as inputs.
-pub fn policy_files<'b>(brains: impl Iterator<Item = &'b Brain>) -> Vec<(&'static str, &'b Path)> {
-    let files = brains.filter_map(|brain| match brain {
-        Brain::File(file) => Some(("--policy", Path::new(file.path()))),
-        Brain::BuiltIn(_) => None,
+/// The files that `policies` come from, as inputs.
+pub fn policy_files<'b>(
+    policies: impl Iterator<Item = &'b PolicySpec>,
+) -> Vec<(&'static str, &'b Path)> {
+    let files = policies.filter_map(|policy| match policy {
+        PolicySpec::File(file) => Some(("--policy", Path::new(file.path()))),
+        PolicySpec::BuiltIn(_) => None,
     });
     files.collect()
 }
 
 /// Writes and prints what a run came to.
-pub fn tell(
+pub fn print_results(
     args: &RunArgs,
     outputs: Outputs,
     summary: &Summary,
-    realtime: Option<Result<Realtime, String>>,
+    realtime: Option<Result<RealtimePriority, String>>,
     csv_lost: u64,
 ) -> Result<(), Error> {
-    let notes = Notes {
+    let context = ReportContext {
         break_bug: args.graph.break_bug,
         smoke: args.smoke,
         realtime: realtime.map(|asked| asked.map(drop)),
         csv_lost,
         open: None,
     };
-    let metrics = metrics::json(summary, &notes);
+    let metrics = metrics::json(summary, &context);
     outputs.write(&metrics)?;
     if args.json {
-        say(&metrics)
+        print_line(&metrics)
     } else {
-        say(&report::text(summary, &notes))
+        print_line(&report::text(summary, &context))
     }
 }
 

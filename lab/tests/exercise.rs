@@ -1,6 +1,6 @@
 //! `ratelab exercise` as a learner and a script meet it.
 
-mod common;
+mod support;
 
 use std::{
     fs,
@@ -10,7 +10,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use common::reference;
+use support::reference;
 
 /// A learner in a clone of their own, as far as predictions are concerned.
 struct Learner(TempDir);

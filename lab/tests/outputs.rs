@@ -2,7 +2,7 @@
 //! be possible, and a result has its name when it is whole.
 #![cfg(unix)]
 
-mod common;
+mod support;
 
 use std::{
     fs,
@@ -12,7 +12,7 @@ use std::{
     process::{Child, ChildStderr, Command, Stdio},
 };
 
-use common::{command, complaint, folder, path, ratelab, text};
+use support::{command, complaint, folder, path, ratelab, text};
 use tempfile::TempDir;
 
 /// The commands that take `--csv`, `--out` and `--record`, made short.
@@ -91,16 +91,16 @@ fn two_outputs_never_share_a_file() {
 #[test]
 fn an_output_never_takes_the_place_of_an_input() {
     let folder = folder();
-    let [knobs, link, brain] = ["knobs", "link", "brain.pt"].map(|name| path(&folder, name));
+    let [knobs, link, policy] = ["knobs", "link", "policy.pt"].map(|name| path(&folder, name));
     fs::write(&knobs, "0.05 control-hz 10\n").expect("written");
     symlink("knobs", &link).expect("linked");
-    fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
+    fs::copy("../tests/fixtures/policies/actor.pt", &policy).expect("copied");
     for csv in [&knobs, &link] {
         let said = refusal(&[COMMANDS[0], &["--knobs", &knobs, "--csv", csv]].concat());
         assert!(said.contains("the file that --knobs reads"), "{said}");
     }
     for command in COMMANDS {
-        let said = refusal(&[command, &["--policy", &brain, "--csv", &brain]].concat());
+        let said = refusal(&[command, &["--policy", &policy, "--csv", &policy]].concat());
         assert!(said.contains("the file that --policy reads"), "{said}");
     }
     let kept = fs::read_to_string(&knobs).expect("knobs");

@@ -1,6 +1,6 @@
 //! Recordings as a user meets them: made, shown, torn and refused.
 
-mod common;
+mod support;
 
 use std::{
     fs,
@@ -12,7 +12,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use common::{command, complaint, folder, path, ratelab, reference, text};
+use support::{command, complaint, folder, path, ratelab, reference, text};
 
 #[test]
 fn info_says_what_the_run_said() {

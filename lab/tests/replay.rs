@@ -1,6 +1,6 @@
 //! `ratelab replay` as a user meets it: in the rerun viewer, or in a terminal.
 
-mod common;
+mod support;
 
 use std::{
     fs,
@@ -9,7 +9,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use common::{command, complaint, folder, ratelab, reference};
+use support::{command, complaint, folder, ratelab, reference};
 
 /// A folder with a command `rerun` that answers `version` when it is asked, and
 /// otherwise notes what it is given in `given`.

@@ -1,13 +1,13 @@
 //! `ratelab run` as a user meets it: what it prints, writes and refuses.
 
-mod common;
+mod support;
 
 use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{path, ratelab, text};
+use support::{path, ratelab, text};
 
 fn metrics(args: &[&str]) -> Value {
     let output = ratelab(&[&["run", "--clock", "virtual", "--json"], args].concat());
@@ -152,7 +152,7 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
         ),
         (&["--policy", "/"], &["--policy /", "found a directory"]),
         (
-            &["--policy", "../tests/brains/asks.pt"],
+            &["--policy", "../tests/fixtures/policies/asks.pt"],
             &["asks.pt", "never code", "posix.system"],
         ),
         (&["--speed", "1000"], &["--speed", "1000", "0.1 to 100"]),
@@ -270,7 +270,7 @@ fn knobs_are_read_from_ordinary_files_of_reasonable_size_only() {
         ("/", "found a directory"),
         (&large, "found 4294967296 bytes"),
     ] {
-        let said = common::complaint(&ratelab(&["run", "--smoke", "--knobs", knobs]), 2);
+        let said = support::complaint(&ratelab(&["run", "--smoke", "--knobs", knobs]), 2);
         assert!(said.contains(knobs) && said.contains(found), "{said}");
     }
 }
@@ -280,9 +280,9 @@ fn a_path_with_a_hash_can_be_a_knob_and_is_printed_as_it_is_read() {
     let folder = TempDir::new().expect("folder");
     let knobs = path(&folder, "knobs");
     for name in ["a#b.pt", "a #b.pt"] {
-        let brain = path(&folder, name);
-        fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
-        let escaped = brain.replace(" #", r" \#");
+        let policy = path(&folder, name);
+        fs::copy("../tests/fixtures/policies/actor.pt", &policy).expect("copied");
+        let escaped = policy.replace(" #", r" \#");
         fs::write(&knobs, format!("0.5 policy {escaped} # swap\n")).expect("file");
         for _ in 0..2 {
             let output = ratelab(&["run", "--smoke", "--knobs", &knobs]);
@@ -302,13 +302,13 @@ fn a_path_with_a_hash_can_be_a_knob_and_is_printed_as_it_is_read() {
 #[test]
 fn an_error_is_a_line_that_does_nothing_to_the_terminal() {
     let folder = TempDir::new().expect("folder");
-    let said = common::complaint(&ratelab(&["run", "--policy", "\u{1b}[31mred\u{202e}"]), 2);
+    let said = support::complaint(&ratelab(&["run", "--policy", "\u{1b}[31mred\u{202e}"]), 2);
     assert!(said.contains(r"\u{1b}[31mred\u{202e}: expected"), "{said}");
-    let said = common::complaint(&ratelab(&["\u{9b}31m"]), 2);
+    let said = support::complaint(&ratelab(&["\u{9b}31m"]), 2);
     assert!(said.contains(r"\u{9b}31m"), "{said}");
     let knobs = path(&folder, "knobs");
     fs::write(&knobs, "x".repeat(100_000)).expect("file");
-    let said = common::complaint(&ratelab(&["run", "--knobs", &knobs]), 2);
+    let said = support::complaint(&ratelab(&["run", "--knobs", &knobs]), 2);
     assert!(said.len() < 2_000, "{} bytes", said.len());
     assert!(
         said.contains("is not a timed knob: expected seconds"),
@@ -323,16 +323,16 @@ fn help_that_cannot_be_printed_is_an_error_and_a_closed_pipe_is_none() {
     }
     for option in ["--help", "--version"] {
         let full = fs::File::options().write(true).open("/dev/full");
-        let output = common::command()
+        let output = support::command()
             .arg(option)
             .stdout(full.expect("open"))
             .output()
             .expect("ratelab starts");
-        let said = common::complaint(&output, 1);
+        let said = support::complaint(&output, 1);
         assert!(said.contains("cannot write to standard output"), "{said}");
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
-        let closed = common::command().arg(option).stdout(writer).output();
+        let closed = support::command().arg(option).stdout(writer).output();
         let closed = closed.expect("ratelab starts");
         assert!(closed.status.success(), "{}", text(&closed.stderr));
     }

@@ -1,13 +1,13 @@
 //! `ratelab sweep` as a user meets it: what it prints, writes and refuses.
 
-mod common;
+mod support;
 
 use std::{fs, process::Command};
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use common::{path, ratelab, text};
+use support::{path, ratelab, text};
 
 fn sweep(args: &[&str]) -> String {
     let output = ratelab(&[&["sweep"], args].concat());
@@ -246,9 +246,9 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
 #[test]
 fn a_comma_in_a_path_has_a_backslash_before_it_and_quotes_in_the_rows() {
     let folder = TempDir::new().expect("folder");
-    let brain = path(&folder, "a,b.pt");
-    fs::copy("../tests/brains/actor.pt", &brain).expect("copied");
-    let policies = format!("lqr,{},zero", brain.replace(',', r"\,"));
+    let policy = path(&folder, "a,b.pt");
+    fs::copy("../tests/fixtures/policies/actor.pt", &policy).expect("copied");
+    let policies = format!("lqr,{},zero", policy.replace(',', r"\,"));
     let csv = path(&folder, "rows.csv");
     let args = ["--control-hz", "5", "--seeds", "0", "--policy", &policies];
     let swept = json(&[&args[..], &["--csv", &csv]].concat());
@@ -257,7 +257,7 @@ fn a_comma_in_a_path_has_a_backslash_before_it_and_quotes_in_the_rows() {
     assert_eq!(names, ["lqr", "a,b.pt", "zero"]);
     let rows = fs::read_to_string(csv).expect("rows");
     let row = rows.lines().nth(2).expect("a row");
-    assert!(row.starts_with(&format!("\"{brain}@sha256:")), "{row}");
+    assert!(row.starts_with(&format!("\"{policy}@sha256:")), "{row}");
     assert!(row.contains("\",50,1,5,0,"), "{row}");
 }
 

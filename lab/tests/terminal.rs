@@ -1,7 +1,7 @@
 //! The lab in a real terminal: taken over, driven by keys, resized, given back.
 #![cfg(unix)]
 
-#[path = "common/terminal.rs"]
+#[path = "support/terminal.rs"]
 mod terminal;
 
 use std::{

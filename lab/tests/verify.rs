@@ -1,12 +1,12 @@
 //! `ratelab verify` as a user meets it: what comes again, what does not, and why.
 
-mod common;
+mod support;
 
 use std::{fs, path::Path};
 
 use tempfile::TempDir;
 
-use common::{complaint, folder, path, ratelab, reference, text};
+use support::{complaint, folder, path, ratelab, reference, text};
 
 /// Records a virtual run with `args` to the file `name` in `folder`.
 fn record(folder: &TempDir, name: &str, args: &[&str]) -> String {
@@ -86,27 +86,27 @@ fn all_of_several_recordings_are_verified_whatever_the_first_says() {
 }
 
 #[test]
-fn a_run_that_swaps_brains_is_verified_and_a_brain_that_changed_is_named() {
+fn a_run_that_swaps_policies_is_verified_and_a_policy_that_changed_is_named() {
     let folder = folder();
     let fixture = |name: &str| {
-        let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/brains");
+        let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures/policies");
         tests.join(name)
     };
-    let brain = path(&folder, "actor.pt");
-    fs::copy(fixture("actor.pt"), &brain).expect("copied");
+    let policy = path(&folder, "actor.pt");
+    fs::copy(fixture("actor.pt"), &policy).expect("copied");
     let knobs = path(&folder, "swaps.knobs");
-    let swaps = format!("0.5 policy lqr\n1 policy {brain}\n1.1 policy scripted\n");
+    let swaps = format!("0.5 policy lqr\n1 policy {policy}\n1.1 policy scripted\n");
     fs::write(&knobs, swaps).expect("written");
     let file = record(&folder, "swaps.rrd", &["--knobs", &knobs]);
     let output = ratelab(&["verify", &file]);
     assert!(text(&output.stdout).contains("identical"), "{output:?}");
-    fs::copy(fixture("half.pt"), &brain).expect("copied");
+    fs::copy(fixture("half.pt"), &policy).expect("copied");
     let said = complaint(&ratelab(&["verify", &file]), 1);
     assert!(
         said.contains("actor.pt") && said.contains("SHA-256"),
         "{said}"
     );
-    fs::remove_file(&brain).expect("removed");
+    fs::remove_file(&policy).expect("removed");
     let said = complaint(&ratelab(&["verify", &file]), 1);
     assert!(
         said.contains("actor.pt") && said.contains("found neither"),

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     policy::Policy,
-    runtime::{END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::Recorder},
+    runtime::{END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::MeterRecorder},
 };
 
 /// Name of the node that reads the plant.
@@ -40,10 +40,10 @@ impl Node for Sensor {
     }
 }
 
-/// Runs the brain on the newest observation. Knows two topics and nothing of
-/// the plant, which is what makes the brain swappable.
+/// Runs a policy on the newest observation. Knows two topics and nothing of
+/// the plant, which is what makes the policy swappable.
 pub struct PolicyNode {
-    /// The brain.
+    /// The policy.
     pub policy: Box<dyn Policy>,
     /// What it reads: `/obs`.
     pub observations: Subscription<Observation>,
@@ -77,9 +77,9 @@ impl Node for PolicyNode {
         GO_ON
     }
 
-    /// Swaps the brain for the one that is named, if it can be swapped.
-    fn told(&mut self, what: &str) -> Result<String, String> {
-        self.policy.become_brain(what)
+    /// Swaps the policy for the one that is named, if it can be swapped.
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.policy.swap(text)
     }
 }
 
@@ -96,7 +96,7 @@ pub struct Actuator {
     /// Where it publishes what a step came to: `/state`.
     pub steps: Publisher<ControlStep>,
     /// Age of the sensing behind each action when it is applied.
-    pub sense_to_act: Recorder,
+    pub sense_to_act: MeterRecorder,
 }
 
 impl Node for Actuator {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::knob::TimedKnob;
 use crate::{
-    policy::{Brain, BrainError, PolicyKind, Setting},
+    policy::{PolicyContext, PolicyError, PolicyKind, PolicySpec},
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
@@ -41,9 +41,9 @@ pub struct Config {
     pub control_hz: Hz,
     /// How many messages `/obs` and `/action` keep.
     pub queue_depth: Depth,
-    /// The brain.
-    pub policy: Brain,
-    /// How much longer the brain thinks, in wall time.
+    /// The policy.
+    pub policy: PolicySpec,
+    /// How much longer the policy thinks, in wall time.
     pub think: Duration,
     /// Changes to make on the way.
     pub knobs: Vec<TimedKnob>,
@@ -51,11 +51,11 @@ pub struct Config {
 
 impl Config {
     /// The same run and no other: files are pinned to the content that they have
-    /// now; see [`Brain::pinned`].
+    /// now; see [`PolicySpec::pinned`].
     ///
     /// # Errors
-    /// [`BrainError`] if a brain cannot be had.
-    pub fn pinned(self) -> Result<Self, BrainError> {
+    /// [`PolicyError`] if a policy cannot be had.
+    pub fn pinned(self) -> Result<Self, PolicyError> {
         let knobs = self.knobs.into_iter().map(TimedKnob::pinned);
         Ok(Self {
             policy: self.policy.pinned()?,
@@ -64,19 +64,19 @@ impl Config {
         })
     }
 
-    /// Every brain that the run needs: the first and those of its knobs.
-    pub fn brains(&self) -> impl Iterator<Item = &Brain> {
-        std::iter::once(&self.policy).chain(self.knob_brains())
+    /// Every policy that the run needs: the first and those of its knobs.
+    pub fn policies(&self) -> impl Iterator<Item = &PolicySpec> {
+        std::iter::once(&self.policy).chain(self.knob_policies())
     }
 
-    /// The brains of its knobs.
-    pub(super) fn knob_brains(&self) -> impl Iterator<Item = &Brain> {
-        self.knobs.iter().filter_map(|timed| timed.knob.brain())
+    /// The policies of its knobs.
+    pub(super) fn knob_policies(&self) -> impl Iterator<Item = &PolicySpec> {
+        self.knobs.iter().filter_map(|timed| timed.knob.policy())
     }
 
-    /// What its brains may depend on.
-    pub fn setting(&self) -> Setting {
-        Setting {
+    /// What its policies may depend on.
+    pub fn policy_context(&self) -> PolicyContext {
+        PolicyContext {
             seed: self.seed,
             control_hz: self.control_hz,
         }
@@ -91,7 +91,7 @@ impl Default for Config {
         Self {
             seed: 0,
             clock: ClockKind::Virtual,
-            speed: Speed::FlatOut,
+            speed: Speed::Unlimited,
             end: Time::from_nanos(10_000_000_000),
             sensor_hz: hz,
             control_hz: hz,

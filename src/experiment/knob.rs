@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::{ACTION, OBS};
 use crate::{
     cartpole::{POLICY, SENSOR},
-    policy::{Brain, BrainError, UnknownPolicy},
+    policy::{PolicyError, PolicySpec, UnknownPolicy},
     runtime::{Command, Depth, DepthError, Hz, HzError, Time, TimedCommand, telemetry::Event},
 };
 
@@ -22,8 +22,8 @@ pub enum Knob {
     SensorHz(Hz),
     /// How many messages `/obs` and `/action` keep.
     QueueDepth(Depth),
-    /// The brain.
-    Policy(Brain),
+    /// The policy.
+    Policy(PolicySpec),
 }
 
 impl Knob {
@@ -50,9 +50,9 @@ impl Knob {
         match *self {
             Self::ControlHz(hz) => rate(POLICY, hz),
             Self::SensorHz(hz) => rate(SENSOR, hz),
-            Self::Policy(ref brain) => vec![Command::Tell {
+            Self::Policy(ref policy) => vec![Command::Send {
                 node: POLICY.to_owned(),
-                what: brain.to_string(),
+                text: policy.to_string(),
             }],
             Self::QueueDepth(depth) => [OBS, ACTION]
                 .map(|topic| Command::SetDepth {
@@ -70,27 +70,27 @@ impl fmt::Display for Knob {
             Self::ControlHz(hz) => write!(f, "control-hz {}", hz.get()),
             Self::SensorHz(hz) => write!(f, "sensor-hz {}", hz.get()),
             Self::QueueDepth(depth) => write!(f, "queue-depth {depth}"),
-            Self::Policy(brain) => write!(f, "policy {brain}"),
+            Self::Policy(policy) => write!(f, "policy {policy}"),
         }
     }
 }
 
 impl Knob {
-    /// The same setting and no other; see [`Brain::pinned`].
+    /// The same setting and no other; see [`PolicySpec::pinned`].
     ///
     /// # Errors
-    /// [`BrainError`] if a brain cannot be had.
-    pub fn pinned(self) -> Result<Self, BrainError> {
+    /// [`PolicyError`] if a policy cannot be had.
+    pub fn pinned(self) -> Result<Self, PolicyError> {
         match self {
-            Self::Policy(brain) => brain.pinned().map(Self::Policy),
+            Self::Policy(policy) => policy.pinned().map(Self::Policy),
             other => Ok(other),
         }
     }
 
-    /// The brain that it brings, if it brings one.
-    pub fn brain(&self) -> Option<&Brain> {
+    /// The policy that it brings, if it brings one.
+    pub fn policy(&self) -> Option<&PolicySpec> {
         match self {
-            Self::Policy(brain) => Some(brain),
+            Self::Policy(policy) => Some(policy),
             _ => None,
         }
     }
@@ -102,7 +102,7 @@ impl Knob {
             Command::SetRate { node, hz } if node == POLICY => Some(Self::ControlHz(*hz)),
             Command::SetRate { node, hz } if node == SENSOR => Some(Self::SensorHz(*hz)),
             Command::SetDepth { topic, depth } if topic == OBS => Some(Self::QueueDepth(*depth)),
-            Command::Tell { node, what } if node == POLICY => what.parse().ok().map(Self::Policy),
+            Command::Send { node, text } if node == POLICY => text.parse().ok().map(Self::Policy),
             _ => None,
         }
     }
@@ -130,11 +130,11 @@ pub struct TimedKnob {
 }
 
 impl TimedKnob {
-    /// The same setting and no other; see [`Brain::pinned`].
+    /// The same setting and no other; see [`PolicySpec::pinned`].
     ///
     /// # Errors
-    /// [`BrainError`] if a brain cannot be had.
-    pub fn pinned(self) -> Result<Self, BrainError> {
+    /// [`PolicyError`] if a policy cannot be had.
+    pub fn pinned(self) -> Result<Self, PolicyError> {
         let knob = self.knob.pinned()?;
         Ok(Self { knob, ..self })
     }

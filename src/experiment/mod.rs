@@ -32,7 +32,7 @@ use crate::{
         ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Observation, POLICY, Plant,
         PlantError, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
     },
-    policy::{BrainError, Policy, Shelf, Swappable, Thinking},
+    policy::{DelayedPolicy, Policy, PolicyCache, PolicyError, SwappablePolicy},
     runtime::{
         Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, TimedCommand,
         Topic, clock,
@@ -61,9 +61,9 @@ pub enum SetupError {
     /// The graph cannot be built.
     #[error(transparent)]
     Graph(#[from] GraphError),
-    /// The brain cannot be had.
+    /// The policy cannot be had.
     #[error(transparent)]
-    Brain(#[from] BrainError),
+    Policy(#[from] PolicyError),
 }
 
 /// The cart-pole graph, ready to run once.
@@ -112,37 +112,37 @@ impl Experiment {
     /// Builds sensor, policy and actuator around a plant.
     ///
     /// # Errors
-    /// [`SetupError`] if the plant or the graph cannot be made, or a brain cannot
+    /// [`SetupError`] if the plant or the graph cannot be made, or a policy cannot
     /// be had.
     pub fn new(config: &Config) -> Result<Self, SetupError> {
-        Self::with_shelf(config, Shelf::default())
+        Self::with_cache(config, PolicyCache::default())
     }
 
-    /// The same with brains that were read before.
+    /// The same with policies that were read before.
     ///
     /// # Errors
     /// [`SetupError`] as for [`new`](Self::new).
-    pub fn with_shelf(config: &Config, mut shelf: Shelf) -> Result<Self, SetupError> {
-        for brain in config.knob_brains() {
+    pub fn with_cache(config: &Config, mut cache: PolicyCache) -> Result<Self, SetupError> {
+        for policy in config.knob_policies() {
             // What cannot be had later is said now.
-            shelf.fetch(brain)?.policy(config.setting())?;
+            cache.fetch(policy)?.policy(config.policy_context())?;
         }
-        let brain = Swappable::new(&config.policy, shelf, config.setting())?;
-        Self::with_policy(config, Box::new(brain))
+        let policy = SwappablePolicy::new(&config.policy, cache, config.policy_context())?;
+        Self::with_policy(config, Box::new(policy))
     }
 
-    /// The same with a brain of the caller's own behind the policy node.
+    /// The same with a policy of the caller's own behind the policy node.
     ///
     /// # Errors
     /// [`SetupError`] if the plant or the graph cannot be made.
-    pub fn with_policy(config: &Config, brain: Box<dyn Policy>) -> Result<Self, SetupError> {
+    pub fn with_policy(config: &Config, policy: Box<dyn Policy>) -> Result<Self, SetupError> {
         let plant = SharedPlant::new(Plant::new(config.seed)?);
         let topics = Topics {
             observations: Topic::new(OBS, config.queue_depth),
             actions: Topic::new(ACTION, config.queue_depth),
             steps: Topic::new(STATE, Depth::ONE),
         };
-        let graph = build(config, brain, &plant, &topics)?;
+        let graph = build(config, policy, &plant, &topics)?;
         let timed = config.knobs.iter().flat_map(TimedKnob::commands).collect();
         let (commands, inbox) = Inbox::new(timed);
         Ok(Self {
@@ -167,7 +167,7 @@ impl Experiment {
 
     /// Taps the graph, now and while it runs.
     pub fn taps(&self) -> Taps {
-        Taps::new(self.graph.tapper(), self.topics.clone())
+        Taps::new(self.graph.tap_handle(), self.topics.clone())
     }
 
     /// Gives `commands` when the run comes to their times, beside the knobs of
@@ -215,7 +215,7 @@ impl Experiment {
 /// Wires sensor → `/obs` → policy → `/action` → actuator.
 fn build(
     config: &Config,
-    brain: Box<dyn Policy>,
+    policy: Box<dyn Policy>,
     plant: &SharedPlant,
     topics: &Topics,
 ) -> Result<Graph, GraphError> {
@@ -227,8 +227,8 @@ fn build(
         observations: wiring.publisher(&topics.observations),
     })?;
     let policy = match config.think {
-        time if time.is_zero() => brain,
-        time => Box::new(Thinking::new(brain, time)),
+        time if time.is_zero() => policy,
+        time => Box::new(DelayedPolicy::new(policy, time)),
     };
     graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
         policy,

@@ -8,7 +8,7 @@ use super::{ACTION, Config, OBS, TimedKnob};
 use crate::{
     cartpole::{ACTUATOR, Fall, Plant, SENSE_TO_ACT},
     runtime::{
-        Exit, Hz, Observer, Snapshot, Time,
+        ClockExit, Hz, Observer, Snapshot, Time,
         telemetry::{Distribution, Event, NodeView, TopicView},
     },
 };
@@ -36,15 +36,15 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    fn new(exit: &Exit, fall: Option<Fall>, now: Time) -> Self {
+    fn new(exit: &ClockExit, fall: Option<Fall>, now: Time) -> Self {
         let at = match exit {
-            Exit::Ended { at, .. } => *at,
+            ClockExit::Ended { at, .. } => *at,
             _ => now,
         };
         match (fall, exit) {
             (Some(Fall::Pole), _) => Self::PoleFell { at },
             (Some(Fall::Cart), _) => Self::CartLeftRail { at },
-            (None, Exit::Completed) => Self::Balanced,
+            (None, ClockExit::Completed) => Self::Balanced,
             (None, _) => Self::Stopped { at },
         }
     }
@@ -178,7 +178,7 @@ impl Summary {
 
     pub(super) fn new(
         config: &Config,
-        exit: &Exit,
+        exit: &ClockExit,
         observer: &Observer,
         plant: &Plant,
         wall_time: Duration,
@@ -188,7 +188,7 @@ impl Summary {
             verdict: Verdict::new(exit, plant.fall(), now),
             steps: plant.steps(),
             sim_time: match exit {
-                Exit::Ended { at, .. } => *at,
+                ClockExit::Ended { at, .. } => *at,
                 _ => now,
             },
             wall_time,

@@ -1,4 +1,4 @@
-//! No brain at all.
+//! The policy that does nothing.
 
 use super::Policy;
 use crate::cartpole::{Action, Observation};

@@ -1,4 +1,4 @@
-//! Linear feedback, which several brains are.
+//! Linear feedback, which several policies are.
 
 use crate::cartpole::{Action, Observation};
 

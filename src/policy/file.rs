@@ -1,13 +1,13 @@
-//! A file that a brain comes from.
+//! A file that a policy comes from.
 
 use std::{fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Digest, brain::BrainErrorKind};
+use super::{Digest, spec::PolicyErrorKind};
 use crate::file;
 
-/// The largest file that is read as a brain (bytes): 16 MiB, many times what a
+/// The largest file that is read as a policy (bytes): 16 MiB, many times what a
 /// network needs that is to think a thousand times a second.
 pub const LARGEST_FILE: u64 = 16 << 20;
 
@@ -17,12 +17,12 @@ const PIN: &str = "@sha256:";
 /// A file by its path and, if it is pinned, by its content. As text
 /// `path/to/file.pt`, pinned `path/to/file.pt@sha256:…`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct BrainFile {
+pub struct PolicyFile {
     path: String,
     sha256: Option<Digest>,
 }
 
-impl BrainFile {
+impl PolicyFile {
     /// The file that `text` names.
     pub(super) fn parse(text: &str) -> Self {
         let pinned = text.rsplit_once(PIN);
@@ -44,17 +44,19 @@ impl BrainFile {
     }
 
     /// What it contains.
-    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), BrainErrorKind> {
+    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
         let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
         let found = Digest::of(&content);
         match self.sha256 {
-            Some(expected) if expected != found => Err(BrainErrorKind::Changed { expected, found }),
+            Some(expected) if expected != found => {
+                Err(PolicyErrorKind::Changed { expected, found })
+            }
             _ => Ok((content, found)),
         }
     }
 }
 
-impl fmt::Display for BrainFile {
+impl fmt::Display for PolicyFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.sha256 {
             Some(digest) => write!(f, "{}{PIN}{digest}", self.path),

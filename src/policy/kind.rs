@@ -1,4 +1,4 @@
-//! The brains that need no file.
+//! The policies that need no file.
 
 use std::{fmt, str::FromStr};
 

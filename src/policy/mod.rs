@@ -1,10 +1,11 @@
-//! Brains: from an observation to an action.
+//! Policies: from an observation to an action.
 //!
 //! A policy sees messages and nothing else, so any of these can be put behind
-//! the same node. A [`Brain`] names one: built in, or in a file.
+//! the same node. A [`PolicySpec`] names one: built in, or in a file.
 
-mod brain;
+mod cache;
 mod constant;
+mod delayed;
 mod digest;
 mod feedback;
 mod file;
@@ -15,23 +16,22 @@ mod onnx;
 mod random;
 mod riccati;
 mod scripted;
-mod shelf;
+mod spec;
 mod swappable;
-mod thinking;
 
-pub use brain::{Brain, BrainError, BrainErrorKind, LoadedBrain, Setting};
+pub use cache::PolicyCache;
 pub use constant::Zero;
+pub use delayed::DelayedPolicy;
 pub use digest::Digest;
-pub use file::{BrainFile, LARGEST_FILE};
+pub use file::{LARGEST_FILE, PolicyFile};
 pub use kind::{PolicyKind, UnknownPolicy};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
 pub use onnx::{OnnxError, RUNS_ONNX};
 pub use random::Random;
 pub use scripted::Scripted;
-pub use shelf::Shelf;
-pub use swappable::Swappable;
-pub use thinking::Thinking;
+pub use spec::{LoadedPolicy, PolicyContext, PolicyError, PolicyErrorKind, PolicySpec};
+pub use swappable::SwappablePolicy;
 
 use crate::cartpole::{Action, Observation};
 
@@ -61,13 +61,13 @@ pub trait Policy: Send {
     /// a fault.
     fn act(&mut self, observation: &Observation) -> Action;
 
-    /// Becomes the brain that `word` names, between two decisions; returns what
-    /// it was before.
+    /// Swaps the policy for the one that `name` names, between two decisions;
+    /// returns what it was before.
     ///
     /// # Errors
-    /// Why not: a policy is what it is, unless it is [`Swappable`].
-    fn become_brain(&mut self, word: &str) -> Result<String, String> {
-        let _ = word;
+    /// Why not: a policy is what it is, unless it is [`SwappablePolicy`].
+    fn swap(&mut self, name: &str) -> Result<String, String> {
+        let _ = name;
         Err(format!("the {} policy cannot be swapped", self.name()))
     }
 }

@@ -1,4 +1,4 @@
-//! A brain that guesses.
+//! A policy that guesses.
 
 use rand_pcg::Pcg64;
 

@@ -1,35 +1,39 @@
-//! A brain that can become another one.
+//! A policy that can become another one.
 
-use super::{Brain, BrainError, Policy, Setting, Shelf};
+use super::{Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec};
 use crate::cartpole::{Action, Observation};
 
-/// Decides as one brain until it is told to become another. One that is on its
-/// shelf waits for no file.
-pub struct Swappable {
+/// Decides as one policy until it is swapped for another. One that is in its
+/// cache waits for no file.
+pub struct SwappablePolicy {
     now: Box<dyn Policy>,
     /// What `now` is, as text.
-    brain: String,
-    setting: Setting,
-    shelf: Shelf,
+    spec: String,
+    context: PolicyContext,
+    cache: PolicyCache,
 }
 
-impl Swappable {
+impl SwappablePolicy {
     /// Begins as `first`.
     ///
     /// # Errors
-    /// [`BrainError`] if it cannot be had.
-    pub fn new(first: &Brain, mut shelf: Shelf, setting: Setting) -> Result<Self, BrainError> {
-        let loaded = shelf.fetch(first)?;
+    /// [`PolicyError`] if it cannot be had.
+    pub fn new(
+        first: &PolicySpec,
+        mut cache: PolicyCache,
+        context: PolicyContext,
+    ) -> Result<Self, PolicyError> {
+        let loaded = cache.fetch(first)?;
         Ok(Self {
-            now: loaded.policy(setting)?,
-            brain: loaded.brain().to_string(),
-            setting,
-            shelf,
+            now: loaded.policy(context)?,
+            spec: loaded.spec().to_string(),
+            context,
+            cache,
         })
     }
 }
 
-impl Policy for Swappable {
+impl Policy for SwappablePolicy {
     fn name(&self) -> &str {
         self.now.name()
     }
@@ -38,17 +42,14 @@ impl Policy for Swappable {
         self.now.act(observation)
     }
 
-    fn become_brain(&mut self, word: &str) -> Result<String, String> {
-        let brain: Brain = word.parse().map_err(|error| format!("{error}"))?;
-        let loaded = self
-            .shelf
-            .fetch(&brain)
-            .map_err(|error| error.to_string())?;
+    fn swap(&mut self, name: &str) -> Result<String, String> {
+        let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
+        let loaded = self.cache.fetch(&spec).map_err(|error| error.to_string())?;
         let next = loaded
-            .policy(self.setting)
+            .policy(self.context)
             .map_err(|error| error.to_string())?;
         self.now = next;
-        let brain = loaded.brain().to_string();
-        Ok(std::mem::replace(&mut self.brain, brain))
+        let spec = loaded.spec().to_string();
+        Ok(std::mem::replace(&mut self.spec, spec))
     }
 }

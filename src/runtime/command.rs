@@ -45,13 +45,15 @@ pub enum Command {
         /// Its new depth.
         depth: Depth,
     },
-    /// Say something to a node, which knows what to make of it; see
-    /// [`Node::told`](super::Node::told).
-    Tell {
+    /// Send a text to a node, which decides what to do with it; see
+    /// [`Node::on_message`](super::Node::on_message).
+    #[serde(rename = "Tell")]
+    Send {
         /// The node's name.
         node: String,
-        /// What is said.
-        what: String,
+        /// The text.
+        #[serde(rename = "what")]
+        text: String,
     },
     /// Stop run time.
     Pause,
@@ -74,7 +76,7 @@ impl Command {
         match self {
             Self::SetRate { .. }
             | Self::SetDepth { .. }
-            | Self::Tell { .. }
+            | Self::Send { .. }
             | Self::HandOver(_)
             | Self::Stop => true,
             Self::Pause | Self::Resume | Self::Step | Self::Speed(_) => false,
@@ -84,7 +86,7 @@ impl Command {
     /// The node that alone can obey it.
     pub(crate) fn node(&self) -> Option<&str> {
         match self {
-            Self::SetRate { node, .. } | Self::Tell { node, .. } => Some(node),
+            Self::SetRate { node, .. } | Self::Send { node, .. } => Some(node),
             _ => None,
         }
     }
@@ -95,7 +97,7 @@ impl fmt::Display for Command {
         match self {
             Self::SetRate { node, hz } => write!(f, "{node} at {hz}"),
             Self::SetDepth { topic, depth } => write!(f, "{topic} depth {depth}"),
-            Self::Tell { node, what } => write!(f, "{node}: {what}"),
+            Self::Send { node, text } => write!(f, "{node}: {text}"),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),
@@ -128,7 +130,8 @@ impl fmt::Display for ClockKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
     /// As fast as the machine goes.
-    FlatOut,
+    #[serde(rename = "FlatOut")]
+    Unlimited,
     /// This many seconds of run time in a second; see [`Speed::times`].
     Times(Pace),
 }
@@ -149,7 +152,7 @@ impl Speed {
 impl fmt::Display for Speed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::FlatOut => f.write_str("flat out"),
+            Self::Unlimited => f.write_str("flat out"),
             Self::Times(pace) => write!(f, "{}×", pace.0),
         }
     }
@@ -164,7 +167,7 @@ impl Pace {
     /// The slowest pace: ten seconds for one.
     pub const MIN: f64 = 0.1;
 
-    /// The fastest pace, beyond which [`Speed::FlatOut`] is meant.
+    /// The fastest pace, beyond which [`Speed::Unlimited`] is meant.
     pub const MAX: f64 = 100.0;
 
     /// Seconds of run time in a second of wall time.

@@ -10,15 +10,15 @@ use super::{
     depth::Depth,
     node::Node,
     rate::Rate,
-    slot::Slot,
+    scheduled_node::ScheduledNode,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
         lock,
     },
-    tap::{Patience, Tap, Tapped, Tapper},
+    tap::{Backpressure, Tap, TapHandle, TapMessage},
     telemetry::{
-        Journal, Meter, NodeEntry, Observer, Recorder, Shared, Status, SubscriptionEntry,
+        EventLog, Meter, MeterRecorder, NodeEntry, Observer, Shared, Status, SubscriptionEntry,
         TopicEntry,
     },
     time::{Hz, Time},
@@ -61,31 +61,31 @@ pub enum GraphError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Graph {
-    pub(crate) slots: Vec<Slot>,
-    pub(crate) plane: Plane,
+    pub(crate) nodes: Vec<ScheduledNode>,
+    pub(crate) control: ControlPlane,
 }
 
 /// The part of a graph that commands act on and observers see; everything but
 /// the nodes themselves, which may be out on their threads.
-pub(crate) struct Plane {
+pub(crate) struct ControlPlane {
     pub(crate) shared: Arc<Shared>,
     pub(crate) status: Status,
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
-    pub(crate) patience: Patience,
+    pub(crate) backpressure: Backpressure,
 }
 
 struct WiredTopic {
     entry: TopicEntry,
-    queue: Box<dyn Queue>,
+    topic: Box<dyn AnyTopic>,
 }
 
 /// A topic whose payload does not matter.
-trait Queue: Send {
+trait AnyTopic: Send {
     fn set_depth(&self, depth: Depth, now: Time) -> Depth;
 }
 
-impl<T: Payload> Queue for Topic<T> {
+impl<T: Payload> AnyTopic for Topic<T> {
     fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         Topic::set_depth(self, depth, now)
     }
@@ -103,20 +103,20 @@ impl Graph {
         let status = Status {
             clock: ClockKind::Virtual,
             paused: false,
-            speed: Speed::FlatOut,
+            speed: Speed::Unlimited,
         };
         Self {
-            slots: Vec::new(),
-            plane: Plane {
+            nodes: Vec::new(),
+            control: ControlPlane {
                 shared: Arc::new(Shared {
                     now: AtomicU64::new(0),
                     status: Mutex::new(status),
-                    journal: Journal::default(),
+                    log: EventLog::default(),
                 }),
                 status,
                 nodes: Vec::new(),
                 topics: Vec::new(),
-                patience: Patience::default(),
+                backpressure: Backpressure::default(),
             },
         }
     }
@@ -136,30 +136,32 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
-        if self.plane.nodes.iter().any(|node| &*node.name == name) {
+        if self.control.nodes.iter().any(|node| &*node.name == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
-        let mut wiring = Wiring::new(&self.plane.topics, self.slots.len());
+        let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
         let node = Box::new(build(&mut wiring));
-        let Wiring { ends, meters, .. } = wiring;
-        self.plane.connect(ends)?;
-        let slot = Slot::new(name, priority, Rate::new(hz, self.now()), node, meters);
-        self.plane.nodes.push(slot.entry.clone());
-        self.slots.push(slot);
+        let Wiring {
+            endpoints, meters, ..
+        } = wiring;
+        self.control.connect(endpoints)?;
+        let node = ScheduledNode::new(name, priority, Rate::new(hz, self.now()), node, meters);
+        self.control.nodes.push(node.entry.clone());
+        self.nodes.push(node);
         Ok(())
     }
 
-    /// Copies every message of `topic` from now on; see [`Tapper::topic`].
-    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<Tapped<T>> {
-        self.tapper().topic(topic, capacity)
+    /// Copies every message of `topic` from now on; see [`TapHandle::topic`].
+    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
+        self.tap_handle().topic(topic, capacity)
     }
 
     /// Taps topics and nodes, also when the graph is running already. Knows the
     /// nodes that the graph has at this moment.
-    pub fn tapper(&self) -> Tapper {
-        Tapper {
-            patience: self.plane.patience.clone(),
-            nodes: self.slots.iter().map(|slot| slot.taps.clone()).collect(),
+    pub fn tap_handle(&self) -> TapHandle {
+        TapHandle {
+            backpressure: self.control.backpressure.clone(),
+            nodes: self.nodes.iter().map(|node| node.taps.clone()).collect(),
         }
     }
 
@@ -167,41 +169,46 @@ impl Graph {
     /// topics that the graph has at this moment.
     pub fn observer(&self) -> Observer {
         Observer {
-            shared: self.plane.shared.clone(),
-            nodes: self.plane.nodes.clone(),
-            topics: self.plane.topics.iter().map(|t| t.entry.clone()).collect(),
+            shared: self.control.shared.clone(),
+            nodes: self.control.nodes.clone(),
+            topics: self
+                .control
+                .topics
+                .iter()
+                .map(|t| t.entry.clone())
+                .collect(),
         }
     }
 
     /// How far the run has come.
     pub fn now(&self) -> Time {
-        self.plane.now()
+        self.control.now()
     }
 
     /// Sets under which clock the graph is about to run, for those who observe
     /// it before it does.
     pub fn set_clock(&mut self, clock: ClockKind) {
-        self.plane.update(|status| status.clock = clock);
+        self.control.update(|status| status.clock = clock);
     }
 
     /// Sets how fast the virtual clock will run the graph.
     pub fn set_speed(&mut self, speed: Speed) {
-        self.plane.update(|status| status.speed = speed);
+        self.control.update(|status| status.speed = speed);
     }
 
-    /// Lets `node` obey a command that is for it; see [`Slot::obey`].
+    /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].
     pub(crate) fn obey(
         &mut self,
         node: &str,
         command: &Command,
         at: Time,
     ) -> Result<String, String> {
-        let index = self.plane.node_index(node)?;
-        self.slots[index].obey(command, at)
+        let index = self.control.node_index(node)?;
+        self.nodes[index].obey(command, at)
     }
 }
 
-impl Plane {
+impl ControlPlane {
     pub(crate) fn now(&self) -> Time {
         Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
     }
@@ -210,8 +217,8 @@ impl Plane {
         self.shared.now.store(now.as_nanos(), Ordering::Relaxed);
     }
 
-    pub(crate) fn journal(&self) -> &Journal {
-        &self.shared.journal
+    pub(crate) fn log(&self) -> &EventLog {
+        &self.shared.log
     }
 
     pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
@@ -229,25 +236,28 @@ impl Plane {
         let known = self.topics.iter().find(|t| &*t.entry.name == topic);
         let names = self.topics.iter().map(|t| &*t.entry.name);
         let wired = known.ok_or_else(|| nothing_called("topic", topic, names))?;
-        Ok(wired.queue.set_depth(depth, now))
+        Ok(wired.topic.set_depth(depth, now))
     }
 
     /// Adds the edges that a node took, and the topics first seen with them.
-    fn connect(&mut self, ends: Vec<End>) -> Result<(), GraphError> {
+    fn connect(&mut self, endpoints: Vec<Endpoint>) -> Result<(), GraphError> {
         let mut names: Vec<Arc<str>> = Vec::new();
-        for topic in ends.iter().filter_map(|end| end.new_topic.as_ref()) {
+        for topic in endpoints
+            .iter()
+            .filter_map(|endpoint| endpoint.new_topic.as_ref())
+        {
             let taken = self.topics.iter().map(|t| &t.entry.name).chain(&names);
             if taken.into_iter().any(|name| *name == topic.entry.name) {
                 return Err(GraphError::DuplicateTopic(topic.entry.name.to_string()));
             }
             names.push(topic.entry.name.clone());
         }
-        for end in ends {
-            self.topics.extend(end.new_topic);
-            let entry = &mut self.topics[end.topic].entry;
-            match end.kind {
-                EndKind::Publisher(node) => entry.publishers.push(node),
-                EndKind::Subscription(subscription) => entry.subscriptions.push(subscription),
+        for endpoint in endpoints {
+            self.topics.extend(endpoint.new_topic);
+            let entry = &mut self.topics[endpoint.topic].entry;
+            match endpoint.kind {
+                EndpointKind::Publisher(node) => entry.publishers.push(node),
+                EndpointKind::Subscription(subscription) => entry.subscriptions.push(subscription),
             }
         }
         Ok(())
@@ -282,7 +292,7 @@ fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n st
 ///         GO_ON
 ///     }
 /// })?;
-/// let topics = graph.observer().shape().topics;
+/// let topics = graph.observer().topology().topics;
 /// assert_eq!((topics[0].name.as_str(), &topics[0].readers[..]), ("/range", &[0][..]));
 /// assert_eq!((topics[1].name.as_str(), &topics[1].publishers[..]), ("/alarm", &[0][..]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -290,19 +300,19 @@ fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n st
 pub struct Wiring<'g> {
     known: &'g [WiredTopic],
     node: usize,
-    ends: Vec<End>,
+    endpoints: Vec<Endpoint>,
     meters: Vec<(String, Meter)>,
 }
 
 /// One edge to be: an end of the topic with index `topic`, which comes along if
 /// the graph has not seen it before.
-struct End {
+struct Endpoint {
     topic: usize,
     new_topic: Option<WiredTopic>,
-    kind: EndKind,
+    kind: EndpointKind,
 }
 
-enum EndKind {
+enum EndpointKind {
     Publisher(usize),
     Subscription(SubscriptionEntry),
 }
@@ -312,44 +322,52 @@ impl<'g> Wiring<'g> {
         Self {
             known,
             node,
-            ends: Vec::new(),
+            endpoints: Vec::new(),
             meters: Vec::new(),
         }
     }
 
     /// The node publishes to `topic`.
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
-        let kind = EndKind::Publisher(self.node);
-        self.end(topic, kind);
+        let kind = EndpointKind::Publisher(self.node);
+        self.add_endpoint(topic, kind);
         topic.publisher()
     }
 
     /// The node reads from `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
         let subscription = topic.subscribe();
-        let kind = EndKind::Subscription(SubscriptionEntry {
+        let kind = EndpointKind::Subscription(SubscriptionEntry {
             node: self.node,
             mark: subscription.mark(),
             ages: subscription.ages(),
         });
-        self.end(topic, kind);
+        self.add_endpoint(topic, kind);
         subscription
     }
 
     /// The node measures a duration of its own, shown under `name` to whoever
     /// observes the graph.
-    pub fn meter(&mut self, name: &str) -> Recorder {
+    pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let (recorder, meter) = Meter::new();
         self.meters.push((name.to_owned(), meter));
         recorder
     }
 
-    fn end<T: Payload>(&mut self, topic: &Topic<T>, kind: EndKind) {
+    fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {
         let counters = topic.counters();
-        let fresh = self.ends.iter().filter_map(|end| end.new_topic.as_ref());
+        let fresh = self
+            .endpoints
+            .iter()
+            .filter_map(|endpoint| endpoint.new_topic.as_ref());
         let mut topics = self.known.iter().chain(fresh);
         let position = topics.position(|t| Arc::ptr_eq(&t.entry.counters, &counters));
-        let count = self.known.len() + self.ends.iter().filter(|e| e.new_topic.is_some()).count();
+        let count = self.known.len()
+            + self
+                .endpoints
+                .iter()
+                .filter(|e| e.new_topic.is_some())
+                .count();
         let new_topic = position.is_none().then(|| WiredTopic {
             entry: TopicEntry {
                 name: topic.name().into(),
@@ -357,9 +375,9 @@ impl<'g> Wiring<'g> {
                 publishers: Vec::new(),
                 subscriptions: Vec::new(),
             },
-            queue: Box::new(topic.clone()),
+            topic: Box::new(topic.clone()),
         });
-        self.ends.push(End {
+        self.endpoints.push(Endpoint {
             topic: position.unwrap_or(count),
             new_topic,
             kind,

@@ -15,12 +15,12 @@ use super::{
 /// [`Inbox::default`].
 ///
 /// ```
-/// use ratelab::runtime::{Clock, Command, Exit, Graph, Inbox, Time, TimedCommand, VirtualClock};
+/// use ratelab::runtime::{Clock, ClockExit, Command, Graph, Inbox, Time, TimedCommand, VirtualClock};
 ///
 /// let at = Time::from_secs_f64(2.0)?;
 /// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: Command::Stop }]);
 /// let exit = VirtualClock.run(&mut Graph::new(), &mut inbox, Time::MAX)?;
-/// assert_eq!(exit, Exit::Stopped);
+/// assert_eq!(exit, ClockExit::Stopped);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -32,18 +32,18 @@ pub struct Inbox {
 /// How long to wait for a live command.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Wait {
-    Not,
+    None,
     Until(Instant),
     Forever,
 }
 
 /// What came first.
 #[derive(Debug)]
-pub(crate) enum Word<T> {
+pub(crate) enum Received<T> {
     Command(Command),
     Other(T),
     /// Nothing, until the deadline.
-    Silence,
+    Timeout,
 }
 
 impl Default for Inbox {
@@ -93,8 +93,8 @@ impl Inbox {
         use crossbeam_channel::RecvTimeoutError;
         match wait {
             // Asked between any two instants, and a look costs less than a try.
-            Wait::Not if self.live.is_empty() => None,
-            Wait::Not => self.live.try_recv().ok(),
+            Wait::None if self.live.is_empty() => None,
+            Wait::None => self.live.try_recv().ok(),
             Wait::Forever => self.live.recv().ok(),
             Wait::Until(deadline) => match self.live.recv_deadline(deadline) {
                 Ok(command) => Some(command),
@@ -109,18 +109,18 @@ impl Inbox {
     }
 
     /// The next live command or the next word of `others`.
-    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Word<T> {
+    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
         use crossbeam_channel::{TryRecvError, never, select_biased};
         let live = match self.live.try_recv() {
-            Ok(command) => return Word::Command(command),
+            Ok(command) => return Received::Command(command),
             Err(TryRecvError::Empty) => &self.live,
             // A closed channel is always ready; waiting on it would spin.
             Err(TryRecvError::Disconnected) => &never(),
         };
         select_biased! {
-            recv(others) -> other => other.map_or(Word::Silence, Word::Other),
-            recv(live) -> command => command.map_or(Word::Silence, Word::Command),
-            default(deadline.saturating_duration_since(Instant::now())) => Word::Silence,
+            recv(others) -> other => other.map_or(Received::Timeout, Received::Other),
+            recv(live) -> command => command.map_or(Received::Timeout, Received::Command),
+            default(deadline.saturating_duration_since(Instant::now())) => Received::Timeout,
         }
     }
 }
@@ -135,24 +135,24 @@ impl Inbox {
         loop {
             match (self.live.try_recv(), wait) {
                 (Ok(command), _) => return Some(command),
-                (_, Wait::Not) | (Err(TryRecvError::Disconnected), Wait::Forever) => return None,
+                (_, Wait::None) | (Err(TryRecvError::Disconnected), Wait::Forever) => return None,
                 (_, Wait::Until(deadline)) if Instant::now() >= deadline => return None,
                 _ => thread::yield_now(),
             }
         }
     }
 
-    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Word<T> {
+    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
         use super::sync::thread;
         loop {
             if let Ok(other) = others.try_recv() {
-                return Word::Other(other);
+                return Received::Other(other);
             }
             if let Ok(command) = self.live.try_recv() {
-                return Word::Command(command);
+                return Received::Command(command);
             }
             if Instant::now() >= deadline {
-                return Word::Silence;
+                return Received::Timeout;
             }
             thread::yield_now();
         }

@@ -59,15 +59,15 @@ pub trait Node: Send {
     /// Whatever keeps the node from working. The run ends with a [`Fault`].
     fn tick(&mut self, now: Time) -> Tick;
 
-    /// Does as it is told, between two ticks, and returns what was before, for
-    /// the log. What it says and does must depend on nothing but `what` and the
-    /// node itself: then a run that is executed again is the same run.
+    /// Obeys a text that was sent to it, between two ticks, and returns what was
+    /// before, for the log. Answer and effect must depend on nothing but `text` and
+    /// the node itself: then a run that is executed again is the same run.
     ///
     /// # Errors
     /// Why it does not, and what to do instead; nothing is changed then. Unless a
     /// node knows better, it takes no orders.
-    fn told(&mut self, what: &str) -> Result<String, String> {
-        let _ = what;
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        let _ = text;
         Err("this node takes no orders".to_owned())
     }
 }

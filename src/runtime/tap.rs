@@ -17,13 +17,13 @@ use super::{
 /// What a full tap does: lose what passes and count it, or make it wait.
 ///
 /// Wall time may not wait for an observer, virtual time may: whoever runs the
-/// graph turns patience on and off for all its taps.
+/// graph turns backpressure on and off for all its taps.
 #[derive(Clone, Debug, Default)]
-pub struct Patience(Arc<AtomicBool>);
+pub struct Backpressure(Arc<AtomicBool>);
 
-impl Patience {
-    pub(crate) fn set(&self, patient: bool) {
-        self.0.store(patient, Ordering::Relaxed);
+impl Backpressure {
+    pub(crate) fn set(&self, on: bool) {
+        self.0.store(on, Ordering::Relaxed);
     }
 
     fn get(&self) -> bool {
@@ -33,7 +33,7 @@ impl Patience {
 
 /// A message as a tap sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tapped<T> {
+pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
     /// Messages of its topic that were lost unread so far, over all
@@ -43,7 +43,7 @@ pub struct Tapped<T> {
 
 /// A tick of a node as a tap sees it, when it is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ticked {
+pub struct TickRecord {
     /// Number of the tick, counted from zero.
     pub number: u64,
     /// Run time at which it began.
@@ -58,28 +58,28 @@ pub struct Ticked {
 
 /// The end of a tap that is filled.
 #[derive(Debug)]
-pub(crate) struct TapEnd<T> {
+pub(crate) struct TapSender<T> {
     sender: Sender<T>,
     lost: Arc<AtomicU64>,
-    patience: Patience,
+    backpressure: Backpressure,
 }
 
 /// A tap for `capacity` items, and the end that is filled.
-pub(crate) fn tap<T>(capacity: usize, patience: Patience) -> (TapEnd<T>, Tap<T>) {
+pub(crate) fn tap<T>(capacity: usize, backpressure: Backpressure) -> (TapSender<T>, Tap<T>) {
     let (sender, items) = crossbeam_channel::bounded(capacity.max(1));
     let lost = Arc::new(AtomicU64::new(0));
-    let end = TapEnd {
+    let end = TapSender {
         sender,
         lost: lost.clone(),
-        patience,
+        backpressure,
     };
     (end, Tap { items, lost })
 }
 
-impl<T> TapEnd<T> {
+impl<T> TapSender<T> {
     /// Hands `item` over; false once nobody listens any more.
     pub(crate) fn offer(&self, item: T) -> bool {
-        if self.patience.get() {
+        if self.backpressure.get() {
             return self.sender.send(item).is_ok();
         }
         match self.sender.try_send(item) {
@@ -94,13 +94,13 @@ impl<T> TapEnd<T> {
 }
 
 /// Receives all that passes, in order; see [`Graph::tap`](super::Graph::tap) and
-/// [`Tapper`]. Ends when what is tapped is gone.
+/// [`TapHandle`]. Ends when what is tapped is gone.
 ///
 /// ```
-/// use ratelab::runtime::{Depth, Patience, Time, Topic};
+/// use ratelab::runtime::{Backpressure, Depth, Time, Topic};
 ///
 /// let topic = Topic::new("/range", Depth::ONE);
-/// let tap = topic.tap(100, Patience::default());
+/// let tap = topic.tap(100, Backpressure::default());
 /// let publisher = topic.publisher();
 /// (1..=3).for_each(|n| publisher.publish(n, Time::from_nanos(n), None));
 /// let all = tap.items().try_iter().map(|tapped| tapped.message.data);
@@ -130,23 +130,23 @@ impl<T> Tap<T> {
 pub(crate) struct TickTaps {
     /// Whether there are any, so that a node that nobody taps pays one look.
     tapped: AtomicBool,
-    ends: Mutex<Vec<TapEnd<Ticked>>>,
+    ends: Mutex<Vec<TapSender<TickRecord>>>,
 }
 
 impl TickTaps {
-    fn add(&self, end: TapEnd<Ticked>) {
+    fn add(&self, end: TapSender<TickRecord>) {
         lock(&self.ends).push(end);
         self.tapped.store(true, Ordering::Release);
     }
 
     /// Hands every tap a copy, and forgets those that nobody listens to.
-    pub(crate) fn offer(&self, ticked: impl FnOnce() -> Ticked) {
+    pub(crate) fn offer(&self, tick: impl FnOnce() -> TickRecord) {
         if !self.tapped.load(Ordering::Acquire) {
             return;
         }
-        let ticked = ticked();
+        let tick = tick();
         let mut ends = lock(&self.ends);
-        ends.retain(|end| end.offer(ticked));
+        ends.retain(|end| end.offer(tick));
         self.tapped.store(!ends.is_empty(), Ordering::Release);
     }
 }
@@ -157,24 +157,24 @@ impl TickTaps {
 /// The clock decides whether a full tap waits: in virtual time it does, because
 /// waiting costs none; in real time it loses and counts.
 #[derive(Clone, Debug)]
-pub struct Tapper {
-    pub(crate) patience: Patience,
+pub struct TapHandle {
+    pub(crate) backpressure: Backpressure,
     pub(crate) nodes: Vec<Arc<TickTaps>>,
 }
 
-impl Tapper {
+impl TapHandle {
     /// Copies every message of `topic` from now on, in a queue of `capacity`.
-    pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<Tapped<T>> {
-        topic.tap(capacity, self.patience.clone())
+    pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
+        topic.tap(capacity, self.backpressure.clone())
     }
 
     /// Copies every tick from now on, for each node in the order in which they
     /// were added, in queues of `capacity`. They end with the graph.
-    pub fn ticks(&self, capacity: usize) -> Vec<Tap<Ticked>> {
+    pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
         let nodes = self.nodes.iter();
         nodes
             .map(|node| {
-                let (end, tap) = tap(capacity, self.patience.clone());
+                let (end, tap) = tap(capacity, self.backpressure.clone());
                 node.add(end);
                 tap
             })

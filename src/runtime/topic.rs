@@ -33,8 +33,8 @@ use super::{
         atomic::{AtomicU64, AtomicUsize, Ordering},
         lock,
     },
-    tap::{Patience, Tap, TapEnd, Tapped, tap},
-    telemetry::{Meter, RateWindow, Recorder},
+    tap::{Backpressure, Tap, TapMessage, TapSender, tap},
+    telemetry::{Meter, MeterRecorder, RateWindow},
     time::Time,
 };
 
@@ -93,7 +93,7 @@ struct Queue<T> {
     depth: Depth,
     next_seq: u64,
     marks: Vec<Arc<ReadMark>>,
-    taps: Vec<TapEnd<Tapped<T>>>,
+    taps: Vec<TapSender<TapMessage<T>>>,
 }
 
 /// What a topic tells about itself without being locked.
@@ -191,8 +191,8 @@ impl<T: Payload> Topic<T> {
     /// A queue of `capacity` messages that receives a copy of every message
     /// from now on, for those who want all of them and not the latest: logs,
     /// recorders, tests.
-    pub fn tap(&self, capacity: usize, patience: Patience) -> Tap<Tapped<T>> {
-        let (end, tap) = tap(capacity, patience);
+    pub fn tap(&self, capacity: usize, backpressure: Backpressure) -> Tap<TapMessage<T>> {
+        let (end, tap) = tap(capacity, backpressure);
         lock(&self.0.queue).taps.push(end);
         tap
     }
@@ -240,7 +240,7 @@ impl<T: Payload> Queue<T> {
             let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
             self.taps.retain(|tap| {
                 let message = newest.clone();
-                tap.offer(Tapped { message, dropped })
+                tap.offer(TapMessage { message, dropped })
             });
         }
     }
@@ -329,7 +329,7 @@ impl<T: Payload> Publisher<T> {
 pub struct Subscription<T> {
     bus: Arc<Bus<T>>,
     mark: Arc<ReadMark>,
-    ages: Recorder,
+    ages: MeterRecorder,
     age_meter: Meter,
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use nalgebra::{Complex, ComplexField, Matrix4, RowVector4, Schur};
 use thiserror::Error;
 
-use super::schedule::{LONGEST, Rates, Tick};
+use super::schedule::{LONGEST, Rates, Stage};
 use crate::{
     cartpole::{LinearPlant, PlantError},
     policy::Scripted,
@@ -124,9 +124,9 @@ fn monodromy(rates: Rates, plant: &LinearPlant) -> (Matrix4<f64>, f64) {
     let mut log_scale = 0.0;
     for tick in rates.ticks() {
         match tick {
-            Tick::Sense => reading = state,
-            Tick::Decide => action = gains * reading,
-            Tick::Act => state = plant.a * state + plant.b * action,
+            Stage::Sense => reading = state,
+            Stage::Decide => action = gains * reading,
+            Stage::Act => state = plant.a * state + plant.b * action,
         }
         let size = state.amax();
         if !(1e-100..1e100).contains(&size) {

@@ -22,7 +22,7 @@ pub struct Rates {
 
 /// One tick of one of the three nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Tick {
+pub(super) enum Stage {
     Sense,
     Decide,
     Act,
@@ -36,12 +36,12 @@ impl Rates {
 
     /// The ticks of one hyper-period in the order in which the virtual clock
     /// runs them: by due time, then sensor before policy before actuator.
-    pub(super) fn ticks(self) -> impl Iterator<Item = Tick> {
+    pub(super) fn ticks(self) -> impl Iterator<Item = Stage> {
         let end = Time::ZERO + self.hyper_period();
         let mut nodes = [
-            (Tick::Sense, Rate::new(self.sensor, Time::ZERO)),
-            (Tick::Decide, Rate::new(self.control, Time::ZERO)),
-            (Tick::Act, Rate::new(actuator_hz(), Time::ZERO)),
+            (Stage::Sense, Rate::new(self.sensor, Time::ZERO)),
+            (Stage::Decide, Rate::new(self.control, Time::ZERO)),
+            (Stage::Act, Rate::new(actuator_hz(), Time::ZERO)),
         ];
         std::iter::from_fn(move || {
             // Of several that are least, `min_by_key` gives the first.

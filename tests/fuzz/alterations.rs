@@ -9,7 +9,7 @@ use rerun::{
 use serde_json::{Value, json};
 
 use crate::{
-    cases::{Random, chance},
+    cases::{RandomSource, chance},
     cells::{change_cell, change_rows, set_number, set_text},
     lies::{change_json, is_pace},
 };
@@ -63,7 +63,7 @@ fn is_json(message: &LogMsg) -> bool {
 }
 
 /// Changes one thing in a recording, or claims that it began late; says what.
-pub fn alter(messages: &mut Vec<LogMsg>, random: &mut Random) -> String {
+pub fn alter(messages: &mut Vec<LogMsg>, random: &mut RandomSource) -> String {
     if chance(random, 3) {
         return begin_late(messages, random);
     }
@@ -108,7 +108,7 @@ pub fn alter(messages: &mut Vec<LogMsg>, random: &mut Random) -> String {
 
 /// Leaves one message of each topic and one tick of each node, with a run time and a
 /// number that a run reaches late or never. Whoever runs it again must not run so far.
-fn begin_late(messages: &mut [LogMsg], random: &mut Random) -> String {
+fn begin_late(messages: &mut [LogMsg], random: &mut RandomSource) -> String {
     let late = i64::MAX >> random.random_range(0..32);
     for message in &mut *messages {
         let (series, json) = (is_series(message), is_json(message));
@@ -141,7 +141,7 @@ fn begin_late(messages: &mut [LogMsg], random: &mut Random) -> String {
     format!("all begins and ends at {late} ns")
 }
 
-fn remove_column(table: &mut RecordBatch, random: &mut Random) -> String {
+fn remove_column(table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let schema = table.schema();
     let ours = COLUMNS
         .iter()
@@ -152,7 +152,7 @@ fn remove_column(table: &mut RecordBatch, random: &mut Random) -> String {
 }
 
 /// Changes one of the values that the rows of `table` hold as JSON.
-fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut Random) -> String {
+fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let rows = (0..table.num_rows()).filter(|row| !is_pace(&json_in(table, *row)));
     let rows: Vec<_> = rows.collect();
     if entity == "/events" && rows.len() == table.num_rows() && chance(random, 25) {

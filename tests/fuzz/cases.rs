@@ -21,14 +21,14 @@ const SECONDS: &str = "RATELAB_FUZZ_S";
 const ENOUGH: usize = 20;
 
 /// Where a case takes its random numbers from.
-pub type Random = dyn RngCore;
+pub type RandomSource = dyn RngCore;
 
 /// Runs the cases of `target`: `usual` of them unless the environment sets
 /// something else. A case notes what it is made of.
 ///
 /// # Panics
 /// If a case does, with the numbers of all that did.
-pub fn run(target: &str, usual: u64, case: impl Fn(&mut Random, &mut String)) {
+pub fn run(target: &str, usual: u64, case: impl Fn(&mut RandomSource, &mut String)) {
     let (seed, seconds) = (setting(SEED), setting(SECONDS));
     let first = seed.unwrap_or(0);
     let count = if seed.is_some() { 1 } else { usual };
@@ -75,20 +75,20 @@ fn message(panic: &dyn Any) -> &str {
 }
 
 /// One of `values`.
-pub fn pick<'a, T: ?Sized>(random: &mut Random, values: &[&'a T]) -> &'a T {
+pub fn pick<'a, T: ?Sized>(random: &mut RandomSource, values: &[&'a T]) -> &'a T {
     values.choose(random).expect("a value")
 }
 
 /// Whether something happens that does in `percent` of all cases.
-pub fn chance(random: &mut Random, percent: u32) -> bool {
+pub fn chance(random: &mut RandomSource, percent: u32) -> bool {
     random.random_ratio(percent, 100)
 }
 
 /// Makes one to eight small changes to `content`, with pieces of `spice`.
-pub fn mutate(content: &mut Vec<u8>, spice: &[u8], random: &mut Random) {
+pub fn mutate(content: &mut Vec<u8>, spice: &[u8], random: &mut RandomSource) {
     for _ in 0..random.random_range(1..=8) {
         let at = random.random_range(0..=content.len());
-        let end = |random: &mut Random, most: usize| {
+        let end = |random: &mut RandomSource, most: usize| {
             (at + random.random_range(0..most)).min(content.len())
         };
         match random.random_range(0..6) {

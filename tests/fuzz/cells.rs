@@ -13,10 +13,10 @@ use rerun::external::arrow::{
     datatypes::{DataType, DurationNanosecondType, Float64Type, UInt64Type},
 };
 
-use crate::cases::{Random, chance};
+use crate::cases::{RandomSource, chance};
 
 /// Changes one cell of `column`; says how.
-pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut Random) -> String {
+pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut RandomSource) -> String {
     let row = random.random_range(0..table.num_rows());
     let cells = table.column(column).clone();
     let (cell, how) = match cells.as_list_opt::<i32>() {
@@ -75,7 +75,7 @@ fn list(values: ArrayRef, like: &ListArray) -> ListArray {
 }
 
 /// A run time other than that in `row`.
-fn change_time(cells: &ArrayRef, row: usize, random: &mut Random) -> (ArrayRef, String) {
+fn change_time(cells: &ArrayRef, row: usize, random: &mut RandomSource) -> (ArrayRef, String) {
     let old = cells.as_primitive::<DurationNanosecondType>().value(row);
     let others = [
         -1,
@@ -96,7 +96,7 @@ fn change_time(cells: &ArrayRef, row: usize, random: &mut Random) -> (ArrayRef, 
 }
 
 /// Other numbers than those in `row`.
-fn change_list(cells: &ListArray, row: usize, random: &mut Random) -> (ArrayRef, String) {
+fn change_list(cells: &ListArray, row: usize, random: &mut RandomSource) -> (ArrayRef, String) {
     let (old, floats) = numbers(cells, row);
     if !old.is_empty() && chance(random, 5) {
         return (new_null_array(cells.data_type(), 1), "null".to_owned());
@@ -152,7 +152,7 @@ fn same(one: &[u64], other: &[u64], floats: bool) -> bool {
             .all(|(one, other)| one == other || nan(one) && nan(other))
 }
 
-fn change_numbers(numbers: &mut Vec<u64>, floats: bool, random: &mut Random) {
+fn change_numbers(numbers: &mut Vec<u64>, floats: bool, random: &mut RandomSource) {
     let specials = match floats {
         true => [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, 1e300].map(f64::to_bits),
         false => [0, 1, 2, 1_000_000_000, u64::MAX >> 1, u64::MAX],
@@ -170,7 +170,7 @@ fn change_numbers(numbers: &mut Vec<u64>, floats: bool, random: &mut Random) {
 }
 
 /// Removes, doubles or swaps rows; says which.
-pub fn change_rows(table: &mut RecordBatch, random: &mut Random) -> String {
+pub fn change_rows(table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let rows = table.num_rows();
     let [one, other] = [(); 2].map(|()| random.random_range(0..rows));
     let (first, last) = (one.min(other), one.max(other));

@@ -18,8 +18,8 @@ fn prepare(folder: &Path) {
     fs::create_dir(folder.join("folder")).expect("made");
     let copies = [
         ("recordings/fall-5hz.rrd", "run.rrd"),
-        ("tests/brains/actor.pt", "brain.pt"),
-        ("tests/brains/asks.pt", "asks.pt"),
+        ("tests/fixtures/policies/actor.pt", "policy.pt"),
+        ("tests/fixtures/policies/asks.pt", "asks.pt"),
     ];
     for (from, to) in copies {
         fs::copy(root().join(from), folder.join(to)).expect("copied");

@@ -15,11 +15,11 @@ mod syntax;
 mod values;
 mod weights;
 
-#[path = "../common/checkpoint.rs"]
+#[path = "../support/checkpoint.rs"]
 mod checkpoint;
-#[path = "../common/memory.rs"]
+#[path = "../support/memory.rs"]
 mod memory;
-#[path = "../../lab/tests/common/terminal.rs"]
+#[path = "../../lab/tests/support/terminal.rs"]
 mod terminal;
 
 use std::path::Path;

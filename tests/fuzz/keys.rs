@@ -11,7 +11,7 @@ use tempfile::tempdir;
 use vt100::MouseProtocolMode;
 
 use crate::{
-    cases::{Random, chance, pick, run},
+    cases::{RandomSource, chance, pick, run},
     root,
     terminal::{Lab, PATIENCE},
 };
@@ -128,7 +128,7 @@ const PAUSE: Duration = Duration::from_millis(25);
 /// How often a lab is told to quit: what it was sent in part may swallow some.
 const TIMES: usize = 20;
 
-fn piece(random: &mut Random) -> Vec<u8> {
+fn piece(random: &mut RandomSource) -> Vec<u8> {
     match random.random_range(0..100) {
         0..55 => pick(random, KEYS).as_bytes().to_vec(),
         55..85 => pick(random, SEQUENCES).to_vec(),
@@ -142,7 +142,7 @@ fn piece(random: &mut Random) -> Vec<u8> {
     }
 }
 
-fn open(random: &mut Random, folder: &Path) -> Lab {
+fn open(random: &mut RandomSource, folder: &Path) -> Lab {
     let recording = root().join("recordings/rescued.rrd").display().to_string();
     let mut args = match random.random_range(0..3) {
         0 => vec!["replay", "--terminal", &recording],

@@ -8,7 +8,7 @@ use ratelab::experiment::{TimedKnob, parse_knobs};
 use tempfile::tempdir;
 
 use crate::{
-    cases::{Random, chance, mutate, pick, run},
+    cases::{RandomSource, chance, mutate, pick, run},
     program::{ratelab, stderr},
 };
 
@@ -62,7 +62,7 @@ const VALUES: &[&str] = &[
     "scripted",
     "random",
     "none.pt",
-    "my brain.pt",
+    "my policy.pt",
     "a#b.pt",
 ];
 
@@ -74,7 +74,7 @@ const ENDS: &[&str] = &["\n", "\n", "\r\n", "\n\n", "\r", "", "# what follows\n"
 /// What a mutation puts in.
 const SPICE: &[u8] = b"0123456789.-+eE#_ \t\n\r\0\x1b\x7f\xc2\x85\xe2\x80\xae\xef\xbb\xbf\"'\\:";
 
-fn file(random: &mut Random) -> Vec<u8> {
+fn file(random: &mut RandomSource) -> Vec<u8> {
     let mut text = String::new();
     for _ in 0..random.random_range(0..6) {
         for words in [TIMES, NAMES, VALUES] {

@@ -3,7 +3,7 @@
 use rand::{Rng, seq::IndexedRandom};
 use serde_json::{Value, json};
 
-use crate::cases::{Random, chance};
+use crate::cases::{RandomSource, chance};
 
 /// Fields that running again cannot tell, by entity, and why.
 const UNKNOWABLE: [(&str, &str, &str); 8] = [
@@ -30,7 +30,7 @@ const UNKNOWABLE: [(&str, &str, &str); 8] = [
     (
         "/__properties/origin",
         "/config/think",
-        "wall time that the brain took",
+        "wall time that the policy took",
     ),
     (
         "/__properties/origin",
@@ -58,7 +58,7 @@ pub fn is_pace(event: &Value) -> bool {
 }
 
 /// Changes one field of what `entity` says; says which.
-pub fn change_json(entity: &str, value: &mut Value, random: &mut Random) -> String {
+pub fn change_json(entity: &str, value: &mut Value, random: &mut RandomSource) -> String {
     let mut paths = Vec::new();
     collect(value, String::new(), &mut paths);
     let fixed = |path: &str| {
@@ -98,7 +98,7 @@ fn collect(value: &Value, path: String, paths: &mut Vec<String>) {
     }
 }
 
-fn change_at(whole: &mut Value, path: &str, random: &mut Random) -> String {
+fn change_at(whole: &mut Value, path: &str, random: &mut RandomSource) -> String {
     let value = whole.pointer_mut(path).expect("a field");
     let old = value.to_string();
     // None is None, written or not.
@@ -128,7 +128,7 @@ fn remove(whole: &mut Value, path: &str) -> String {
     "removed".to_owned()
 }
 
-fn rubbish(random: &mut Random) -> Value {
+fn rubbish(random: &mut RandomSource) -> Value {
     let values = [
         json!(null),
         json!({}),
@@ -141,7 +141,7 @@ fn rubbish(random: &mut Random) -> Value {
     values.choose(random).expect("one").clone()
 }
 
-fn change_array(values: &mut Vec<Value>, random: &mut Random) {
+fn change_array(values: &mut Vec<Value>, random: &mut RandomSource) {
     let knob = serde_json::from_str(KNOB).expect("JSON");
     let more = values.choose(random).cloned().unwrap_or(knob);
     match random.random_range(0..4) {
@@ -152,7 +152,7 @@ fn change_array(values: &mut Vec<Value>, random: &mut Random) {
     }
 }
 
-fn change_number(number: &serde_json::Number, random: &mut Random) -> Value {
+fn change_number(number: &serde_json::Number, random: &mut RandomSource) -> Value {
     if let Some(whole) = number.as_u64() {
         let others = [
             0,
@@ -170,7 +170,7 @@ fn change_number(number: &serde_json::Number, random: &mut Random) -> Value {
 }
 
 /// Other text: of another known name, or of none.
-fn change_text(text: &str, random: &mut Random) -> String {
+fn change_text(text: &str, random: &mut RandomSource) -> String {
     let others = [
         "",
         "x",

@@ -8,7 +8,7 @@ use std::{
 use rand::{Rng, seq::IndexedRandom};
 
 use crate::{
-    cases::{Random, chance, pick},
+    cases::{RandomSource, chance, pick},
     program::ratelab,
     values::value,
 };
@@ -87,7 +87,7 @@ impl Syntax {
     }
 
     /// A command line, good or bad.
-    pub fn line(&self, random: &mut Random) -> Vec<OsString> {
+    pub fn line(&self, random: &mut RandomSource) -> Vec<OsString> {
         let mut words = Vec::new();
         // Nobody waits for a run of ten seconds, or a sweep of them.
         let is_time = |(name, _): &&Opt| name == "--duration-s";
@@ -117,7 +117,7 @@ impl Syntax {
 }
 
 /// Adds an option, mostly with its value.
-fn option(name: &str, takes: Option<&str>, random: &mut Random, words: &mut Vec<OsString>) {
+fn option(name: &str, takes: Option<&str>, random: &mut RandomSource, words: &mut Vec<OsString>) {
     let Some(takes) = takes.filter(|_| chance(random, 97)) else {
         words.push(name.into());
         return;

@@ -5,13 +5,13 @@ use std::{ffi::OsString, os::unix::ffi::OsStringExt};
 
 use rand::Rng;
 
-use crate::cases::{Random, pick};
+use crate::cases::{RandomSource, pick};
 
 /// Good values and others.
 type Values = (&'static [&'static str], &'static [&'static str]);
 
 /// A value for what help calls `name`: good, not so good, or no text at all.
-pub fn value(name: &str, random: &mut Random) -> OsString {
+pub fn value(name: &str, random: &mut RandomSource) -> OsString {
     let (good, others) = values(name);
     match random.random_range(0..100) {
         0..75 => pick(random, good).into(),
@@ -28,7 +28,7 @@ const FILES: Values = (
         "rows.csv",
         "turns.knobs",
         "run.rrd",
-        "brain.pt",
+        "policy.pt",
         "new.csv",
         "new.rrd",
     ],
@@ -93,7 +93,7 @@ const POLICIES: Values = (
         "lqr",
         "zero",
         "random",
-        "brain.pt",
+        "policy.pt",
         "turns.knobs",
     ],
     &[
@@ -128,7 +128,7 @@ const LISTS: Values = (
         "1..1000000000000",
         "0..18446744073709551615",
         "scripted,lqr",
-        "brain.pt,zero",
+        "policy.pt,zero",
         "1..3:0",
         "1..3:-1",
         "1..3:1e-9",

@@ -10,7 +10,7 @@ use ratelab::policy::read_weights;
 use serde_json::{Value, json};
 
 use crate::{
-    cases::{Random, chance, mutate, pick, run},
+    cases::{RandomSource, chance, mutate, pick, run},
     checkpoint::{content, entries, zipped},
     memory::{MOST_MEMORY, peak},
     root,
@@ -41,7 +41,7 @@ fn weights() {
 }
 
 /// A file that was hurt in one of several ways.
-fn hurt(random: &mut Random) -> Vec<u8> {
+fn hurt(random: &mut RandomSource) -> Vec<u8> {
     match random.random_range(0..8) {
         0 => mutated(content(root(), pick(random, CHECKPOINTS)), random),
         1..=4 => checkpoint(random),
@@ -50,13 +50,13 @@ fn hurt(random: &mut Random) -> Vec<u8> {
     }
 }
 
-fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
+fn mutated(mut bytes: Vec<u8>, random: &mut RandomSource) -> Vec<u8> {
     mutate(&mut bytes, SPICE, random);
     bytes
 }
 
 /// A zip that is right, with an entry that is not: mostly its first, the pickle.
-fn checkpoint(random: &mut Random) -> Vec<u8> {
+fn checkpoint(random: &mut RandomSource) -> Vec<u8> {
     let mut entries = entries(&content(root(), pick(random, CHECKPOINTS)));
     let victim = if chance(random, 75) {
         0
@@ -76,13 +76,13 @@ fn checkpoint(random: &mut Random) -> Vec<u8> {
     zipped(&entries)
 }
 
-fn mutate_name(name: &mut String, random: &mut Random) {
+fn mutate_name(name: &mut String, random: &mut RandomSource) {
     let bytes = mutated(std::mem::take(name).into_bytes(), random);
     *name = String::from_utf8_lossy(&bytes).into_owned();
 }
 
 /// The beginning of one file and the end of another.
-fn spliced(random: &mut Random) -> Vec<u8> {
+fn spliced(random: &mut RandomSource) -> Vec<u8> {
     let [mut one, other] = [(); 2].map(|()| content(root(), pick(random, CHECKPOINTS)));
     one.truncate(random.random_range(0..=one.len()));
     one.extend(&other[random.random_range(0..=other.len())..]);
@@ -90,7 +90,7 @@ fn spliced(random: &mut Random) -> Vec<u8> {
 }
 
 /// A safetensors file with a header that was damaged or that lies.
-fn safetensors(random: &mut Random) -> Vec<u8> {
+fn safetensors(random: &mut RandomSource) -> Vec<u8> {
     let whole = content(root(), "actor.safetensors");
     let (length, rest) = whole.split_first_chunk().expect("a length");
     let length = u64::from_le_bytes(*length);
@@ -109,7 +109,7 @@ fn safetensors(random: &mut Random) -> Vec<u8> {
 }
 
 /// A header that says something else of one of its tensors.
-fn lie(header: &[u8], random: &mut Random) -> Vec<u8> {
+fn lie(header: &[u8], random: &mut RandomSource) -> Vec<u8> {
     let mut header: Value = serde_json::from_slice(header).expect("JSON");
     let tensors = header.as_object_mut().expect("tensors");
     let names: Vec<_> = tensors.keys().cloned().collect();

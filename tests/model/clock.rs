@@ -3,15 +3,14 @@
 use std::sync::Mutex;
 
 use ratelab::runtime::{
-    Clock, ClockKind, Command, END, Exit, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time,
-    Topic, clock,
+    Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick,
+    Time, Topic, clock,
 };
 use shuttle::{sync::Arc, thread};
 
 use crate::{
-    SOME,
-    common::{applied, depth, hz, set_depth, set_rate, tell},
-    explore,
+    SOME, explore,
+    support::{applied, depth, hz, send_to, set_depth, set_rate},
 };
 
 /// Ticks of three nodes under the real clock, as the nodes saw them.
@@ -38,7 +37,7 @@ impl<F: FnMut(Time) -> Tick + Send> Node for Obedient<F> {
         (self.0)(now)
     }
 
-    fn told(&mut self, _: &str) -> Result<String, String> {
+    fn on_message(&mut self, _: &str) -> Result<String, String> {
         Ok("silence".to_owned())
     }
 }
@@ -78,7 +77,7 @@ impl Trio {
         first: ClockKind,
         commands: Vec<Command>,
         until: Time,
-    ) -> Result<Exit, Fault> {
+    ) -> Result<ClockExit, Fault> {
         let taps: Vec<_> = self
             .topics
             .iter()
@@ -158,7 +157,7 @@ fn the_real_clock_comes_to_its_end_with_every_period_accounted_for() {
     explore(SOME, || {
         let (mut trio, until) = (trio(RATES, Time::MAX), milliseconds(60));
         let exit = trio.run(ClockKind::Real, Vec::new(), until).expect("run");
-        assert_eq!(exit, Exit::Completed);
+        assert_eq!(exit, ClockExit::Completed);
         let nodes = trio.graph.observer().snapshot().nodes;
         for (index, node) in nodes.iter().enumerate() {
             let period = node.hz.period().as_nanos() as u64;
@@ -180,10 +179,10 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
         let commands = vec![
             set_rate("a", 40.0),
             set_depth("/a", 3),
-            tell("b", "one"),
+            send_to("b", "one"),
             Command::Pause,
             set_rate("b", 75.0),
-            tell("c", "two"),
+            send_to("c", "two"),
             Command::Resume,
             set_rate("a", 110.0),
             Command::Stop,
@@ -191,7 +190,7 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
         let exit = trio
             .run(ClockKind::Real, commands.clone(), Time::MAX)
             .expect("run");
-        assert_eq!(exit, Exit::Stopped);
+        assert_eq!(exit, ClockExit::Stopped);
         let applied = applied(&trio.graph.observer().events(0));
         for command in &commands {
             let times = applied
@@ -214,7 +213,7 @@ fn a_stop_ends_a_wait_without_end() {
         let (commander, mut inbox) = Inbox::new(Vec::new());
         let person = thread::spawn(move || commander.send(Command::Stop).expect("running"));
         let exit = RealClock::default().run(&mut graph, &mut inbox, Time::MAX);
-        assert_eq!(exit.expect("run"), Exit::Stopped);
+        assert_eq!(exit.expect("run"), ClockExit::Stopped);
         person.join().expect("person");
     });
 }
@@ -233,7 +232,7 @@ fn a_node_that_ends_the_run_ends_it_through_pauses_and_hand_overs() {
         ];
         let exit = trio.run(ClockKind::Real, commands, Time::MAX).expect("run");
         assert!(
-            matches!(&exit, Exit::Ended { node, .. } if node == "c"),
+            matches!(&exit, ClockExit::Ended { node, .. } if node == "c"),
             "{exit:?}"
         );
         let starts = trio.starts.lock().expect("starts");
@@ -254,7 +253,7 @@ fn a_graph_that_is_handed_from_clock_to_clock_loses_and_doubles_no_tick() {
             Command::HandOver(ClockKind::Virtual),
         ];
         let exit = trio.run(ClockKind::Real, commands, until).expect("run");
-        assert_eq!(exit, Exit::Completed);
+        assert_eq!(exit, ClockExit::Completed);
         let all_starts = trio.starts.lock().expect("starts");
         for index in [0, 2] {
             let node = &trio.graph.observer().snapshot().nodes[index];

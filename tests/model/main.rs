@@ -6,8 +6,8 @@
 //! may go on. A thread that is never woken is found as a deadlock, one that
 //! never ends as too many steps.
 
-#[path = "../common/mod.rs"]
-mod common;
+#[path = "../support/mod.rs"]
+mod support;
 
 mod clock;
 mod meter;

@@ -3,7 +3,7 @@
 use ratelab::runtime::{Subscription, Time, Topic};
 use shuttle::thread;
 
-use crate::{MANY, common::depth, explore};
+use crate::{MANY, explore, support::depth};
 
 /// Reads `times` times; the sequence numbers that came, newest message last.
 fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {

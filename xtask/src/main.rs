@@ -7,7 +7,7 @@ use std::env;
 use std::path::Path;
 use std::process::ExitCode;
 
-use xtask::mujoco::{self, Error, Outcome, Platform, Source};
+use xtask::mujoco::{self, Error, Platform, SetupResult, Source};
 
 const USAGE: &str = "\
 Usage: cargo xtask <setup | recordings>
@@ -44,14 +44,14 @@ fn setup(folder: &Path) -> ExitCode {
     }
 }
 
-fn fetch(folder: &Path) -> Result<Outcome, Error> {
+fn fetch(folder: &Path) -> Result<SetupResult, Error> {
     mujoco::ensure(folder, Platform::host()?)
 }
 
-fn report(folder: &Path, outcome: Result<Outcome, Error>) -> ExitCode {
+fn report(folder: &Path, outcome: Result<SetupResult, Error>) -> ExitCode {
     let verb = match outcome {
-        Ok(Outcome::Fetched) => "fetched into",
-        Ok(Outcome::InPlace) => "already in",
+        Ok(SetupResult::Fetched) => "fetched into",
+        Ok(SetupResult::InPlace) => "already in",
         Err(error) => {
             eprintln!("error: {error}");
             return ExitCode::FAILURE;

@@ -29,7 +29,7 @@ const REQUIREMENTS: &str = "requirements.txt";
 
 /// What [`ensure`] had to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum SetupResult {
     /// The library was there already.
     InPlace,
     /// The library was fetched just now.
@@ -44,17 +44,17 @@ pub enum Outcome {
 /// # Errors
 ///
 /// Says what was wrong and what to do about it.
-pub fn ensure(folder: &Path, platform: &Platform) -> Result<Outcome, Error> {
+pub fn ensure(folder: &Path, platform: &Platform) -> Result<SetupResult, Error> {
     if is_in_place(folder, platform) {
-        return Ok(Outcome::InPlace);
+        return Ok(SetupResult::InPlace);
     }
     let requirements = lock(&folder.join(REQUIREMENTS))?;
     // Whoever held the lock before us may have done the work.
     if is_in_place(folder, platform) {
-        return Ok(Outcome::InPlace);
+        return Ok(SetupResult::InPlace);
     }
     fetch(folder, platform, &requirements)?;
-    Ok(Outcome::Fetched)
+    Ok(SetupResult::Fetched)
 }
 
 /// A file of another size is a cut or damaged one, and counts as missing. Reading

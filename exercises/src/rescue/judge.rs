@@ -4,16 +4,16 @@
 //!
 //! 1. **Slowed**: at some moment the policy's rate came to 5 Hz or less, which
 //!    no start survives. From there until the rate is above 5 Hz again is a
-//!    *spell*.
-//! 2. **In danger**: after the spell began, and no later than a second after it
+//!    *slow phase*.
+//! 2. **In danger**: after the slow phase began, and no later than a second after it
 //!    ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays
-//!    within 3°, so it was the spell that did it.
-//! 3. **Brought back**: the spell ended, by a faster policy.
+//!    within 3°, so it was the slow phase that did it.
+//! 3. **Brought back**: the slow phase ended, by a faster policy.
 //! 4. **Held**: after both, the pole stayed within 4° for five seconds on end,
-//!    before the next spell and with no control step missing from the record.
+//!    before the next slow phase and with no control step missing from the record.
 //!
 //! What happens later does not take a rescue back. If a session has several
-//! spells, one that was survived is enough.
+//! slow phases, one that was survived is enough.
 
 use std::{fmt, time::Duration};
 
@@ -22,7 +22,7 @@ use ratelab::{
     experiment::{BROKEN_HZ, Verdict},
     runtime::{
         Command, Hz, Message, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 
@@ -30,7 +30,7 @@ use ratelab::{
 /// at 50 Hz it never came to 3°; it has fallen at 12°.
 pub const DANGER_DEG: f64 = 4.0;
 
-/// How long after a spell danger is still that spell's doing.
+/// How long after a slow phase danger is still its doing.
 const AFTERMATH: Duration = Duration::from_secs(1);
 
 /// How long the pole must stay out of danger to be rescued.
@@ -38,7 +38,7 @@ pub const HELD: Duration = Duration::from_secs(5);
 
 /// What a session recorded.
 #[derive(Clone, Copy, Debug)]
-pub struct Session<'a> {
+pub struct RescueSession<'a> {
     /// The policy's rate at the beginning: that of the run's configuration.
     pub control_hz: Hz,
     /// Commands that took effect, in order.
@@ -55,7 +55,7 @@ pub struct Rescued {
     /// When the policy was slowed.
     pub slowed: Time,
     /// For how long.
-    pub spell: Duration,
+    pub slow_phase: Duration,
     /// The widest angle it came to (degrees).
     pub worst_deg: f64,
     /// When the pole was last beyond [`DANGER_DEG`].
@@ -64,7 +64,7 @@ pub struct Rescued {
 
 /// What a session lacks to be a rescue.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Lacking {
+pub enum RescueFailure {
     /// The policy was never slowed enough.
     Slowness,
     /// The pole never left safety because of it.
@@ -91,13 +91,15 @@ pub enum Lacking {
 /// Judges a session: the first rescue in it, or what its last attempt lacks.
 ///
 /// # Errors
-/// [`Lacking`] says which part of [the rule](self) is not fulfilled.
-pub fn judge(session: &Session<'_>) -> Result<Rescued, Lacking> {
-    let spells = spells(session);
-    let mut verdict = Err(Lacking::Slowness);
-    for (index, spell) in spells.iter().enumerate() {
-        let next = spells.get(index + 1).map_or(Time::MAX, |next| next.from);
-        verdict = Attempt::new(session, *spell, next).judge();
+/// [`RescueFailure`] says which part of [the rule](self) is not fulfilled.
+pub fn judge(session: &RescueSession<'_>) -> Result<Rescued, RescueFailure> {
+    let slow_phases = slow_phases(session);
+    let mut verdict = Err(RescueFailure::Slowness);
+    for (index, slow_phase) in slow_phases.iter().enumerate() {
+        let next = slow_phases
+            .get(index + 1)
+            .map_or(Time::MAX, |next| next.from);
+        verdict = Attempt::new(session, *slow_phase, next).judge();
         if verdict.is_ok() {
             break;
         }
@@ -107,78 +109,78 @@ pub fn judge(session: &Session<'_>) -> Result<Rescued, Lacking> {
 
 /// A time with a policy too slow; without an end if it was left so.
 #[derive(Clone, Copy)]
-struct Spell {
+struct SlowPhase {
     from: Time,
     until: Option<Time>,
 }
 
-fn spells(session: &Session<'_>) -> Vec<Spell> {
+fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
     let changes = session.events.iter().filter_map(|event| match &event.what {
-        Happening::Applied {
+        EventKind::Applied {
             command: Command::SetRate { node, hz },
             ..
         } if node == POLICY => Some((event.at, *hz)),
         _ => None,
     });
-    let mut spells: Vec<Spell> = Vec::new();
+    let mut slow_phases: Vec<SlowPhase> = Vec::new();
     let mut slow = false;
     for (at, hz) in std::iter::once((Time::ZERO, session.control_hz)).chain(changes) {
         let was_slow = std::mem::replace(&mut slow, hz.get() <= BROKEN_HZ);
         if slow && !was_slow {
-            spells.push(Spell {
+            slow_phases.push(SlowPhase {
                 from: at,
                 until: None,
             });
         } else if was_slow
             && !slow
-            && let Some(spell) = spells.last_mut()
+            && let Some(slow_phase) = slow_phases.last_mut()
         {
-            spell.until = Some(at);
+            slow_phase.until = Some(at);
         }
     }
-    spells
+    slow_phases
 }
 
-/// One spell and what followed, up to the next.
+/// One slow phase and what followed, up to the next.
 struct Attempt<'a> {
-    spell: Spell,
+    slow_phase: SlowPhase,
     steps: &'a [Message<ControlStep>],
     /// When the pole fell, if it did in this attempt.
     fell: Option<Time>,
 }
 
 impl<'a> Attempt<'a> {
-    fn new(session: &Session<'a>, spell: Spell, next: Time) -> Self {
+    fn new(session: &RescueSession<'a>, slow_phase: SlowPhase, next: Time) -> Self {
         let first = session
             .steps
-            .partition_point(|step| step.stamp < spell.from);
+            .partition_point(|step| step.stamp < slow_phase.from);
         let last = session.steps.partition_point(|step| step.stamp < next);
         let fell = match session.verdict {
             Verdict::PoleFell { at } | Verdict::CartLeftRail { at } => Some(at),
             Verdict::Balanced | Verdict::Stopped { .. } => None,
         };
         Self {
-            spell,
+            slow_phase,
             steps: session.steps.get(first..last).unwrap_or_default(),
             fell: fell.filter(|at| *at < next),
         }
     }
 
-    fn judge(&self) -> Result<Rescued, Lacking> {
+    fn judge(&self) -> Result<Rescued, RescueFailure> {
         let worst_deg = self.steps.iter().map(angle_deg).fold(0.0, f64::max);
-        let danger = self.danger().ok_or(Lacking::Danger { worst_deg })?;
-        let back = self.spell.until.ok_or(match self.fell {
-            Some(at) => Lacking::Survival { at },
-            None => Lacking::Return,
+        let danger = self.danger().ok_or(RescueFailure::Danger { worst_deg })?;
+        let back = self.slow_phase.until.ok_or(match self.fell {
+            Some(at) => RescueFailure::Survival { at },
+            None => RescueFailure::Return,
         })?;
         if !self.is_gapless() {
-            return Err(Lacking::Steps);
+            return Err(RescueFailure::Steps);
         }
         let safe = self.held_since(danger.max(back))?;
         let before = self.steps.iter().filter(|step| step.stamp <= safe);
         Ok(Rescued {
-            slowed: self.spell.from,
-            spell: back.since(self.spell.from),
+            slowed: self.slow_phase.from,
+            slow_phase: back.since(self.slow_phase.from),
             worst_deg: before.map(angle_deg).fold(0.0, f64::max),
             safe,
         })
@@ -187,7 +189,7 @@ impl<'a> Attempt<'a> {
     /// When the pole first went from safety into danger.
     fn danger(&self) -> Option<Time> {
         let latest = self
-            .spell
+            .slow_phase
             .until
             .map_or(Time::MAX, |until| until + AFTERMATH);
         let mut pairs = self.steps.windows(2);
@@ -202,7 +204,7 @@ impl<'a> Attempt<'a> {
 
     /// The first moment after `from` since which the pole was out of danger for
     /// as long as it takes.
-    fn held_since(&self, from: Time) -> Result<Time, Lacking> {
+    fn held_since(&self, from: Time) -> Result<Time, RescueFailure> {
         let mut longest = Duration::ZERO;
         let mut since = from;
         for step in self.steps.iter().filter(|step| step.stamp >= from) {
@@ -215,8 +217,8 @@ impl<'a> Attempt<'a> {
             }
         }
         Err(match self.fell {
-            Some(at) => Lacking::Survival { at },
-            None => Lacking::Calm { held: longest },
+            Some(at) => RescueFailure::Survival { at },
+            None => RescueFailure::Calm { held: longest },
         })
     }
 }
@@ -235,14 +237,14 @@ impl fmt::Display for Rescued {
             f,
             "rescued: slowed at {} for {:.2} s, as far as {:.1}°, out of danger since {}",
             self.slowed,
-            self.spell.as_secs_f64(),
+            self.slow_phase.as_secs_f64(),
             self.worst_deg,
             self.safe,
         )
     }
 }
 
-impl fmt::Display for Lacking {
+impl fmt::Display for RescueFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Slowness => write!(f, "the policy was never slowed to {BROKEN_HZ} Hz or less"),

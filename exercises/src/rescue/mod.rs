@@ -7,13 +7,13 @@ use ratelab::{
     runtime::{Hz, Time},
 };
 
-use crate::practice::{
+use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, record,
 };
-use judge::{Lacking, Rescued, Session, judge};
+use judge::{RescueFailure, RescueSession, Rescued, judge};
 
 /// How long the policy is slow in each rehearsal (tenths of a second).
-const SPELLS: std::ops::RangeInclusive<u32> = 1..=10;
+const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;
 
 /// See [the module](self).
 pub struct Rescue;
@@ -44,7 +44,8 @@ impl Exercise for Rescue {
     }
 
     fn run(&self) -> Result<Findings, Failure> {
-        let rehearsals: Vec<Rehearsal> = SPELLS.map(Rehearsal::run).collect::<Result<_, _>>()?;
+        let rehearsals: Vec<Rehearsal> =
+            SLOW_PHASES.map(Rehearsal::run).collect::<Result<_, _>>()?;
         let late = rehearsals
             .windows(2)
             .find(|pair| !pair[0].fell() && pair[1].fell());
@@ -52,8 +53,8 @@ impl Exercise for Rescue {
         Ok(Findings {
             table: table(&rehearsals),
             answer: Answer::Between {
-                held: late[0].spell_s,
-                failed: late[1].spell_s,
+                held: late[0].slow_s,
+                failed: late[1].slow_s,
             },
             meaning: meaning(&late[0], &late[1]),
             measurements: rehearsals
@@ -66,33 +67,33 @@ impl Exercise for Rescue {
 
 /// A rescue by script.
 struct Rehearsal {
-    spell_s: f64,
+    slow_s: f64,
     run: Recorded,
-    judged: Result<Rescued, Lacking>,
+    judged: Result<Rescued, RescueFailure>,
 }
 
 impl Rehearsal {
     /// Slow from the beginning, for so many tenths of a second.
     fn run(tenths: u32) -> Result<Self, Failure> {
-        let spell_s = f64::from(tenths) / 10.0;
+        let slow_s = f64::from(tenths) / 10.0;
         let usual = Config::default();
         let config = Config {
             control_hz: Hz::new(BROKEN_HZ)?,
             knobs: vec![TimedKnob {
-                at: Time::from_secs_f64(spell_s)?,
+                at: Time::from_secs_f64(slow_s)?,
                 knob: Knob::ControlHz(usual.control_hz),
             }],
             ..usual
         };
         let run = record(&config)?;
-        let judged = judge(&Session {
+        let judged = judge(&RescueSession {
             control_hz: config.control_hz,
             events: &run.summary.events,
             steps: &run.steps,
             verdict: run.summary.verdict,
         });
         Ok(Self {
-            spell_s,
+            slow_s,
             run,
             judged,
         })
@@ -110,13 +111,13 @@ impl Rehearsal {
     /// The pole's angle just before the policy was fast again (degrees).
     fn angle_at_return_deg(&self) -> f64 {
         let steps = self.run.steps.iter();
-        let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.spell_s);
+        let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.slow_s);
         let last = slow.last().map_or(0.0, |step| step.data.qpos[1].abs());
         last.to_degrees()
     }
 
     fn measurements(&self) -> [Measurement; 2] {
-        let name = |what| format!("{} s slow: {what}", self.spell_s);
+        let name = |what| format!("{} s slow: {what}", self.slow_s);
         [
             Measurement::new(name("balanced"), u32::from(!self.fell())),
             Measurement::new(name("rescued"), u32::from(self.judged.is_ok())),
@@ -129,11 +130,11 @@ fn table(rehearsals: &[Rehearsal]) -> Table {
     for rehearsal in rehearsals {
         let judged = match &rehearsal.judged {
             Ok(_) => "rescued",
-            Err(Lacking::Danger { .. }) => "not in danger",
+            Err(RescueFailure::Danger { .. }) => "not in danger",
             Err(_) => "not rescued",
         };
         table.row([
-            format!("{:.1} s", rehearsal.spell_s),
+            format!("{:.1} s", rehearsal.slow_s),
             format!("{:.1}°", rehearsal.widest_deg()),
             rehearsal.run.summary.verdict.name().to_owned(),
             judged.to_owned(),
@@ -148,11 +149,11 @@ fn meaning(saved: &Rehearsal, lost: &Rehearsal) -> String {
          it came to {:.1}° and was caught. After {:.1} s it stood at {:.1}° and was down {:.2} s \
          later. Nothing but the rate told the two apart, and it was set right in both: what is \
          decided too late is not made up for by deciding often. Now do it by hand.",
-        saved.spell_s,
+        saved.slow_s,
         saved.angle_at_return_deg(),
         saved.widest_deg(),
-        lost.spell_s,
+        lost.slow_s,
         lost.angle_at_return_deg(),
-        lost.run.summary.sim_time.as_secs_f64() - lost.spell_s,
+        lost.run.summary.sim_time.as_secs_f64() - lost.slow_s,
     )
 }

@@ -17,7 +17,7 @@ use ratelab::{
     },
 };
 
-use crate::practice::Failure;
+use crate::framework::Failure;
 
 /// What a run under that clock came to.
 pub struct Accumulated {

@@ -7,7 +7,7 @@ use ratelab::{
     runtime::{Hz, telemetry::Distribution},
 };
 
-use crate::practice::{
+use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
 };
 use accumulating::Accumulated;
@@ -63,7 +63,7 @@ impl Exercise for Ties {
 }
 
 /// What a run came to, under either scheduler.
-struct Run {
+struct ScheduleRun {
     latency_ms: f64,
     /// How old readings were when the policy used them, on average.
     reading_age_ms: f64,
@@ -73,7 +73,7 @@ struct Run {
     steps: u64,
 }
 
-impl Run {
+impl ScheduleRun {
     fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(config)?;
         let observer = experiment.observer();
@@ -93,7 +93,7 @@ impl Run {
     }
 }
 
-impl From<Accumulated> for Run {
+impl From<Accumulated> for ScheduleRun {
     fn from(run: Accumulated) -> Self {
         let mean = |distribution: &Distribution| mean_ms(distribution.mean_s());
         Self {
@@ -109,8 +109,8 @@ impl From<Accumulated> for Run {
 /// The same run under both schedulers.
 struct Pair {
     hz: Hz,
-    added: Run,
-    exact: Run,
+    added: ScheduleRun,
+    exact: ScheduleRun,
 }
 
 impl Pair {
@@ -123,7 +123,7 @@ impl Pair {
         Ok(Self {
             hz: control_hz,
             added: added.into(),
-            exact: Run::exact(&config)?,
+            exact: ScheduleRun::exact(&config)?,
         })
     }
 
@@ -150,7 +150,7 @@ impl Pair {
     }
 
     /// The two runs and the schedules that they ran by.
-    fn runs(&self) -> [(&'static str, &Run); 2] {
+    fn runs(&self) -> [(&'static str, &ScheduleRun); 2] {
         [("periods added", &self.added), ("exact time", &self.exact)]
     }
 

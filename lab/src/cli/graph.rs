@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, ValueEnum, ValueHint};
 use ratelab::{
-    policy::Brain,
+    policy::PolicySpec,
     runtime::{ClockKind, Depth, Hz, Speed, Time},
 };
 
@@ -47,7 +47,7 @@ pub struct GraphArgs {
     )]
     pub queue_depth: Depth,
 
-    /// The brain: scripted, lqr, zero, random, or a file of weights (.pt,
+    /// The policy: scripted, lqr, zero, random, or a file of weights (.pt,
     /// .safetensors, .onnx).
     #[arg(
         long,
@@ -55,7 +55,7 @@ pub struct GraphArgs {
         default_value = "scripted",
         value_hint = ValueHint::FilePath
     )]
-    pub policy: Brain,
+    pub policy: PolicySpec,
 
     /// Chooses the start, and the numbers of the random policy.
     #[arg(

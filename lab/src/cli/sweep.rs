@@ -5,7 +5,7 @@ use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 use clap::{Args, ValueHint};
 use ratelab::{
     experiment::sweep::Axis,
-    policy::{Brain, UnknownPolicy},
+    policy::{PolicySpec, UnknownPolicy},
     runtime::{Depth, Hz, Time},
 };
 
@@ -58,7 +58,7 @@ pub struct SweepArgs {
     )]
     pub queue_depth: Axis<Depth>,
 
-    /// The brains, with commas in between: scripted, lqr, zero, random, or files of
+    /// The policies, with commas in between: scripted, lqr, zero, random, or files of
     /// weights (a comma in a path is \,).
     #[arg(
         long,
@@ -66,7 +66,7 @@ pub struct SweepArgs {
         default_value = "scripted",
         value_hint = ValueHint::FilePath
     )]
-    pub policy: Vec<Brains>,
+    pub policy: Vec<Policies>,
 
     /// Run time of each in seconds [default: 10]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]
@@ -103,12 +103,12 @@ pub struct SweepArgs {
     pub ascii: bool,
 }
 
-/// Several brains. As text they have commas in between; one that is part of a
+/// Several policies. As text they have commas in between; one that is part of a
 /// path has a backslash before it.
 #[derive(Clone, Debug)]
-pub struct Brains(pub Vec<Brain>);
+pub struct Policies(pub Vec<PolicySpec>);
 
-impl FromStr for Brains {
+impl FromStr for Policies {
     type Err = UnknownPolicy;
 
     fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
@@ -124,8 +124,8 @@ impl FromStr for Brains {
                 }
             }
         }
-        let brains = names.iter().map(|name| name.parse());
-        brains.collect::<Result<_, _>>().map(Self)
+        let policies = names.iter().map(|name| name.parse());
+        policies.collect::<Result<_, _>>().map(Self)
     }
 }
 

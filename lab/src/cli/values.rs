@@ -24,7 +24,7 @@ pub fn think(text: &str) -> Result<Duration, String> {
 
 pub fn speed(text: &str) -> Result<Speed, String> {
     if text == "max" {
-        return Ok(Speed::FlatOut);
+        return Ok(Speed::Unlimited);
     }
     let expected = "expected max, or 0.1 to 100 times wall time";
     let factor = text.parse().map_err(|_| expected.to_owned())?;

@@ -1,6 +1,6 @@
 //! Quantiles and histograms of a running graph, read now and then.
 //!
-//! Distributions cost more to read than all else that a picture holds, and
+//! Distributions cost more to read than all else that a frame holds, and
 //! figures that change thirty times a second cannot be read by anybody.
 
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use ratelab::{
     },
 };
 
-use super::picture::{LatencyPicture, Quantiles};
+use super::frame::{LatencyData, Quantiles};
 use crate::bins::{BINS, width_ms};
 
 /// Wall time between two readings while the graph runs.
@@ -27,7 +27,7 @@ pub struct Figures {
     /// Per topic, how old messages were when they were read.
     pub ages: Vec<Quantiles>,
     /// Sense→act latency.
-    pub latency: LatencyPicture,
+    pub latency: LatencyData,
     /// Ticks of all nodes when they were read, and whether the graph was at
     /// rest: while neither changes, nor do they.
     state: Option<(u64, bool)>,
@@ -45,8 +45,8 @@ pub struct NodeFigures {
 
 impl Figures {
     /// Reads them again if it is time to, or if the graph has come to rest.
-    pub fn refresh(&mut self, observer: &Observer, glance: &Snapshot, at_rest: bool) {
-        let ticks = glance.nodes.iter().map(|node| node.ticks).sum();
+    pub fn refresh(&mut self, observer: &Observer, counters: &Snapshot, at_rest: bool) {
+        let ticks = counters.nodes.iter().map(|node| node.ticks).sum();
         let state = Some((ticks, at_rest));
         let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
         if state == self.state || !(waited || at_rest) {
@@ -78,14 +78,14 @@ fn worst_age(topic: &TopicView) -> Quantiles {
     ages.max_by_key(|age| age.p99).unwrap_or_default()
 }
 
-fn latency(snapshot: &Snapshot) -> LatencyPicture {
+fn latency(snapshot: &Snapshot) -> LatencyData {
     let Some(distribution) = snapshot.meter(ACTUATOR, SENSE_TO_ACT) else {
-        return LatencyPicture::default();
+        return LatencyData::default();
     };
     let figures = Quantiles::of(distribution);
     let control_period = snapshot.period(POLICY);
     let bin = bin_width(figures.max.max(control_period));
-    LatencyPicture {
+    LatencyData {
         figures,
         bins: bins(distribution, bin),
         bin,

@@ -1,23 +1,23 @@
-//! The dashboard: draws pictures of a running graph, sends commands to it.
+//! The dashboard: draws frames of a running graph, sends commands to it.
 //!
 //! ```text
-//! session ──► sampler ──► picture ──► view        (down)
+//! session ──► sampler ──► frame ──► view        (down)
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
 mod app;
 mod cause;
 mod cliff;
-mod desk;
 mod error;
+mod exercise_panel;
 mod figures;
 mod focus;
+pub mod frame;
 mod history;
 mod jobs;
 pub mod keys;
-mod ladder;
-pub mod picture;
 mod player;
+mod presets;
 mod sampler;
 mod session;
 #[cfg(test)]
@@ -41,14 +41,14 @@ use ratatui::{Terminal, backend::Backend};
 use ratelab::experiment::Config;
 
 use app::App;
-pub use app::Left;
+pub use app::LabOutcome;
 pub use error::LabError;
 use jobs::Turn;
 use player::Player;
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
-use view::{Shown, theme::Theme};
+use view::{ScreenState, theme::Theme};
 
 use crate::{output, recording::Recording, signals};
 
@@ -61,7 +61,7 @@ trait Model {
     fn sample(&mut self) -> Result<bool, LabError>;
 
     /// What is on the screen; `None` before the first sample.
-    fn shown(&self) -> Option<Shown<'_>>;
+    fn screen(&self) -> Option<ScreenState<'_>>;
 
     /// Does what a key asks for.
     ///
@@ -79,7 +79,7 @@ trait Model {
     fn go_on(&mut self);
 
     /// Whether the person has left.
-    fn left(&self) -> bool;
+    fn wants_quit(&self) -> bool;
 }
 
 /// How the dashboard is shown.
@@ -96,13 +96,13 @@ pub struct Options {
 ///
 /// # Errors
 /// [`LabError`] if the first session cannot be started.
-pub fn show(config: &Config, setup: Setup, options: &Options) -> Result<Left, LabError> {
+pub fn show(config: &Config, setup: Setup, options: &Options) -> Result<LabOutcome, LabError> {
     let mut app = App::new(config, setup)?;
     let end = on_screen(&mut app, options);
-    let left = app.finish();
-    Ok(Left {
-        ended: end.and(left.ended),
-        ..left
+    let outcome = app.finish();
+    Ok(LabOutcome {
+        ended: end.and(outcome.ended),
+        ..outcome
     })
 }
 
@@ -158,12 +158,12 @@ where
 {
     let frame_time = Duration::from_secs(1) / options.fps.max(1);
     let mut touched = true;
-    while !model.left() && !quit.load(Ordering::Relaxed) {
+    while !model.wants_quit() && !quit.load(Ordering::Relaxed) {
         let frame_ends = Instant::now() + frame_time;
         touched |= obey_shell(terminal, input, model)?;
         if model.sample()? || touched {
             terminal
-                .draw(|frame| view::render(model.shown().as_ref(), &options.theme, frame))
+                .draw(|frame| view::render(model.screen().as_ref(), &options.theme, frame))
                 .map_err(io::Error::other)?;
         }
         touched = obey_until(frame_ends, input, model)?;
@@ -215,7 +215,7 @@ fn obey_until(
             None => return Ok(touched),
         }
         touched = true;
-        if model.left() || left.is_zero() {
+        if model.wants_quit() || left.is_zero() {
             return Ok(touched);
         }
     }

@@ -16,23 +16,23 @@ use super::{
     LabError, Model,
     app::{TRACE_S, marks},
     focus::Pane,
-    keys::{REPLAY, ReplayAction as Action},
-    ladder::{self, Way},
-    picture::{Picture, Trace},
-    sampler::{Sampler, Watched},
-    view::{Footer, Scrubber, Shown, StatusExtra},
+    frame::{FrameData, Trace},
+    keys::{REPLAY, ReplayAction},
+    presets::{self, Direction},
+    sampler::{RunSource, Sampler},
+    view::{Footer, ScreenState, Scrubber, StatusExtra},
 };
-use crate::recording::{Recording, Retold};
+use crate::recording::{Recording, Replay};
 
 /// What PgUp and PgDn move by.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Plays a recording: tells it to the counters up to a moment, and has pictures
-/// made of them as of any run.
+/// Plays a recording: replays it into the counters up to a moment, and shows
+/// them as those of any run.
 pub struct Player {
-    tape: Tape,
+    playhead: Playhead,
     sampler: Sampler,
-    picture: Option<Picture>,
+    frame: Option<FrameData>,
     begins: Time,
     /// The moment that is shown.
     at: Time,
@@ -46,13 +46,13 @@ pub struct Player {
     quit: bool,
 }
 
-/// What is told so far.
-struct Tape {
-    retold: Retold,
+/// What is replayed so far.
+struct Playhead {
+    replay: Replay,
     observer: Observer,
-    /// Control steps that no picture shows yet.
+    /// Control steps that no frame shows yet.
     steps: Vec<Message<ControlStep>>,
-    /// What the run came to, if it is told to its end.
+    /// What the run came to, if it is replayed to its end.
     summary: Option<Summary>,
     at: Time,
     playing: bool,
@@ -62,19 +62,19 @@ impl Player {
     /// At the beginning, playing.
     pub fn new(recording: Arc<Recording>) -> Self {
         let notice = recording.defect();
-        let retold = Retold::new(recording);
-        let begins = retold.begins();
+        let replay = Replay::new(recording);
+        let begins = replay.begins();
         let mut player = Self {
-            tape: Tape {
-                observer: retold.observer(),
-                retold,
+            playhead: Playhead {
+                observer: replay.observer(),
+                replay,
                 steps: Vec::new(),
                 summary: None,
                 at: begins,
                 playing: true,
             },
             sampler: Sampler::default(),
-            picture: None,
+            frame: None,
             begins,
             at: begins,
             playing: Some(Instant::now()),
@@ -90,18 +90,18 @@ impl Player {
     }
 
     fn ends(&self) -> Time {
-        self.tape.retold.recording().until.max(self.begins)
+        self.playhead.replay.recording().until.max(self.begins)
     }
 
     /// Shows the moment `at`, or the end that is nearer.
     fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
         if at < self.at {
-            self.tape.rewind();
+            self.playhead.rewind();
             self.sampler = Sampler::default();
         }
         self.at = at;
-        self.tape.tell(at);
+        self.playhead.advance_to(at);
     }
 
     /// Goes on as long as it took since the last time.
@@ -119,32 +119,34 @@ impl Player {
 
     fn stand(&mut self) {
         self.playing = None;
-        self.tape.playing = false;
+        self.playhead.playing = false;
     }
 
-    fn act(&mut self, action: Action) {
+    fn act(&mut self, action: ReplayAction) {
         match action {
-            Action::Play if self.playing.is_some() => self.stand(),
-            Action::Play => self.start(),
-            Action::Step(way) => self.step(way),
-            Action::Second(Way::Up) => self.jump(self.at + SECOND),
-            Action::Second(Way::Down) => {
+            ReplayAction::Play if self.playing.is_some() => self.stand(),
+            ReplayAction::Play => self.start(),
+            ReplayAction::Step(direction) => self.step(direction),
+            ReplayAction::Second(Direction::Up) => self.jump(self.at + SECOND),
+            ReplayAction::Second(Direction::Down) => {
                 let back = self.at.since(Time::ZERO + SECOND);
                 self.jump(Time::ZERO + back);
             }
-            Action::Event(way) => self.event(way),
-            Action::Start => self.jump(self.begins),
-            Action::End => self.jump(Time::MAX),
-            Action::Speed(way) => match ladder::next(&ladder::SPEEDS, self.speed, way) {
-                Some(speed) => self.speed = speed,
-                None => self.notice = Some(format!("{}× is the end of the speeds", self.speed)),
-            },
-            Action::SpeedOne => self.speed = 1.0,
-            Action::NextPane => self.focus = self.focus.next(),
-            Action::Focus(pane) => self.focus = pane,
-            Action::Zoom => self.zoomed = !self.zoomed,
-            Action::Help => self.help = true,
-            Action::Quit => self.quit = true,
+            ReplayAction::Event(direction) => self.event(direction),
+            ReplayAction::Start => self.jump(self.begins),
+            ReplayAction::End => self.jump(Time::MAX),
+            ReplayAction::Speed(direction) => {
+                match presets::next(&presets::SPEEDS, self.speed, direction) {
+                    Some(speed) => self.speed = speed,
+                    None => self.notice = Some(format!("{}× is the end of the speeds", self.speed)),
+                }
+            }
+            ReplayAction::SpeedOne => self.speed = 1.0,
+            ReplayAction::NextPane => self.focus = self.focus.next(),
+            ReplayAction::Focus(pane) => self.focus = pane,
+            ReplayAction::Zoom => self.zoomed = !self.zoomed,
+            ReplayAction::Help => self.help = true,
+            ReplayAction::Quit => self.quit = true,
         }
     }
 
@@ -154,7 +156,7 @@ impl Player {
             self.go(self.begins);
         }
         self.playing = Some(Instant::now());
-        self.tape.playing = true;
+        self.playhead.playing = true;
     }
 
     /// Goes to `at`, and plays on from there if it plays.
@@ -164,34 +166,36 @@ impl Player {
     }
 
     /// Goes to the moment of the messages next to this one.
-    fn step(&mut self, way: Way) {
+    fn step(&mut self, direction: Direction) {
         self.stand();
-        let to = match way {
-            Way::Up => self.tape.retold.next(),
-            Way::Down => self.tape.retold.previous(),
+        let to = match direction {
+            Direction::Up => self.playhead.replay.next(),
+            Direction::Down => self.playhead.replay.previous(),
         };
         match to {
             Some(at) => self.go(at),
-            None if way == Way::Up => self.go(Time::MAX),
+            None if direction == Direction::Up => self.go(Time::MAX),
             None => self.go(self.begins),
         }
     }
 
-    fn event(&mut self, way: Way) {
+    fn event(&mut self, direction: Direction) {
         let mut events = self.events().iter().map(|event| event.at);
-        let to = match way {
-            Way::Up => events.find(|at| *at > self.at),
-            Way::Down => events.rfind(|at| *at < self.at),
+        let to = match direction {
+            Direction::Up => events.find(|at| *at > self.at),
+            Direction::Down => events.rfind(|at| *at < self.at),
         };
         match to {
             Some(at) => self.jump(at),
-            None if way == Way::Up => self.notice = Some("no event comes after this".to_owned()),
+            None if direction == Direction::Up => {
+                self.notice = Some("no event comes after this".to_owned())
+            }
             None => self.notice = Some("no event came before this".to_owned()),
         }
     }
 
     fn events(&self) -> &[Event] {
-        &self.tape.retold.recording().events
+        &self.playhead.replay.recording().events
     }
 
     fn trace(&self) -> Trace {
@@ -216,20 +220,20 @@ impl Player {
 impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
-        let picture = Some(self.sampler.picture(&mut self.tape));
-        let new = picture != self.picture;
-        self.picture = picture;
+        let frame = Some(self.sampler.frame_data(&mut self.playhead));
+        let new = frame != self.frame;
+        self.frame = frame;
         Ok(new || self.playing.is_some())
     }
 
-    fn shown(&self) -> Option<Shown<'_>> {
+    fn screen(&self) -> Option<ScreenState<'_>> {
         let events = self.events().iter().filter(|event| event.at <= self.at);
-        Some(Shown {
-            picture: self.picture.as_ref()?,
+        Some(ScreenState {
+            frame: self.frame.as_ref()?,
             trace: self.trace(),
             events: events.cloned().collect(),
             extra: StatusExtra {
-                ended: self.tape.summary.is_some(),
+                ended: self.playhead.summary.is_some(),
                 replay: true,
                 ..StatusExtra::default()
             },
@@ -247,7 +251,7 @@ impl Model for Player {
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
         let action = REPLAY.action(key);
-        if self.help && action != Some(Action::Quit) {
+        if self.help && action != Some(ReplayAction::Quit) {
             self.help = false; // Any key closes it.
         } else if let Some(action) = action {
             self.act(action);
@@ -264,31 +268,31 @@ impl Model for Player {
         self.playing = self.playing.map(|_| Instant::now());
     }
 
-    fn left(&self) -> bool {
+    fn wants_quit(&self) -> bool {
         self.quit
     }
 }
 
-impl Tape {
+impl Playhead {
     fn rewind(&mut self) {
-        self.retold.rewind();
-        self.observer = self.retold.observer();
+        self.replay.rewind();
+        self.observer = self.replay.observer();
         self.steps.clear();
         self.summary = None;
     }
 
-    fn tell(&mut self, until: Time) {
+    fn advance_to(&mut self, until: Time) {
         self.at = until;
-        self.steps.extend(self.retold.tell(until));
-        if self.retold.is_over() && self.summary.is_none() {
-            self.summary = Some(self.retold.summary());
+        self.steps.extend(self.replay.advance_to(until));
+        if self.replay.is_over() && self.summary.is_none() {
+            self.summary = Some(self.replay.summary());
         }
     }
 }
 
-impl Watched for Tape {
+impl RunSource for Playhead {
     fn config(&self) -> &Config {
-        self.retold.config()
+        self.replay.config()
     }
 
     fn observer(&self) -> &Observer {
@@ -305,7 +309,7 @@ impl Watched for Tape {
     }
 
     fn lost(&self) -> u64 {
-        let outcome = self.retold.recording().outcome.as_ref();
+        let outcome = self.replay.recording().outcome.as_ref();
         outcome.map_or(0, |outcome| outcome.lost)
     }
 

@@ -1,4 +1,4 @@
-//! Makes pictures of a running session.
+//! Makes frames of a running session.
 
 use std::{
     collections::VecDeque,
@@ -8,7 +8,7 @@ use std::{
 use ratelab::{
     cartpole::{ACTUATOR, ControlStep, POLICY, Pose, SENSOR},
     experiment::{Config, OBS, Summary, TimedKnob, Verdict},
-    policy::Brain,
+    policy::PolicySpec,
     runtime::{
         ClockKind, Message, Observer, Snapshot, Time,
         telemetry::{NodeView, TopicView},
@@ -18,9 +18,9 @@ use ratelab::{
 use super::{
     cause::{Cadence, Facts},
     figures::{Figures, NodeFigures},
-    picture::{
-        LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
-        VerdictKind, VerdictPicture,
+    frame::{
+        FrameData, LatencyData, NodeData, PlantData, Quantiles, TopicData, Trace, VerdictData,
+        VerdictKind,
     },
 };
 
@@ -33,8 +33,8 @@ const LATELY: Duration = Duration::from_secs(1);
 /// Control steps kept for the angle chart: an hour at 50 Hz.
 const STEPS_KEPT: usize = 180_000;
 
-/// A run that can be watched: one that is under way, or one told again.
-pub trait Watched {
+/// A run to make frames of: one that is under way, or a replay.
+pub trait RunSource {
     /// What it was started with.
     fn config(&self) -> &Config;
 
@@ -59,15 +59,15 @@ pub trait Watched {
     }
 }
 
-/// Remembers between frames what a picture needs of the past.
+/// Remembers between frames what a frame needs of the past.
 #[derive(Default)]
 pub struct Sampler {
     /// Per node, its ticks at the last sample and when they last changed.
     ticks: Vec<(u64, Option<Instant>)>,
-    /// Events that were looked at for the brain.
+    /// Events that were looked at for the policy.
     events: usize,
-    /// The last brain that was swapped in.
-    swapped: Option<Brain>,
+    /// The last policy that was swapped in.
+    swapped: Option<PolicySpec>,
     figures: Figures,
     newest: Option<ControlStep>,
     /// Run times and sense→act latencies of the last second.
@@ -77,39 +77,39 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// A picture of `session` as it is now.
-    pub fn picture(&mut self, session: &mut impl Watched) -> Picture {
+    /// A frame of `session` as it is now.
+    pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
         for message in session.new_steps() {
             self.remember(&message);
         }
         self.follow_swaps(session.observer());
-        let glance = session.observer().glance();
+        let counters = session.observer().read_counters();
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
-        self.figures.refresh(session.observer(), &glance, at_rest);
-        let lit = self.lit_nodes(&glance, running, at_rest);
+        self.figures.refresh(session.observer(), &counters, at_rest);
+        let lit = self.lit_nodes(&counters, running, at_rest);
         let figures = &self.figures;
-        let nodes = glance.nodes.iter().zip(&figures.nodes).zip(lit);
-        let topics = glance.topics.iter().zip(&figures.ages);
-        Picture {
-            now: glance.now,
+        let nodes = counters.nodes.iter().zip(&figures.nodes).zip(lit);
+        let topics = counters.topics.iter().zip(&figures.ages);
+        FrameData {
+            now: counters.now,
             wall_s: session.wall_time().as_secs(),
-            status: glance.status,
+            status: counters.status,
             seed: session.config().seed,
-            policy: self.brain(session).name().to_owned(),
-            verdict: self.verdict(session, &glance),
-            latency: LatencyPicture {
+            policy: self.policy(session).name().to_owned(),
+            verdict: self.verdict(session, &counters),
+            latency: LatencyData {
                 newest: self.newest.and_then(|step| step.latency),
-                control_period: glance.period(POLICY),
+                control_period: counters.period(POLICY),
                 ..figures.latency.clone()
             },
             nodes: nodes
-                .map(|((node, figures), lit)| node_picture(node, *figures, lit))
+                .map(|((node, figures), lit)| node_data(node, *figures, lit))
                 .collect(),
             topics: topics
-                .map(|(topic, age)| topic_picture(topic, *age, glance.now))
+                .map(|(topic, age)| topic_data(topic, *age, counters.now))
                 .collect(),
-            plant: self.newest.as_ref().map(plant_picture),
+            plant: self.newest.as_ref().map(plant_data),
             telemetry_lost: session.lost(),
         }
     }
@@ -129,12 +129,12 @@ impl Sampler {
         let events = observer.events(self.events);
         self.events += events.len();
         let mut swaps = events.iter().rev().filter_map(TimedKnob::of);
-        let last = swaps.find_map(|timed| timed.knob.brain().cloned());
+        let last = swaps.find_map(|timed| timed.knob.policy().cloned());
         self.swapped = last.or(self.swapped.take());
     }
 
-    /// The brain that decides now: the last that was swapped in, or the first.
-    fn brain<'s>(&'s self, session: &'s impl Watched) -> &'s Brain {
+    /// The policy that decides now: the last that was swapped in, or the first.
+    fn policy<'s>(&'s self, session: &'s impl RunSource) -> &'s PolicySpec {
         let first = &session.config().policy;
         self.swapped.as_ref().unwrap_or(first)
     }
@@ -177,9 +177,9 @@ impl Sampler {
     }
 
     /// How it stands, and why it ended if it did, in figures that were measured.
-    fn verdict(&self, session: &impl Watched, snapshot: &Snapshot) -> VerdictPicture {
+    fn verdict(&self, session: &impl RunSource, snapshot: &Snapshot) -> VerdictData {
         let Some(summary) = session.summary() else {
-            return VerdictPicture {
+            return VerdictData {
                 kind: VerdictKind::Good,
                 headline: "BALANCED so far".to_owned(),
                 why: Vec::new(),
@@ -193,7 +193,7 @@ impl Sampler {
                 (VerdictKind::Lost, facts.reasons())
             }
         };
-        VerdictPicture {
+        VerdictData {
             kind,
             headline: summary.verdict.to_string(),
             why,
@@ -201,8 +201,8 @@ impl Sampler {
     }
 
     /// What is known of a run that was lost.
-    fn facts(&self, session: &impl Watched, snapshot: &Snapshot, pole_fell: bool) -> Facts {
-        let policy = self.brain(session);
+    fn facts(&self, session: &impl RunSource, snapshot: &Snapshot, pole_fell: bool) -> Facts {
+        let policy = self.policy(session);
         let obs = snapshot.topic(OBS);
         Facts {
             policy: policy.name().to_owned(),
@@ -235,16 +235,16 @@ fn angle(step: &ControlStep) -> f64 {
     Pose::of(step.qpos).pole_angle
 }
 
-fn plant_picture(step: &ControlStep) -> PlantPicture {
-    PlantPicture {
+fn plant_data(step: &ControlStep) -> PlantData {
+    PlantData {
         pose: Pose::of(step.qpos),
         action: step.action.0,
         steps: step.step,
     }
 }
 
-fn node_picture(node: &NodeView, figures: NodeFigures, lit: bool) -> NodePicture {
-    NodePicture {
+fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
+    NodeData {
         name: node.name.clone(),
         hz: node.hz,
         ticks: node.ticks,
@@ -255,8 +255,8 @@ fn node_picture(node: &NodeView, figures: NodeFigures, lit: bool) -> NodePicture
     }
 }
 
-fn topic_picture(topic: &TopicView, age: Quantiles, now: Time) -> TopicPicture {
-    TopicPicture {
+fn topic_data(topic: &TopicView, age: Quantiles, now: Time) -> TopicData {
+    TopicData {
         name: topic.name.clone(),
         depth: topic.depth,
         published: topic.published,

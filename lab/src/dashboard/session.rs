@@ -9,14 +9,16 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     cartpole::ControlStep,
     experiment::{Config, Experiment, Summary},
-    runtime::{Command, Fault, Message, Observer, RealClock, Tap, Tapped, clock::Realtime},
+    runtime::{
+        Command, Fault, Message, Observer, RealClock, Tap, TapMessage, clock::RealtimePriority,
+    },
 };
 
-use super::{error::LabError, sampler::Watched};
+use super::{error::LabError, sampler::RunSource};
 use crate::{
     csv,
     output::Live,
-    recording::{Destination, Ending, Recorder, Source},
+    recording::{Destination, Recorder, Source, StopReason},
 };
 
 /// Control steps that may wait for the next frame: at full speed the virtual
@@ -27,7 +29,7 @@ const BACKLOG: usize = 65_536;
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
     /// Priority of the node threads, if it was granted.
-    pub realtime: Option<Realtime>,
+    pub realtime: Option<RealtimePriority>,
     /// Where control steps are written, those of the last session.
     pub csv: Option<PathBuf>,
     /// Where sessions are recorded to, from the first one on.
@@ -36,7 +38,7 @@ pub struct Setup {
 
 /// What a session came to.
 #[derive(Debug)]
-pub struct Ended {
+pub struct SessionResult {
     /// Its summary.
     pub summary: Summary,
     /// Rows that the CSV writer lost.
@@ -49,7 +51,7 @@ pub struct Prepared {
     config: Config,
     source: Source,
     csv: Option<Live>,
-    realtime: Option<Realtime>,
+    realtime: Option<RealtimePriority>,
 }
 
 impl Prepared {
@@ -87,7 +89,7 @@ impl Prepared {
     pub fn begin(self, recorder: Option<Recorder>) -> Session {
         let csv = self
             .csv
-            .map(|mut file| csv::Writer::start(file.begin(), &self.experiment));
+            .map(|mut file| csv::StepWriter::start(file.begin(), &self.experiment));
         Session {
             csv,
             recorder,
@@ -102,11 +104,11 @@ pub struct Session {
     observer: Observer,
     commands: Sender<Command>,
     /// Gone when the session is to end.
-    steps: Option<Tap<Tapped<ControlStep>>>,
+    steps: Option<Tap<TapMessage<ControlStep>>>,
     /// Where the run tells what it came to; gone when it has.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
-    csv: Option<csv::Writer>,
+    csv: Option<csv::StepWriter>,
     /// Gone when the session is to end.
     source: Option<Source>,
     recorder: Option<Recorder>,
@@ -132,7 +134,7 @@ impl Session {
 
     /// Starts `experiment`, which was made from `config`.
     #[cfg(test)]
-    pub fn of(experiment: Experiment, config: &Config, realtime: Option<Realtime>) -> Self {
+    pub fn of(experiment: Experiment, config: &Config, realtime: Option<RealtimePriority>) -> Self {
         let source = Source::of(&experiment, config);
         Self::begin(experiment, config, source, realtime)
     }
@@ -141,7 +143,7 @@ impl Session {
         experiment: Experiment,
         config: &Config,
         source: Source,
-        realtime: Option<Realtime>,
+        realtime: Option<RealtimePriority>,
     ) -> Self {
         let observer = experiment.observer();
         let commands = experiment.commands();
@@ -205,7 +207,7 @@ impl Session {
 
     /// The nodes that are in a tick, which the end of the run waits for.
     pub fn busy(&self) -> Vec<String> {
-        let nodes = self.observer.glance().nodes.into_iter();
+        let nodes = self.observer.read_counters().nodes.into_iter();
         let busy = nodes.filter(|node| node.busy);
         busy.map(|node| node.name.to_string()).collect()
     }
@@ -215,7 +217,7 @@ impl Session {
     /// # Errors
     /// [`LabError`] if a node failed, the clock panicked, or control steps could
     /// not be written.
-    pub fn finish(&mut self) -> Result<Ended, LabError> {
+    pub fn finish(&mut self) -> Result<SessionResult, LabError> {
         self.stop();
         if let Some(outcome) = &self.outcome {
             let outcome = outcome.recv().map_err(|_| LabError::Panicked)?;
@@ -223,14 +225,14 @@ impl Session {
         }
         let csv_lost = self.finish_csv()?;
         let summary = self.summary.take().ok_or(LabError::Panicked)?;
-        Ok(Ended { summary, csv_lost })
+        Ok(SessionResult { summary, csv_lost })
     }
 
     /// Leaves the run, which does not end, to itself; its recording ends in order.
     pub fn abandon(&mut self) -> LabError {
         let stuck = LabError::Stuck(list(&self.busy()));
         if let Some(recorder) = &self.recorder {
-            recorder.end(Ending::Fault(stuck.to_string()));
+            recorder.end(StopReason::Fault(stuck.to_string()));
         }
         stuck
     }
@@ -239,7 +241,7 @@ impl Session {
     fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), LabError> {
         self.outcome = None;
         if let Some(recorder) = &self.recorder {
-            recorder.end(Ending::of(&outcome));
+            recorder.end(StopReason::of(&outcome));
         }
         match outcome {
             Ok(summary) => self.summary = Some(summary),
@@ -256,7 +258,7 @@ impl Session {
     fn finish_csv(&mut self) -> Result<u64, LabError> {
         // Its tap ends with the topic, which these hold.
         (self.source, self.steps) = (None, None);
-        let lost = self.csv.take().map_or(Ok(0), csv::Writer::finish);
+        let lost = self.csv.take().map_or(Ok(0), csv::StepWriter::finish);
         lost.map_err(LabError::Csv)
     }
 
@@ -291,7 +293,7 @@ pub fn list(names: &[String]) -> String {
     }
 }
 
-impl Watched for Session {
+impl RunSource for Session {
     fn config(&self) -> &Config {
         &self.config
     }

@@ -43,14 +43,14 @@ fn run_of_one_style(svg: &mut String, run: &[&Cell], x: usize, y: u16) {
     let left = x * usize::from(CELL.0) + 8;
     let top = y * CELL.1 + 8;
     let width = run.len() * usize::from(CELL.0);
-    let mut ink = colour(run[0].fg);
+    let mut pen = colour(run[0].fg);
     if reversed {
         let height = CELL.1;
         let _ = writeln!(
             svg,
-            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"{ink}\"/>"
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"{pen}\"/>"
         );
-        ink = PAPER;
+        pen = PAPER;
     }
     let weight = if run[0].modifier.contains(Modifier::BOLD) {
         " font-weight=\"bold\""
@@ -62,7 +62,7 @@ fn run_of_one_style(svg: &mut String, run: &[&Cell], x: usize, y: u16) {
     } else {
         ""
     };
-    let _ = writeln!(svg, "<g fill=\"{ink}\"{weight}{faint}>");
+    let _ = writeln!(svg, "<g fill=\"{pen}\"{weight}{faint}>");
     for (index, cell) in run.iter().enumerate() {
         glyph(svg, cell.symbol(), left + index * usize::from(CELL.0), top);
     }

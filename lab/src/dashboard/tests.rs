@@ -63,7 +63,7 @@ fn ended(config: Config) -> App {
 fn screen(app: &App, theme: &Theme, width: u16, height: u16) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
     terminal
-        .draw(|frame| view::render(app.shown().as_ref(), theme, frame))
+        .draw(|frame| view::render(app.screen().as_ref(), theme, frame))
         .expect("drawn");
     terminal.backend().to_string()
 }
@@ -123,12 +123,12 @@ fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let app = ended(Config {
         seed: 1,
         knobs: ratelab::experiment::parse_knobs(knobs).expect("knobs"),
-        speed: Speed::FlatOut,
+        speed: Speed::Unlimited,
         ..Config::default()
     });
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
     let drawn = terminal
-        .draw(|frame| view::render(app.shown().as_ref(), &PLAIN, frame))
+        .draw(|frame| view::render(app.screen().as_ref(), &PLAIN, frame))
         .expect("drawn");
     let drawn = super::svg::svg(drawn.buffer);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
@@ -202,7 +202,7 @@ fn no_size_and_no_theme_panics() {
         for (colour, ascii) in [(true, false), (false, true)] {
             let theme = Theme { colour, ascii };
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
-            let drawn = terminal.draw(|frame| view::render(app.shown().as_ref(), &theme, frame));
+            let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &theme, frame));
             assert!(drawn.is_ok(), "{width}x{height}");
         }
     }
@@ -220,7 +220,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
         for (width, height) in [(160, 50), (80, 24), (40, 12)] {
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
             terminal
-                .draw(|frame| view::render(app.shown().as_ref(), &theme, frame))
+                .draw(|frame| view::render(app.screen().as_ref(), &theme, frame))
                 .expect("drawn");
             for cell in terminal.backend().buffer().content() {
                 assert!(cell.symbol().is_ascii(), "{:?} in {pane:?}", cell.symbol());

@@ -3,8 +3,8 @@
 use std::{fs, path::Path};
 
 use exercises::{
-    practice::Exercise,
-    rescue::judge::{Lacking, Rescued, Session, judge},
+    framework::Exercise,
+    rescue::judge::{RescueFailure, RescueSession, Rescued, judge},
 };
 use ratelab::{
     cartpole::ControlStep,
@@ -15,8 +15,8 @@ use ratelab::{
 
 use crate::{
     error::Error,
-    output::say,
-    recording::{ReadError, Recording, schema::End},
+    output::print_line,
+    recording::{ReadError, Recording, schema::RunStatus},
     review::defect,
 };
 
@@ -42,12 +42,12 @@ pub fn judge_command(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> 
             format!("comes with ratelab, record your own ({rescued})")
         }
         Ok(rescued) => {
-            say(&format!("✓ {name}: {rescued}"))?;
+            print_line(&format!("✓ {name}: {rescued}"))?;
             return defect(&recording);
         }
-        Err(lacking) => format!("not a rescue yet: {lacking}"),
+        Err(failure) => format!("not a rescue yet: {failure}"),
     };
-    say(&format!("✖ {name}: {refused}"))?;
+    print_line(&format!("✖ {name}: {refused}"))?;
     Err(Error::NotRescued(name.to_string()))
 }
 
@@ -64,19 +64,19 @@ pub fn judge_file(file: &Path) -> Result<(bool, String), ReadError> {
     let recording = Recording::read(file)?;
     Ok(match judge_recording(&recording) {
         Ok(rescued) => (true, rescued.to_string()),
-        Err(lacking) => (false, lacking.to_string()),
+        Err(failure) => (false, failure.to_string()),
     })
 }
 
-fn judge_recording(recording: &Recording) -> Result<Rescued, Lacking> {
+fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> {
     let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
     let verdict = match recording.outcome.as_ref().map(|outcome| &outcome.end) {
-        Some(End::Ended(end)) => end.verdict,
+        Some(RunStatus::Ended(end)) => end.verdict,
         _ => Verdict::Stopped {
             at: recording.until,
         },
     };
-    judge(&Session {
+    judge(&RescueSession {
         control_hz: recording.origin.config.control_hz,
         events: &recording.events,
         steps: &steps,

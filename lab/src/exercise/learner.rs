@@ -6,10 +6,10 @@ use std::{
     path::Path,
 };
 
-use exercises::practice::{Answers, Brief, Exercise, Prediction};
+use exercises::framework::{Answers, Brief, Exercise, Prediction};
 
 use super::WIDTH;
-use crate::{cli::ExerciseArgs, error::Error, output::say};
+use crate::{cli::ExerciseArgs, error::Error, output::print_line};
 
 /// Does `exercise` with the learner whose predictions are in `file`.
 pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
@@ -23,7 +23,7 @@ pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Resul
     if asks {
         // What was thought about and typed shall not be lost.
         Answers::try_place(file)?;
-        say(&introduction(brief))?;
+        print_line(&introduction(brief))?;
     }
     let prediction = match (known, given) {
         (Some(known), None) => known,
@@ -42,13 +42,13 @@ pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Resul
         }
     };
     if !asks {
-        say(&introduction(brief))?;
+        print_line(&introduction(brief))?;
     }
     let findings = exercise.run()?;
-    say(&findings.table.to_string())?;
-    say(&wrapped(&findings.reconcile(brief, &prediction)))?;
+    print_line(&findings.table.to_string())?;
+    print_line(&wrapped(&findings.reconcile(brief, &prediction)))?;
     match next(brief) {
-        Some(next) => say(&format!("\n{next}")),
+        Some(next) => print_line(&format!("\n{next}")),
         None => Ok(()),
     }
 }
@@ -79,11 +79,11 @@ fn ask(brief: &Brief) -> Result<Prediction, Error> {
         match Prediction::read(&line, brief) {
             Ok(prediction) => {
                 if typed {
-                    say("")?;
+                    print_line("")?;
                 }
                 return Ok(prediction);
             }
-            Err(error) if typed && read > 0 => say(&format!("  {error}"))?,
+            Err(error) if typed && read > 0 => print_line(&format!("  {error}"))?,
             Err(error) => {
                 let how = "type it, or give it with --predict";
                 return Err(Error::BadInput(format!("{error}: {how}")));

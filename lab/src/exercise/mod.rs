@@ -8,7 +8,7 @@ use std::path::Path;
 
 use exercises::{
     ALL,
-    practice::{Answers, Brief, Exercise},
+    framework::{Answers, Brief, Exercise},
 };
 
 pub use self::{
@@ -18,7 +18,7 @@ pub use self::{
 use crate::{
     cli::{ExerciseArgs, Wanted},
     error::Error,
-    output::say,
+    output::print_line,
 };
 
 /// Columns of text.
@@ -29,7 +29,7 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     check_options(args)?;
     let file = answers_file(args.answers.as_deref());
     match (args.what, args.number) {
-        (None, _) => say(&list(&Answers::load(&file)?, &file)),
+        (None, _) => print_line(&list(&Answers::load(&file)?, &file)),
         (Some(Wanted::Exercise(number)), None) => match &args.session {
             Some(session) => {
                 let exercise = find(number)?;
@@ -103,29 +103,29 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
     for exercise in exercises {
         let brief = exercise.brief();
         let findings = exercise.run()?;
-        let claims = findings.claims(brief)?;
-        let failed: Vec<_> = claims.iter().filter(|claim| !claim.holds()).collect();
+        let checks = findings.checks(brief)?;
+        let failed: Vec<_> = checks.iter().filter(|check| !check.holds()).collect();
         let (sign, held) = match failed.len() {
-            0 => ("✓", format!("{} measurements hold", claims.len())),
+            0 => ("✓", format!("{} measurements hold", checks.len())),
             n => (
                 "✖",
-                format!("{n} of {} measurements do not hold", claims.len()),
+                format!("{n} of {} measurements do not hold", checks.len()),
             ),
         };
         let prediction = answers.get(brief);
         let skipped = prediction.map_or("; no prediction yet, skipped", |_| "");
-        say(&format!(
+        print_line(&format!(
             "{sign} {} {}: {held}{skipped}",
             brief.number, brief.title
         ))?;
-        for claim in &failed {
-            say(&format!("    {claim}"))?;
+        for check in &failed {
+            print_line(&format!("    {check}"))?;
         }
         if let Some(prediction) = prediction {
             let number = brief.in_unit(prediction.number());
             let (hit, by) = findings.judge(brief, prediction);
             let outcome = if hit { "right" } else { "wrong" };
-            say(&format!(
+            print_line(&format!(
                 "    your prediction of {number} was {outcome}. {by}"
             ))?;
         }

@@ -15,7 +15,7 @@ use super::{
 use crate::error::Error;
 
 /// What a command was asked to write, and what it reads.
-pub struct Plan<'a> {
+pub struct OutputPlan<'a> {
     /// The folder of `--out`.
     pub out: Option<&'a Path>,
     /// Name of the file in it.
@@ -30,7 +30,7 @@ pub struct Plan<'a> {
     pub inputs: Vec<(&'static str, &'a Path)>,
 }
 
-impl Plan<'_> {
+impl OutputPlan<'_> {
     /// Refuses files that are written twice, or written and read, or that hold
     /// something else.
     fn check(&self) -> Result<(), Error> {
@@ -77,7 +77,7 @@ impl Outputs {
     ///
     /// # Errors
     /// [`Error::BadInput`] if something of it cannot be written.
-    pub fn prepare(plan: &Plan) -> Result<Self, Error> {
+    pub fn prepare(plan: &OutputPlan) -> Result<Self, Error> {
         let outputs = Self::beside_csv(plan)?;
         let csv = plan.csv.map(CsvFile::open).transpose()?;
         Ok(Self { csv, ..outputs })
@@ -87,7 +87,7 @@ impl Outputs {
     ///
     /// # Errors
     /// [`Error::BadInput`] if something cannot be written.
-    pub fn beside_csv(plan: &Plan) -> Result<Self, Error> {
+    pub fn beside_csv(plan: &OutputPlan) -> Result<Self, Error> {
         let unwritable = |folder: &Path, why| Error::unwritable("--out", folder, &why);
         let folders = plan.out.map_or(Ok(NewFolders::default()), |folder| {
             NewFolders::leading_to(folder).map_err(|why| unwritable(folder, why))

@@ -11,7 +11,7 @@ mod print;
 mod unfinished;
 
 pub use csv_file::CsvFile;
-pub use files::{Outputs, Plan};
+pub use files::{OutputPlan, Outputs};
 pub use live::Live;
-pub use print::{error, note, printed, record_error, say, tell_recorded, write_error};
+pub use print::{error, note, print_line, print_recorded, printed, record_error, write_error};
 pub use unfinished::remove_unfinished;

@@ -10,7 +10,7 @@ use crate::{error::Error, printable::one_line, recording::Recorded, report};
 
 /// Prints to standard output, which may have been closed by a reader that has
 /// seen enough.
-pub fn say(text: &str) -> Result<(), Error> {
+pub fn print_line(text: &str) -> Result<(), Error> {
     printed(writeln!(io::stdout(), "{text}"))
 }
 
@@ -43,13 +43,13 @@ fn aside(text: &str) {
 
 /// Prints where a recording went: to standard error beside metrics, which are to
 /// be alone.
-pub fn tell_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
+pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
     let line = report::recorded(recorded);
     if json {
         aside(&line);
         Ok(())
     } else {
-        say(&line)
+        print_line(&line)
     }
 }
 

@@ -64,7 +64,7 @@ pub fn send(
         Some((_, messages)) => messages.clone(),
         None => {
             let mut properties = Properties::default();
-            let layout = Layout {
+            let layout = ViewerLayout {
                 root: layout(&mut properties, start, clock),
                 timeline: RUN_TIME,
                 properties,
@@ -104,7 +104,7 @@ impl Subject {
 static MADE: Mutex<Vec<(Subject, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 
 /// Views, and nothing else but what is needed to move through them.
-pub struct Layout {
+pub struct ViewerLayout {
     /// The views.
     pub root: ContainerLike,
     /// What they are drawn over.
@@ -113,7 +113,7 @@ pub struct Layout {
     pub properties: Properties,
 }
 
-impl Layout {
+impl ViewerLayout {
     /// Has the viewer show it. Comes before the recording itself.
     pub fn send(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         activate(self.messages(rec)?, rec);

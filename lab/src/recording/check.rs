@@ -2,15 +2,15 @@
 
 use ratelab::runtime::{
     ClockKind, Command, Hz, Time,
-    telemetry::{Event, Happening},
+    telemetry::{Event, EventKind},
 };
 
 use super::{
-    cadence::Cadence,
     content::DAMAGED_ROW,
     limits::is_sound,
-    reader::{Recording, Track},
-    schema::{End, Outcome},
+    reader::{Recording, TopicRecord},
+    schema::{RecordingEnd, RunStatus},
+    tick_schedule::TickSchedule,
 };
 
 impl Recording {
@@ -32,7 +32,7 @@ impl Recording {
             Some(outcome) if self.lacks_some(outcome) => {
                 self.damage = Some("messages are missing in it");
             }
-            Some(outcome) if outcome.end == End::WentOn => self.cut(self.last_known()),
+            Some(outcome) if outcome.end == RunStatus::WentOn => self.cut(self.last_known()),
             Some(_) => {}
             None => self.cut(self.until.min(self.last_row())),
         }
@@ -44,7 +44,7 @@ impl Recording {
         let handed_over = |event: &Event| {
             matches!(
                 event.what,
-                Happening::Applied {
+                EventKind::Applied {
                     command: Command::HandOver(_),
                     ..
                 }
@@ -60,12 +60,12 @@ impl Recording {
         if !self.is_virtual() {
             return None;
         }
-        let nodes = self.origin.shape.nodes.iter().zip(&self.ticks);
+        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         let strays = nodes.filter_map(|(node, ticks)| {
-            let mut cadence = Cadence::new(node, &self.events);
+            let mut schedule = TickSchedule::new(node, &self.events);
             let mut ticks_before = Time::ZERO;
             for tick in ticks {
-                if !cadence.allows(tick.number, tick.at) {
+                if !schedule.allows(tick.number, tick.at) {
                     return Some(ticks_before);
                 }
                 ticks_before = tick.at;
@@ -86,18 +86,20 @@ impl Recording {
         let last = self.last_row();
         let false_end = last > outcome.at
             || self.events.iter().any(|event| event.at > outcome.at)
-            || !is_sound(outcome, &self.origin.shape)
-            || (outcome.end != End::WentOn && !self.may_rest_until(outcome.at));
+            || !is_sound(outcome, &self.origin.topology)
+            || (outcome.end != RunStatus::WentOn && !self.may_rest_until(outcome.at));
         false_end.then_some(last)
     }
 
     /// Whether run time may have come to `at` with no more ticks than there are.
     fn may_rest_until(&self, at: Time) -> bool {
-        let nodes = self.origin.shape.nodes.iter().zip(&self.ticks);
+        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         !self.is_virtual()
             || nodes.into_iter().all(|(node, ticks)| {
                 let last = ticks.last();
-                last.is_none_or(|last| Cadence::new(node, &self.events).may_rest(last.number, at))
+                last.is_none_or(|last| {
+                    TickSchedule::new(node, &self.events).may_rest(last.number, at)
+                })
             })
     }
 
@@ -119,7 +121,7 @@ impl Recording {
     }
 
     /// Whether less is there than `outcome` counts, or other than it has it.
-    fn lacks_some(&self, outcome: &Outcome) -> bool {
+    fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
         let messages = self.topics.iter().map(|topic| topic.heads.len() as u64);
         let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
         !messages.eq(outcome.messages.iter().copied())
@@ -129,8 +131,8 @@ impl Recording {
 
     /// Whether as much was lost as `outcome` has it: what is missing between the
     /// rows, and up to what may have come after the last of them.
-    fn may_have_lost(&self, outcome: &Outcome) -> bool {
-        let topics = self.topics.iter().map(Track::numbers);
+    fn may_have_lost(&self, outcome: &RecordingEnd) -> bool {
+        let topics = self.topics.iter().map(TopicRecord::numbers);
         let ticks = self.ticks.iter().map(|ticks| {
             let last = ticks.last().map(|tick| (tick.number, tick.at));
             (ticks.first().map(|tick| tick.number), last, ticks.len())
@@ -149,9 +151,9 @@ impl Recording {
 
     /// The fastest rate that any node had.
     fn fastest(&self) -> Hz {
-        let first = self.origin.shape.nodes.iter().map(|node| node.hz);
+        let first = self.origin.topology.nodes.iter().map(|node| node.hz);
         let later = self.events.iter().filter_map(|event| match event.what {
-            Happening::Applied {
+            EventKind::Applied {
                 command: Command::SetRate { hz, .. },
                 ..
             } => Some(hz),
@@ -171,7 +173,7 @@ impl Recording {
     }
 }
 
-impl Track {
+impl TopicRecord {
     /// The first number, the last with its run time, and how many messages there are.
     fn numbers(&self) -> (Option<u64>, Option<(u64, Time)>, usize) {
         let last = self.heads.last().map(|head| (head.seq, head.stamp));

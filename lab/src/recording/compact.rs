@@ -61,12 +61,12 @@ struct Merged {
     messages: Vec<LogMsg>,
     /// The chunk that is growing, per entity and components, and the message
     /// whose place it takes.
-    growing: HashMap<Key, (usize, Chunk)>,
+    growing: HashMap<ChunkKey, (usize, Chunk)>,
 }
 
 /// What chunks must share to be put together: in rows with gaps, readers could
 /// not tell which values belong together.
-type Key = (EntityPath, Vec<String>);
+type ChunkKey = (EntityPath, Vec<String>);
 
 impl Merged {
     fn add(&mut self, message: LogMsg) -> Result<(), Box<dyn Error>> {

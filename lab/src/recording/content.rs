@@ -1,14 +1,15 @@
 //! From the chunks of a file to messages, ticks and events.
 
-use ratelab::runtime::{Ticked, Time, telemetry::Event};
+use ratelab::runtime::{TickRecord, Time, telemetry::Event};
 use rerun::log::Chunk;
 
 use super::{
     limits::check_graph,
-    reader::Track,
+    reader::TopicRecord,
     rows,
     schema::{
-        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, Outcome, UNTIL, node_entity, topic_entity,
+        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, UNTIL, node_entity,
+        topic_entity,
     },
 };
 
@@ -21,15 +22,15 @@ pub struct Content {
     /// What was run; nothing is taken of the file before this is known.
     pub origin: Option<Origin>,
     /// What the topics carried.
-    pub topics: Vec<Track>,
+    pub topics: Vec<TopicRecord>,
     /// The ticks of the nodes.
-    pub ticks: Vec<Vec<Ticked>>,
+    pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
     /// Run time up to which all of these are complete; `None` before anything is.
     pub until: Option<Time>,
     /// How the recording ended.
-    pub outcome: Option<Outcome>,
+    pub outcome: Option<RecordingEnd>,
     /// Run time up to which no row is damaged, where one is.
     pub sound: Option<Time>,
     /// What could not be understood.
@@ -53,8 +54,8 @@ impl Content {
         if chunk.is_static() {
             return Ok(());
         }
-        let shape = &origin.shape;
-        let (mut topics, mut nodes) = (shape.topics.iter(), shape.nodes.iter());
+        let topology = &origin.topology;
+        let (mut topics, mut nodes) = (topology.topics.iter(), topology.nodes.iter());
         let sound = if let Some(index) = topics.position(|t| topic_entity(&t.name) == entity) {
             add_messages(&mut self.topics[index], chunk)
         } else if let Some(index) = nodes.position(|n| node_entity(&n.name) == entity) {
@@ -90,16 +91,16 @@ impl Content {
             ));
         }
         let origin: Origin = rows::parsed(&text).ok_or_else(damaged)?;
-        check_graph(&origin.shape)?;
-        self.topics = vec![Track::default(); origin.shape.topics.len()];
-        self.ticks = vec![Vec::new(); origin.shape.nodes.len()];
+        check_graph(&origin.topology)?;
+        self.topics = vec![TopicRecord::default(); origin.topology.topics.len()];
+        self.ticks = vec![Vec::new(); origin.topology.nodes.len()];
         self.origin = Some(origin);
         Ok(())
     }
 
     /// Takes in how the recording ended.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        for outcome in rows::json::<Outcome>(chunk) {
+        for outcome in rows::json::<RecordingEnd>(chunk) {
             let after = self.until.unwrap_or_default();
             let outcome = outcome.ok_or(Damaged { after })?;
             self.until = Some(outcome.at);
@@ -126,7 +127,7 @@ struct Damaged {
 }
 
 /// Adds the messages in `chunk`: numbers, stamps and losses only grow.
-fn add_messages(track: &mut Track, chunk: &Chunk) -> Result<(), Damaged> {
+fn add_messages(track: &mut TopicRecord, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::messages(chunk) {
         let last = track.heads.last().copied();
         let after = last.map_or(Time::ZERO, |last| last.stamp);
@@ -147,7 +148,7 @@ fn add_messages(track: &mut Track, chunk: &Chunk) -> Result<(), Damaged> {
 }
 
 /// Adds the ticks in `chunk`: numbers, times and overruns only grow.
-fn add_ticks(ticks: &mut Vec<Ticked>, chunk: &Chunk) -> Result<(), Damaged> {
+fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::ticks(chunk) {
         let last = ticks.last();
         let after = last.map_or(Time::ZERO, |last| last.at);

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 
 use ratelab::{
     experiment::{RunEnd, Verdict},
-    runtime::{Time, telemetry::Shape},
+    runtime::{Time, telemetry::Topology},
 };
 
-use super::schema::{End, Outcome};
+use super::schema::{RecordingEnd, RunStatus};
 
 /// Nodes, topics, ends of topics and meters of the largest graph that is read.
 /// Each may take half a megabyte when the run is told again; the cart-pole has 12.
@@ -18,8 +18,8 @@ const PARTS: usize = 256;
 ///
 /// # Errors
 /// In words.
-pub fn check_graph(shape: &Shape) -> Result<(), String> {
-    let Shape { nodes, topics } = shape;
+pub fn check_graph(topology: &Topology) -> Result<(), String> {
+    let Topology { nodes, topics } = topology;
     let meters: usize = nodes.iter().map(|node| 1 + node.meters.len()).sum();
     let ends = |list: &[usize]| list.len();
     let topic_ends = topics
@@ -51,17 +51,17 @@ fn are_distinct<T: Eq + std::hash::Hash>(items: impl IntoIterator<Item = T>) -> 
 
 /// Whether an end is one that a recorder writes: nothing in it is later than
 /// itself, and no run takes longer than [`Time::MAX`] of the wall's time.
-pub fn is_sound(outcome: &Outcome, shape: &Shape) -> bool {
+pub fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
     let losses = outcome.dropped.as_ref();
-    losses.is_none_or(|losses| losses.len() == shape.topics.len())
+    losses.is_none_or(|losses| losses.len() == topology.topics.len())
         && match &outcome.end {
-            End::Ended(end) => {
+            RunStatus::Ended(end) => {
                 let longest = u128::from(Time::MAX.as_nanos());
                 end.sim_time <= outcome.at
                     && verdict_at(end) <= outcome.at
                     && end.wall_time.as_nanos() <= longest
             }
-            End::Failed { .. } | End::WentOn => true,
+            RunStatus::Failed { .. } | RunStatus::WentOn => true,
         }
 }
 

@@ -1,8 +1,8 @@
 //! Recordings: runs in rerun's `.rrd` files.
 //!
 //! ```text
-//! taps, journal ──► tracks ──► writer ──► columns, scene ──► file      recorder
-//! file ──► frames ──► rows ──► content ──► check ──► Recording ──► retold, verify
+//! taps, event log ──► tracks ──► writer ──► columns, scene ──► file    recorder
+//! file ──► frames ──► rows ──► content ──► check ──► Recording ──► replay, verify
 //! ```
 //!
 //! A recording holds a run twice: for readers, to the bit, and for the eye.
@@ -15,14 +15,14 @@
 //! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns` | both |
 //! | `/events` | commands and ends: text, and as JSON | both |
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
-//! | `/end` | how it ended, and how much is in it: [`schema::Outcome`] as JSON | readers |
+//! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
 //! | `/world`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
 //!
 //! Everything is placed on `run_time` (ns since the run began), `control_step`,
 //! and under the real clock `wall_time`. A file without `/end` was torn.
 
 pub mod blueprint;
-mod cadence;
+
 mod check;
 mod columns;
 mod compact;
@@ -36,12 +36,13 @@ mod progress;
 mod properties;
 mod reader;
 mod recorder;
-mod retold;
+mod replay;
 mod rows;
 pub mod scene;
 pub mod schema;
 #[cfg(test)]
 mod tests;
+mod tick_schedule;
 mod timeline;
 mod tracks;
 mod verify;
@@ -50,7 +51,7 @@ mod writer;
 pub use destination::Destination;
 pub use file::RecordingFile;
 pub use reader::{ReadError, Recording};
-pub use recorder::{Ending, RecordError, Recorded, Recorder, Source};
-pub use retold::Retold;
-pub use schema::{Origin, Outcome};
+pub use recorder::{RecordError, Recorded, Recorder, Source, StopReason};
+pub use replay::Replay;
+pub use schema::{Origin, RecordingEnd};
 pub use verify::{VerifyError, verify};

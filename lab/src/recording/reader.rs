@@ -7,14 +7,14 @@ use std::{
 
 use ratelab::{
     file::{self, FileError},
-    runtime::{Fields, Message, Ticked, Time, telemetry::Event},
+    runtime::{Fields, Message, TickRecord, Time, telemetry::Event},
 };
 use thiserror::Error;
 
 use super::{
     content::Content,
     frames::{Chunks, is_rrd, quietly},
-    schema::{Origin, Outcome, SWEEP_APPLICATION},
+    schema::{Origin, RecordingEnd, SWEEP_APPLICATION},
 };
 
 /// Largest file that is read: half a day at 50 Hz. It takes some twice as much
@@ -61,23 +61,23 @@ pub struct Recording {
     pub bytes: u64,
     /// What was run.
     pub origin: Origin,
-    /// What the topics carried, in the order of the [`Shape`].
-    pub topics: Vec<Track>,
-    /// The ticks of the nodes, in the order of the [`Shape`].
-    pub ticks: Vec<Vec<Ticked>>,
+    /// What the topics carried, in the order of the [`Topology`].
+    pub topics: Vec<TopicRecord>,
+    /// The ticks of the nodes, in the order of the [`Topology`].
+    pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
     /// Run time of the last thing in it.
     pub until: Time,
     /// How the recording ended; `None` if the file is torn.
-    pub outcome: Option<Outcome>,
+    pub outcome: Option<RecordingEnd>,
     /// Why there is no more in the file, if it is damaged.
     pub damage: Option<&'static str>,
 }
 
 /// The messages of a topic, as numbers.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
+pub struct TopicRecord {
     /// When and in which order.
     pub heads: Vec<Head>,
     /// Numbers in a message.
@@ -99,7 +99,7 @@ pub struct Head {
     pub dropped: u64,
 }
 
-impl Track {
+impl TopicRecord {
     /// The numbers in message `index`.
     pub fn row(&self, index: usize) -> &[f64] {
         let start = index * self.width;
@@ -189,8 +189,8 @@ impl Recording {
     }
 
     /// The messages of the topic called `name`, as numbers.
-    pub fn track(&self, name: &str) -> Option<&Track> {
-        let mut topics = self.origin.shape.topics.iter().zip(&self.topics);
+    pub fn track(&self, name: &str) -> Option<&TopicRecord> {
+        let mut topics = self.origin.topology.topics.iter().zip(&self.topics);
         topics
             .find(|(topic, _)| topic.name == name)
             .map(|(_, track)| track)

@@ -25,8 +25,8 @@ use thiserror::Error;
 use super::{
     compact::compact,
     file::RecordingFile,
-    schema::{End, Origin},
-    writer::{Attached, Writer, Written},
+    schema::{Origin, RunStatus},
+    writer::{AttachedTaps, RecordingWriter, Written},
 };
 
 /// Wall time between two looks at the taps.
@@ -50,7 +50,7 @@ impl Source {
     pub fn of(experiment: &Experiment, config: &Config) -> Self {
         let observer = experiment.observer();
         Self {
-            origin: Origin::new(config.clone(), observer.shape()),
+            origin: Origin::new(config.clone(), observer.topology()),
             start: observer.snapshot(),
             taps: experiment.taps(),
             observer,
@@ -81,8 +81,8 @@ pub struct Recorded {
     pub lost: u64,
 }
 
-/// What a recorder is told when it is to end.
-pub enum Ending {
+/// Why a recorder is to stop.
+pub enum StopReason {
     /// The run ended.
     Run(Box<Summary>),
     /// A node failed.
@@ -91,7 +91,7 @@ pub enum Ending {
     Off,
 }
 
-impl Ending {
+impl StopReason {
     /// What came of a run.
     pub fn of(outcome: &Result<Summary, Fault>) -> Self {
         match outcome {
@@ -105,18 +105,18 @@ impl Ending {
         if matches!(self, Self::Off) {
             return None;
         }
-        let topics = observer.glance().topics;
+        let topics = observer.read_counters().topics;
         Some(topics.iter().map(TopicView::dropped).collect())
     }
 
     /// What came of it, for the file.
-    pub(super) fn mark(&self) -> End {
+    pub(super) fn mark(&self) -> RunStatus {
         match self {
-            Self::Run(summary) => End::Ended(summary.end()),
-            Self::Fault(fault) => End::Failed {
+            Self::Run(summary) => RunStatus::Ended(summary.end()),
+            Self::Fault(fault) => RunStatus::Failed {
                 fault: fault.clone(),
             },
-            Self::Off => End::WentOn,
+            Self::Off => RunStatus::WentOn,
         }
     }
 }
@@ -124,7 +124,7 @@ impl Ending {
 /// A recording that is being made.
 pub struct Recorder {
     path: PathBuf,
-    ending: Sender<Ending>,
+    reason: Sender<StopReason>,
     /// Whether it was asked to end.
     asked: Cell<bool>,
     lost: Arc<AtomicU64>,
@@ -138,7 +138,7 @@ impl Recorder {
     /// # Errors
     /// What the system says of the file.
     pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
-        let attached = Attached::new(source);
+        let attached = AttachedTaps::new(source);
         Self::start(path, source, move |_| attached)
     }
 
@@ -150,22 +150,22 @@ impl Recorder {
     pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
         // A topic lets nobody in while it waits for a full tap, and the caller
         // may be who is to empty that.
-        Self::start(path, source, Attached::new)
+        Self::start(path, source, AttachedTaps::new)
     }
 
     fn start(
         path: &Path,
         source: &Source,
-        attach: impl FnOnce(&Source) -> Attached + Send + 'static,
+        attach: impl FnOnce(&Source) -> AttachedTaps + Send + 'static,
     ) -> io::Result<Self> {
         let file = RecordingFile::create(path)?;
-        let (ending, asked) = bounded(1);
+        let (reason, asked) = bounded(1);
         let lost = Arc::<AtomicU64>::default();
         let (to, source, losses) = (path.to_owned(), source.clone(), lost.clone());
         let thread = thread::Builder::new().name("recorder".to_owned());
         let thread = thread.spawn(move || {
             let attached = attach(&source);
-            let writer = Writer::start(file, attached, source, losses)?;
+            let writer = RecordingWriter::start(file, attached, source, losses)?;
             let written = record(writer, &asked)?;
             Ok(Recorded {
                 // If that cannot be done, the file is complete all the same.
@@ -177,7 +177,7 @@ impl Recorder {
         })?;
         Ok(Self {
             path: path.to_owned(),
-            ending,
+            reason,
             asked: Cell::new(false),
             lost,
             thread,
@@ -190,9 +190,9 @@ impl Recorder {
     }
 
     /// Asks it to end; the first to ask is heard.
-    pub fn end(&self, ending: Ending) {
+    pub fn end(&self, reason: StopReason) {
         self.asked.set(true);
-        let _ = self.ending.try_send(ending);
+        let _ = self.reason.try_send(reason);
     }
 
     /// Whether it was asked to end, or has ended of itself.
@@ -212,11 +212,11 @@ impl Recorder {
     pub fn finish(self) -> Result<Recorded, RecordError> {
         let Self {
             path,
-            ending,
+            reason,
             thread,
             ..
         } = self;
-        drop(ending);
+        drop(reason);
         let panicked = |_| Err(io::Error::other("the recorder panicked, which is a defect"));
         let outcome = thread.join().unwrap_or_else(panicked);
         outcome.map_err(|why| RecordError { path, why })
@@ -224,12 +224,12 @@ impl Recorder {
 }
 
 /// Writes until asked to end.
-fn record(mut writer: Writer, asked: &Receiver<Ending>) -> io::Result<Written> {
+fn record(mut writer: RecordingWriter, asked: &Receiver<StopReason>) -> io::Result<Written> {
     let mut wait = LOOK;
     loop {
         match asked.recv_timeout(wait) {
-            Ok(ending) => return writer.complete(&ending),
-            Err(RecvTimeoutError::Disconnected) => return writer.complete(&Ending::Off),
+            Ok(reason) => return writer.complete(&reason),
+            Err(RecvTimeoutError::Disconnected) => return writer.complete(&StopReason::Off),
             Err(RecvTimeoutError::Timeout) => {
                 let busy = writer.look()?;
                 wait = if busy { Duration::ZERO } else { LOOK };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Ticked, Time};
+use ratelab::runtime::{TickRecord, Time};
 use rerun::{archetypes::Scalars, log::Chunk};
 use serde::de::DeserializeOwned;
 
@@ -37,7 +37,7 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
 }
 
 /// The ticks in `chunk`; `None` for a damaged row.
-pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<Ticked>> {
+pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
     let rows = stamps(chunk)
         .into_iter()
         .zip(numbers(chunk, tick::NUMBER))
@@ -45,7 +45,7 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<Ticked>> {
         .zip(numbers(chunk, tick::TOOK))
         .zip(numbers(chunk, tick::OVERRUNS));
     rows.map(|((((at, number), lateness), took), overruns)| {
-        Some(Ticked {
+        Some(TickRecord {
             number: number??,
             at: at?,
             lateness: lateness_of(lateness?)?,

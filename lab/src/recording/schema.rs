@@ -3,7 +3,7 @@
 use ratelab::{
     cartpole::mujoco_version,
     experiment::{Config, RunEnd},
-    runtime::{ClockKind, Time, telemetry::Shape},
+    runtime::{ClockKind, Time, telemetry::Topology},
 };
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub const ORIGIN: &str = "origin";
 /// Entity of what happened to the run: text for people, [`JSON`] for readers.
 pub const EVENTS: &str = "/events";
 
-/// Entity of the last thing written, an [`Outcome`]. A file without it was torn.
+/// Entity of the last thing written, a [`RecordingEnd`]. A file without it was torn.
 pub const END: &str = "/end";
 
 /// Entity of marks up to which everything is in the file.
@@ -83,19 +83,20 @@ pub struct Origin {
     /// What the run was started with.
     pub config: Config,
     /// The graph when it was started.
-    pub shape: Shape,
+    #[serde(rename = "shape")]
+    pub topology: Topology,
 }
 
 impl Origin {
     /// Of a run that this program makes.
-    pub fn new(config: Config, shape: Shape) -> Self {
+    pub fn new(config: Config, topology: Topology) -> Self {
         Self {
             format: FORMAT,
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
             mujoco: mujoco_version().to_owned(),
             platform: platform(),
             config,
-            shape,
+            topology,
         }
     }
 }
@@ -108,20 +109,20 @@ pub fn platform() -> String {
 
 /// How a recording ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct RecordingEnd {
     /// Run time then.
     pub at: Time,
     /// The clock then.
     pub clock: ClockKind,
     /// What became of the run.
-    pub end: End,
-    /// Messages in the file, per topic of the [`Shape`].
+    pub end: RunStatus,
+    /// Messages in the file, per topic of the [`Topology`].
     pub messages: Vec<u64>,
-    /// Ticks in the file, per node of the [`Shape`].
+    /// Ticks in the file, per node of the [`Topology`].
     pub ticks: Vec<u64>,
     /// Messages and ticks that came faster than they could be recorded.
     pub lost: u64,
-    /// Messages lost unread when the run ended, per topic of the [`Shape`]: a queue
+    /// Messages lost unread when the run ended, per topic of the [`Topology`]: a queue
     /// made shallower loses some after the last message. Not known of a run that
     /// went on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -130,7 +131,7 @@ pub struct Outcome {
 
 /// What became of a run that was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum End {
+pub enum RunStatus {
     /// It ended.
     Ended(RunEnd),
     /// A node failed.

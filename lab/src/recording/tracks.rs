@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Fields, Payload, Tap, Tapped, Ticked, Time};
+use ratelab::runtime::{Fields, Payload, Tap, TapMessage, TickRecord, Time};
 use rerun::{RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{
@@ -16,7 +16,7 @@ use super::{
 pub const NANOS_PER_MICRO: f64 = 1e3;
 
 /// What comes out of a tap, waiting to be written.
-pub struct Track<T> {
+pub struct TapQueue<T> {
     tap: Tap<T>,
     waiting: Vec<T>,
     /// How many were written.
@@ -29,19 +29,19 @@ pub trait Stamped {
     fn stamp(&self) -> Time;
 }
 
-impl<T> Stamped for Tapped<T> {
+impl<T> Stamped for TapMessage<T> {
     fn stamp(&self) -> Time {
         self.message.stamp
     }
 }
 
-impl Stamped for Ticked {
+impl Stamped for TickRecord {
     fn stamp(&self) -> Time {
         self.at
     }
 }
 
-impl<T: Stamped> Track<T> {
+impl<T: Stamped> TapQueue<T> {
     /// Nothing yet.
     pub fn new(tap: Tap<T>) -> Self {
         Self {
@@ -95,7 +95,7 @@ pub fn name_fields<T: Fields>(rec: &RecordingStream, entity: &str) -> RecordingS
 pub fn write_messages<T: Fields + Payload>(
     rec: &RecordingStream,
     entity: &str,
-    messages: &[Tapped<T>],
+    messages: &[TapMessage<T>],
     stamps: &Stamps,
 ) -> RecordingStreamResult<()> {
     if messages.is_empty() {
@@ -119,7 +119,7 @@ pub fn write_messages<T: Fields + Payload>(
 pub fn write_ticks(
     rec: &RecordingStream,
     entity: &str,
-    ticks: &[Ticked],
+    ticks: &[TickRecord],
     stamps: &Stamps,
 ) -> RecordingStreamResult<()> {
     if ticks.is_empty() {
@@ -139,14 +139,14 @@ pub fn write_ticks(
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::{Depth, Patience, Time, Topic};
+    use ratelab::runtime::{Backpressure, Depth, Time, Topic};
 
-    use super::Track;
+    use super::TapQueue;
 
     #[test]
     fn what_comes_too_fast_is_counted() {
         let topic = Topic::new("/test", Depth::ONE);
-        let mut track = Track::new(topic.tap(3, Patience::default()));
+        let mut track = TapQueue::new(topic.tap(3, Backpressure::default()));
         let publisher = topic.publisher();
         (0..10).for_each(|at| publisher.publish((), Time::from_nanos(at), None));
         assert_eq!((track.drain(), track.lost()), (3, 7));

@@ -14,8 +14,8 @@ use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{ACTION, OBS, STATE},
     runtime::{
-        ClockKind, Command, Fields, Observer, Payload, Snapshot, Tapped, Ticked, Time,
-        telemetry::{Event, Happening},
+        ClockKind, Command, Fields, Observer, Payload, Snapshot, TapMessage, TickRecord, Time,
+        telemetry::{Event, EventKind},
     },
 };
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
@@ -25,11 +25,11 @@ use super::{
     file::RecordingFile,
     progress::Progress,
     properties,
-    recorder::{Ending, Source},
+    recorder::{Source, StopReason},
     scene::{Batch, Scene},
-    schema::{self, APPLICATION, CHECKPOINT, END, EVENTS, JSON, Outcome, UNTIL},
+    schema::{self, APPLICATION, CHECKPOINT, END, EVENTS, JSON, RecordingEnd, UNTIL},
     timeline::Stamps,
-    tracks::{Track, name_fields, write_messages, write_ticks},
+    tracks::{TapQueue, name_fields, write_messages, write_ticks},
 };
 
 /// Wall time between two batches: a kill loses what came since the last.
@@ -43,22 +43,22 @@ const LARGE_BATCH: usize = 100_000;
 const BACKLOG: usize = 16_384;
 
 /// Taps on everything.
-pub struct Attached {
-    observations: Track<Tapped<Observation>>,
-    actions: Track<Tapped<Action>>,
-    steps: Track<Tapped<ControlStep>>,
-    ticks: Vec<Track<Ticked>>,
+pub struct AttachedTaps {
+    observations: TapQueue<TapMessage<Observation>>,
+    actions: TapQueue<TapMessage<Action>>,
+    steps: TapQueue<TapMessage<ControlStep>>,
+    ticks: Vec<TapQueue<TickRecord>>,
 }
 
-impl Attached {
+impl AttachedTaps {
     /// Taps `source` from now on.
     pub fn new(source: &Source) -> Self {
         let taps = &source.taps;
         Self {
-            observations: Track::new(taps.observations(BACKLOG)),
-            actions: Track::new(taps.actions(BACKLOG)),
-            steps: Track::new(taps.steps(BACKLOG)),
-            ticks: taps.ticks(BACKLOG).into_iter().map(Track::new).collect(),
+            observations: TapQueue::new(taps.observations(BACKLOG)),
+            actions: TapQueue::new(taps.actions(BACKLOG)),
+            steps: TapQueue::new(taps.steps(BACKLOG)),
+            ticks: taps.ticks(BACKLOG).into_iter().map(TapQueue::new).collect(),
         }
     }
 }
@@ -76,10 +76,10 @@ pub struct Written {
 }
 
 /// Writes batches to a file.
-pub struct Writer {
+pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
-    taps: Attached,
+    taps: AttachedTaps,
     observer: Observer,
     /// Entities of the nodes.
     nodes: Vec<String>,
@@ -95,11 +95,11 @@ pub struct Writer {
     lost: Arc<AtomicU64>,
 }
 
-impl Writer {
+impl RecordingWriter {
     /// Writes what a recording begins with.
     pub fn start(
         file: RecordingFile,
-        taps: Attached,
+        taps: AttachedTaps,
         source: Source,
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
@@ -111,7 +111,7 @@ impl Writer {
         } = source;
         let rec =
             begin(&file, &origin, &start, observer.status().clock).map_err(io::Error::other)?;
-        let nodes = origin.shape.nodes.iter();
+        let nodes = origin.topology.nodes.iter();
         let mut writer = Self {
             nodes: nodes.map(|node| schema::node_entity(&node.name)).collect(),
             rec,
@@ -145,19 +145,19 @@ impl Writer {
     }
 
     /// Writes the rest, and the end.
-    pub fn complete(mut self, ending: &Ending) -> io::Result<Written> {
+    pub fn complete(mut self, reason: &StopReason) -> io::Result<Written> {
         self.drain();
         self.batch(Time::MAX)?;
-        let outcome = Outcome {
+        let outcome = RecordingEnd {
             at: self.observer.now().max(self.newest.unwrap_or(Time::ZERO)),
             clock: self.observer.status().clock,
-            end: ending.mark(),
+            end: reason.mark(),
             messages: self.messages().to_vec(),
             ticks: self.taps.ticks.iter().map(|track| track.written).collect(),
             lost: self.count_lost(),
-            dropped: ending.losses(&self.observer),
+            dropped: reason.losses(&self.observer),
         };
-        self.end(&outcome, ending).map_err(io::Error::other)?;
+        self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
@@ -186,7 +186,7 @@ impl Writer {
             taps.observations.drain(),
             taps.actions.drain(),
         ];
-        let ticks = taps.ticks.iter_mut().map(Track::drain);
+        let ticks = taps.ticks.iter_mut().map(TapQueue::drain);
         let fullest = messages.into_iter().chain(ticks).max().unwrap_or(0);
         self.count_lost();
         fullest
@@ -194,13 +194,13 @@ impl Writer {
 
     fn waiting(&self) -> usize {
         let taps = &self.taps;
-        let ticks: usize = taps.ticks.iter().map(Track::waiting).sum();
+        let ticks: usize = taps.ticks.iter().map(TapQueue::waiting).sum();
         taps.observations.waiting() + taps.actions.waiting() + taps.steps.waiting() + ticks
     }
 
     fn count_lost(&self) -> u64 {
         let taps = &self.taps;
-        let ticks: u64 = taps.ticks.iter().map(Track::lost).sum();
+        let ticks: u64 = taps.ticks.iter().map(TapQueue::lost).sum();
         let messages = taps.observations.lost() + taps.actions.lost() + taps.steps.lost();
         self.lost.store(messages + ticks, Ordering::Relaxed);
         messages + ticks
@@ -290,15 +290,15 @@ impl Writer {
         Ok(())
     }
 
-    fn end(&mut self, outcome: &Outcome, ending: &Ending) -> RecordingStreamResult<()> {
+    fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> RecordingStreamResult<()> {
         let progress = self.now();
-        let (verdict, lost) = match ending {
-            Ending::Run(summary) => {
+        let (verdict, lost) = match reason {
+            StopReason::Run(summary) => {
                 properties::send_summary(&self.rec, summary)?;
                 (summary.verdict.to_string(), !summary.verdict.balanced())
             }
-            Ending::Fault(fault) => (fault.clone(), true),
-            Ending::Off => ("the recording ends; the run went on".to_owned(), false),
+            StopReason::Fault(fault) => (fault.clone(), true),
+            StopReason::Off => ("the recording ends; the run went on".to_owned(), false),
         };
         self.scene
             .finish(&self.rec, &progress, outcome.at, &verdict, lost)?;
@@ -357,7 +357,7 @@ fn begin(
 fn messages<T: Fields + Payload>(
     rec: &RecordingStream,
     topic: &str,
-    messages: &[Tapped<T>],
+    messages: &[TapMessage<T>],
     progress: &Progress<'_>,
 ) -> RecordingStreamResult<()> {
     let stamps = progress.stamps_of(messages.iter().map(|tapped| tapped.message.stamp));
@@ -380,7 +380,7 @@ fn write_events(
     rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])
 }
 
-fn traffic<T>(messages: &[Tapped<T>]) -> Vec<(Time, u64)> {
+fn traffic<T>(messages: &[TapMessage<T>]) -> Vec<(Time, u64)> {
     let messages = messages.iter();
     messages
         .map(|tapped| (tapped.message.stamp, tapped.dropped))
@@ -390,7 +390,7 @@ fn traffic<T>(messages: &[Tapped<T>]) -> Vec<(Time, u64)> {
 fn moves_the_wall(event: &Event) -> bool {
     matches!(
         event.what,
-        Happening::Applied {
+        EventKind::Applied {
             command: Command::Resume | Command::HandOver(_),
             ..
         }

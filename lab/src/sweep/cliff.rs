@@ -1,11 +1,11 @@
 //! Where the cliff is, in words.
 
-use super::survey::Row;
+use super::summary::RateSummary;
 use crate::report::line;
 
 /// What there is to say of the rows of one group.
-pub fn lines(rows: &[Row]) -> Vec<String> {
-    let mut rows: Vec<&Row> = rows.iter().filter(|row| row.runs > 0).collect();
+pub fn lines(rows: &[RateSummary]) -> Vec<String> {
+    let mut rows: Vec<&RateSummary> = rows.iter().filter(|row| row.runs > 0).collect();
     rows.sort_by_key(|row| row.cell.control_hz);
     if rows.len() < 2 {
         return Vec::new();
@@ -16,7 +16,7 @@ pub fn lines(rows: &[Row]) -> Vec<String> {
 }
 
 /// Up to where nothing stands and from where on everything does.
-fn edges(rows: &[&Row]) -> String {
+fn edges(rows: &[&RateSummary]) -> String {
     let down = rows.iter().take_while(|row| row.balanced == 0);
     let up = rows.iter().rev();
     let up = up.take_while(|row| row.balanced == row.runs);
@@ -41,7 +41,7 @@ fn edges(rows: &[&Row]) -> String {
 }
 
 /// The rate at which most is lost by going *up* to the next one.
-fn dip(rows: &[&Row]) -> Option<String> {
+fn dip(rows: &[&RateSummary]) -> Option<String> {
     let drops = rows.windows(2).filter_map(|pair| {
         let drop = pair[0].share()? - pair[1].share()?;
         (drop > 0.0).then_some((drop, pair))

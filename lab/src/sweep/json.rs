@@ -1,29 +1,29 @@
 //! What a sweep came to, for programs.
 
-use ratelab::experiment::sweep::{Cell, Outcome, Swept};
+use ratelab::experiment::sweep::{Cell, CellResult, Swept};
 use serde_json::{Map, Value, json};
 
-use super::survey::{Row, Survey};
+use super::summary::{RateSummary, SweepSummary};
 use crate::metrics::{object, rounded};
 
 /// The sweep as JSON: how often the pole stayed up, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.
-pub fn text(survey: &Survey, swept: &Swept, theory: bool) -> String {
-    let rows = survey.rows().iter().map(|row| survival(row, theory));
+pub fn text(summary: &SweepSummary, swept: &Swept, theory: bool) -> String {
+    let rows = summary.rows().iter().map(|row| survival(row, theory));
     let cells = swept.finished().map(|(cell, outcome)| run(&cell, outcome));
     let whole = json!({
         "cells": cells.collect::<Vec<_>>(),
         "complete": swept.is_complete(),
-        "duration_s": rounded(survey.sweep.base.end.as_secs_f64()),
-        "runs": survey.runs,
-        "runs_asked_for": survey.cells,
+        "duration_s": rounded(summary.sweep.base.end.as_secs_f64()),
+        "runs": summary.runs,
+        "runs_asked_for": summary.cells,
         "survival": rows.collect::<Vec<_>>(),
         "version": env!("CARGO_PKG_VERSION"),
     });
     format!("{whole:#}")
 }
 
-fn survival(row: &Row, theory: bool) -> Value {
+fn survival(row: &RateSummary, theory: bool) -> Value {
     let mut figures = conditions(&row.cell);
     figures.extend(object(json!({
         "balanced": row.balanced,
@@ -39,7 +39,7 @@ fn survival(row: &Row, theory: bool) -> Value {
 }
 
 /// The names are those of a run's metrics.
-fn run(cell: &Cell, outcome: &Outcome) -> Value {
+fn run(cell: &Cell, outcome: &CellResult) -> Value {
     let mut figures = conditions(cell);
     figures.extend(object(json!({
         "action_dropped": outcome.action_dropped,

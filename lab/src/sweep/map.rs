@@ -7,13 +7,13 @@ use ratelab::experiment::sweep::Sweep;
 
 use super::{
     cliff,
-    shade::Shade,
-    survey::{Row, Survey},
+    summary::{RateSummary, SweepSummary},
+    survival_level::SurvivalLevel,
 };
 use crate::{dashboard::view::theme::Theme, report::line};
 
 /// How a map is drawn.
-pub struct Picture {
+pub struct MapStyle {
     /// Colours and glyphs.
     pub theme: Theme,
     /// Columns that there are.
@@ -26,26 +26,26 @@ const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it g
 
 /// The map: a list of rates where all else is the same, or a line of the map
 /// for each combination of what else there is.
-pub fn text(survey: &Survey, theory: bool, picture: &Picture) -> String {
-    let mut lines = head(survey, &picture.theme);
+pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
+    let mut lines = head(summary, &style.theme);
     lines.push(String::new());
-    let mut groups = survey.groups();
+    let mut groups = summary.groups();
     match (groups.len(), groups.next()) {
         (1, Some(rows)) => {
-            lines.extend(list::lines(rows, theory, &picture.theme));
+            lines.extend(list::lines(rows, theory, &style.theme));
             lines.push(String::new());
-            if survey.runs == survey.cells {
+            if summary.runs == summary.cells {
                 lines.extend(cliff::lines(rows));
             }
         }
         _ => {
-            lines.extend(heat::lines(survey, picture));
+            lines.extend(heat::lines(summary, style));
             if theory {
                 lines.push(String::new());
-                lines.extend(heat::growth(survey, picture));
+                lines.extend(heat::growth(summary, style));
             }
             lines.push(String::new());
-            lines.push(line("cells", &heat::key(&picture.theme)));
+            lines.push(line("cells", &heat::key(&style.theme)));
         }
     }
     if theory {
@@ -58,11 +58,11 @@ pub fn text(survey: &Survey, theory: bool, picture: &Picture) -> String {
 }
 
 /// What was swept, and how much of it was done.
-fn head(survey: &Survey, theme: &Theme) -> Vec<String> {
-    let sweep = &survey.sweep;
+fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
+    let sweep = &summary.sweep;
     let runs = format!(
         "{} of {} s: {}",
-        survey.cells,
+        summary.cells,
         sweep.base.end.as_secs_f64(),
         factors(sweep).join(theme.glyph(" × ", " x "))
     );
@@ -71,8 +71,8 @@ fn head(survey: &Survey, theme: &Theme) -> Vec<String> {
     if !fixed.is_empty() {
         lines.insert(0, line("graph", &fixed));
     }
-    if survey.runs < survey.cells {
-        let done = format!("only {} of these runs were made", survey.runs);
+    if summary.runs < summary.cells {
+        let done = format!("only {} of these runs were made", summary.runs);
         lines.push(line("stopped", &done));
     }
     lines
@@ -92,9 +92,9 @@ fn fixed(sweep: &Sweep) -> String {
 }
 
 /// The value of a list that has one, in words.
-fn one<T>(values: &[T], say: impl Fn(&T) -> String) -> Option<String> {
+fn one<T>(values: &[T], text: impl Fn(&T) -> String) -> Option<String> {
     match values {
-        [value] => Some(say(value)),
+        [value] => Some(text(value)),
         _ => None,
     }
 }
@@ -123,19 +123,19 @@ fn factors(sweep: &Sweep) -> Vec<String> {
     all.map(|(values, what)| count(values, what)).collect()
 }
 
-/// `text` in the colour of `shade`, if there are colours.
-fn paint(text: &str, shade: Shade, theme: &Theme) -> String {
+/// `text` in the colour of `level`, if there are colours.
+fn paint(text: &str, level: SurvivalLevel, theme: &Theme) -> String {
     // Blue and orange of the sixteen, as in the dashboard.
-    match shade.is_good().filter(|_| theme.colour) {
+    match level.is_good().filter(|_| theme.colour) {
         None => text.to_owned(),
         Some(true) => format!("\x1b[34m{text}\x1b[0m"),
         Some(false) => format!("\x1b[33m{text}\x1b[0m"),
     }
 }
 
-/// The shade of a row.
-fn shade(row: &Row) -> Shade {
-    Shade::of(row.balanced, row.runs)
+/// The survival level of a row.
+fn level(row: &RateSummary) -> SurvivalLevel {
+    SurvivalLevel::of(row.balanced, row.runs)
 }
 
 /// A growth rate (1/s).

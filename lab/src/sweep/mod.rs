@@ -1,7 +1,7 @@
 //! `ratelab sweep`: many runs at once, and how often the pole stayed up.
 //!
 //! ```text
-//! options ──► Sweep ──► cells on all cores ──► survey ──► map, JSON, .rrd
+//! options ──► Sweep ──► cells on all cores ──► summary ──► map, JSON, .rrd
 //!                                        └──────────────► CSV
 //! ```
 
@@ -12,8 +12,8 @@ mod map;
 mod options;
 mod progress;
 mod record;
-pub mod shade;
-mod survey;
+mod summary;
+pub mod survival_level;
 mod theory;
 
 use std::{
@@ -28,13 +28,13 @@ use crate::{
     cli::SweepArgs,
     error::Error,
     lab::theme,
-    output::{Outputs, Plan, say},
+    output::{OutputPlan, Outputs, print_line},
     run::policy_files,
     signals,
 };
 use progress::Bar;
 use record::Record;
-use survey::Survey;
+use summary::SweepSummary;
 use theory::Theory;
 
 /// Name of the file in `--out`.
@@ -59,7 +59,7 @@ pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
         }
     })?;
     bar.finish();
-    tell(args, &swept, outputs, record)?;
+    print_results(args, &swept, outputs, record)?;
     match swept.finished().count() {
         done if done < cells => Err(Error::Stopped { done, cells }),
         _ => Ok(()),
@@ -67,8 +67,8 @@ pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
 }
 
 /// What `args` ask to be written, and what `sweep` reads.
-fn plan<'a>(args: &'a SweepArgs, sweep: &'a Sweep) -> Plan<'a> {
-    Plan {
+fn plan<'a>(args: &'a SweepArgs, sweep: &'a Sweep) -> OutputPlan<'a> {
+    OutputPlan {
         out: args.out.as_deref(),
         metrics: FILE,
         csv: args.csv.as_deref(),
@@ -79,7 +79,7 @@ fn plan<'a>(args: &'a SweepArgs, sweep: &'a Sweep) -> Plan<'a> {
 }
 
 /// Writes the files that were asked for, and prints.
-fn tell(
+fn print_results(
     args: &SweepArgs,
     swept: &Swept,
     mut outputs: Outputs,
@@ -87,31 +87,31 @@ fn tell(
 ) -> Result<(), Error> {
     let wanted = args.theory || record.is_some();
     let theory = Theory::of(swept.sweep(), wanted)?;
-    let survey = Survey::of(swept, &theory);
+    let summary = SweepSummary::of(swept, &theory);
     if let Some(mut csv) = outputs.take_csv() {
         let file = csv.begin()?;
         csv.complete(csv::write(file, swept))?;
     }
-    let json = json::text(&survey, swept, args.theory);
+    let json = json::text(&summary, swept, args.theory);
     outputs.write(&json)?;
     if args.json {
-        say(&json)?;
+        print_line(&json)?;
     } else {
-        say(&map::text(&survey, args.theory, &picture(args)))?;
+        print_line(&map::text(&summary, args.theory, &style(args)))?;
     }
     match record {
-        Some(record) => record.write(&survey),
+        Some(record) => record.write(&summary),
         None => Ok(()),
     }
 }
 
 /// How the map is drawn: in colour only where somebody sees it.
-fn picture(args: &SweepArgs) -> map::Picture {
+fn style(args: &SweepArgs) -> map::MapStyle {
     let mut theme = theme(args.ascii);
     let terminal = stdout().is_terminal();
     theme.colour &= terminal;
     let size = crossterm::terminal::size().ok().filter(|_| terminal);
-    map::Picture {
+    map::MapStyle {
         theme,
         width: size.map_or(80, |(columns, _)| usize::from(columns)),
     }

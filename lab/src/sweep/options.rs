@@ -2,7 +2,7 @@
 
 use ratelab::{
     experiment::{Config, sweep::Sweep},
-    policy::Brain,
+    policy::PolicySpec,
 };
 
 use crate::{cli::SweepArgs, error::Error};
@@ -11,13 +11,13 @@ impl SweepArgs {
     /// The sweep that the options describe.
     pub fn sweep(&self) -> Result<Sweep, Error> {
         let lists = self.policy.iter();
-        let brains: Vec<&Brain> = lists.flat_map(|list| &list.0).collect();
-        let twice = |(place, policy)| brains[..place].contains(policy);
-        if let Some((_, policy)) = brains.iter().enumerate().find(|entry| twice(*entry)) {
-            let why = format!("--policy lists {policy} twice: give each brain once");
+        let policies: Vec<&PolicySpec> = lists.flat_map(|list| &list.0).collect();
+        let twice = |(place, policy)| policies[..place].contains(policy);
+        if let Some((_, policy)) = policies.iter().enumerate().find(|entry| twice(*entry)) {
+            let why = format!("--policy lists {policy} twice: give each policy once");
             return Err(Error::BadInput(why));
         }
-        let policies = brains.iter().map(|brain| brain.pinned());
+        let policies = policies.iter().map(|policy| policy.pinned());
         let policies = policies.collect::<Result<_, _>>();
         let policies = policies.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
         let usual = Config::default();

@@ -10,13 +10,13 @@ use rerun::{
     blueprint::{ContainerLike, TimeSeriesView, Vertical},
 };
 
-use super::survey::{Row, Survey};
+use super::summary::{RateSummary, SweepSummary};
 use crate::{
     error::Error,
     output::{record_error, write_error},
     recording::{
         RecordingFile,
-        blueprint::{Layout, Properties},
+        blueprint::{Properties, ViewerLayout},
         scene::{
             lines::{self, Line},
             palette,
@@ -26,10 +26,10 @@ use crate::{
 };
 
 /// A figure of a row, if it has one.
-type Figure = fn(&Row) -> Option<f64>;
+type PlotFigure = fn(&RateSummary) -> Option<f64>;
 
 /// What is drawn, one plot under the other: entity, title, and the figure.
-const PLOTS: [(&str, &str, Figure); 3] = [
+const PLOTS: [(&str, &str, PlotFigure); 3] = [
     (
         "survival",
         "balanced runs over the control rate (%)",
@@ -62,27 +62,27 @@ impl Record {
         Ok(Self { path, file })
     }
 
-    /// Writes the curves of `survey`, and the layout to see them in.
-    pub fn write(self, survey: &Survey) -> Result<(), Error> {
-        let written = self.send(survey).map_err(io::Error::other);
+    /// Writes the curves of `summary`, and the layout to see them in.
+    pub fn write(self, summary: &SweepSummary) -> Result<(), Error> {
+        let written = self.send(summary).map_err(io::Error::other);
         written
             .and_then(|()| self.file.complete())
             .map(drop)
             .map_err(|why| write_error(&self.path, why))
     }
 
-    fn send(&self, survey: &Survey) -> RecordingStreamResult<()> {
+    fn send(&self, summary: &SweepSummary) -> RecordingStreamResult<()> {
         let rec = RecordingStreamBuilder::new(SWEEP_APPLICATION)
             .enabled(true)
-            .recording_name(format!("{} of {} runs", survey.runs, survey.cells))
+            .recording_name(format!("{} of {} runs", summary.runs, summary.cells))
             .buffered()?;
         rec.set_sink(Box::new(self.file.clone()));
-        let axis = Axis::of(survey);
-        layout(&rec, survey, &axis)?;
+        let axis = RateAxis::of(summary);
+        layout(&rec, summary, &axis)?;
         for (plot, _, figure) in PLOTS {
-            curves(&rec, survey, &axis, plot, figure)?;
+            curves(&rec, summary, &axis, plot, figure)?;
         }
-        let rates = survey.groups().next().unwrap_or_default();
+        let rates = summary.groups().next().unwrap_or_default();
         lines::begin(&rec, ZERO, &[Line::new("zero", palette::GREY, 1.0)])?;
         curve(&rec, ZERO, &axis, rates, |_| Some(0.0))?;
         let _ = rec.flush_blocking();
@@ -94,12 +94,12 @@ impl Record {
 /// One curve for each group, in colours of their own.
 fn curves(
     rec: &RecordingStream,
-    survey: &Survey,
-    axis: &Axis,
+    summary: &SweepSummary,
+    axis: &RateAxis,
     plot: &str,
-    figure: Figure,
+    figure: PlotFigure,
 ) -> RecordingStreamResult<()> {
-    let groups = survey.groups();
+    let groups = summary.groups();
     let looks = palette::series(groups.len()).zip(palette::widths(groups.len()));
     for (rows, (colour, width)) in groups.zip(looks) {
         let Some(name) = rows.first().map(name) else {
@@ -116,9 +116,9 @@ fn curves(
 fn curve(
     rec: &RecordingStream,
     entity: &str,
-    axis: &Axis,
-    rows: &[Row],
-    figure: Figure,
+    axis: &RateAxis,
+    rows: &[RateSummary],
+    figure: PlotFigure,
 ) -> RecordingStreamResult<()> {
     let points = rows.iter().filter_map(|row| Some((row, figure(row)?)));
     let mut points: Vec<(i64, f64)> = points
@@ -139,17 +139,17 @@ fn curve(
 
 /// The control rate as what the viewer calls a timeline, which knows whole
 /// numbers only.
-struct Axis {
+struct RateAxis {
     name: &'static str,
     /// Units in a hertz.
     units: f64,
 }
 
-impl Axis {
+impl RateAxis {
     /// The coarsest that holds every rate.
-    fn of(survey: &Survey) -> Self {
+    fn of(summary: &SweepSummary) -> Self {
         let fits = |units: f64| {
-            let mut rates = survey.sweep.control_hz.iter();
+            let mut rates = summary.sweep.control_hz.iter();
             rates.all(|hz| (hz.get() * units).fract() == 0.0)
         };
         let (name, units) = match () {
@@ -160,12 +160,12 @@ impl Axis {
         Self { name, units }
     }
 
-    fn place(&self, row: &Row) -> i64 {
+    fn place(&self, row: &RateSummary) -> i64 {
         (row.cell.control_hz.get() * self.units).round() as i64
     }
 }
 
-fn name(row: &Row) -> String {
+fn name(row: &RateSummary) -> String {
     let cell = &row.cell;
     format!(
         "{} sensor {} depth {}",
@@ -175,9 +175,13 @@ fn name(row: &Row) -> String {
     )
 }
 
-fn layout(rec: &RecordingStream, survey: &Survey, axis: &Axis) -> RecordingStreamResult<()> {
+fn layout(
+    rec: &RecordingStream,
+    summary: &SweepSummary,
+    axis: &RateAxis,
+) -> RecordingStreamResult<()> {
     let mut properties = Properties::default();
-    let names: Vec<String> = survey
+    let names: Vec<String> = summary
         .groups()
         .filter_map(|rows| rows.first().map(name))
         .collect();
@@ -190,7 +194,7 @@ fn layout(rec: &RecordingStream, survey: &Survey, axis: &Axis) -> RecordingStrea
         let range = (plot == "survival").then_some([-5.0, 105.0]);
         properties.plot(view, range)
     });
-    let layout = Layout {
+    let layout = ViewerLayout {
         root: Vertical::new(views).into(),
         timeline: axis.name,
         properties,
@@ -213,7 +217,7 @@ mod tests {
         log::{Chunk, LogMsg},
     };
 
-    use super::{Record, Survey};
+    use super::{Record, SweepSummary};
     use crate::sweep::theory::Theory;
 
     /// The values of all scalars in a file, by entity, beside their places.
@@ -251,7 +255,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("sweep.rrd");
         let record = Record::create(&path).expect("a new file");
-        record.write(&Survey::of(&swept, &theory)).expect("written");
+        record
+            .write(&SweepSummary::of(&swept, &theory))
+            .expect("written");
         let curves = read(&path, "control_millihz");
         let curve = |name: &str| {
             let mut curves = curves.iter();

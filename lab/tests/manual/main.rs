@@ -11,14 +11,14 @@
 mod page;
 mod shell;
 mod steps;
-#[path = "../common/terminal.rs"]
+#[path = "../support/terminal.rs"]
 mod terminal;
 mod tour;
 mod words;
 
 use std::{env, fs, path::Path};
 
-use page::Page;
+use page::ManualPage;
 use shell::Shell;
 
 /// Where pages may be, beside the README.
@@ -43,7 +43,7 @@ fn root() -> &'static Path {
 
 /// Checks a page, or brings it up to date.
 fn check(name: &str) {
-    let page = Page::read(root(), name);
+    let page = ManualPage::read(root(), name);
     let shell = Shell::new(root());
     let (mut faults, mut edits) = (Vec::new(), Vec::new());
     for step in &page.steps {
@@ -102,7 +102,7 @@ manual! {
     concepts: "docs/concepts.md",
     commands: "docs/commands.md",
     recordings: "docs/recordings.md",
-    brains: "docs/brains.md",
+    docs_policies: "docs/policies.md",
     your_own: "docs/your-own.md",
     costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",

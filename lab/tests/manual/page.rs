@@ -13,7 +13,7 @@ use std::{fs, ops::Range, path::Path};
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 /// A page.
-pub struct Page {
+pub struct ManualPage {
     /// Its path in the clone.
     pub name: String,
     /// All of it.
@@ -34,11 +34,11 @@ pub struct Page {
 pub struct Step {
     /// To be typed.
     pub command: String,
-    pub shown: Shown,
+    pub shown: ShownOutput,
 }
 
 /// What the page says comes of it.
-pub enum Shown {
+pub enum ShownOutput {
     /// Nothing but success.
     Success,
     /// This output, in which some parts may be left open.
@@ -56,7 +56,7 @@ enum Within {
     Generated(String, usize),
 }
 
-impl Page {
+impl ManualPage {
     pub fn read(root: &Path, name: &str) -> Self {
         let text = fs::read_to_string(root.join(name)).expect(name);
         let mut page = Self {
@@ -94,7 +94,7 @@ impl Page {
     fn take(&mut self, within: Within, event: Event<'_>, range: Range<usize>) -> Within {
         match (within, event) {
             (Within::Generated(command, start), Event::Html(html)) if html.trim() == END => {
-                let shown = Shown::Generated(start..range.start);
+                let shown = ShownOutput::Generated(start..range.start);
                 self.steps.push(Step { command, shown });
                 Within::Prose
             }
@@ -152,19 +152,19 @@ impl Page {
             if let Some(command) = text.strip_prefix("$ ") {
                 self.steps.push(Step {
                     command: command.to_owned(),
-                    shown: Shown::Output(line.end..line.end),
+                    shown: ShownOutput::Output(line.end..line.end),
                 });
                 continue;
             }
             match (text.strip_prefix("> "), self.steps[before..].last_mut()) {
                 (Some(more), Some(Step { command, shown })) => {
                     *command = format!("{command}\n{more}");
-                    *shown = Shown::Output(line.end..line.end);
+                    *shown = ShownOutput::Output(line.end..line.end);
                 }
                 (
                     None,
                     Some(Step {
-                        shown: Shown::Output(output),
+                        shown: ShownOutput::Output(output),
                         ..
                     }),
                 ) => output.end = line.end,
@@ -180,7 +180,7 @@ impl Page {
         let commands = commands.filter(|command| !command.is_empty());
         self.steps.extend(commands.map(|command| Step {
             command: command.to_owned(),
-            shown: Shown::Success,
+            shown: ShownOutput::Success,
         }));
     }
 }

@@ -44,7 +44,7 @@ const PROGRAMS: [&str; 9] = [
 ];
 
 /// What commands on the pages read: folders, without what is in folders of theirs.
-const FOLDERS: [&str; 4] = ["docs", "examples", "policies", "tests/brains"];
+const FOLDERS: [&str; 4] = ["docs", "examples", "policies", "tests/fixtures/policies"];
 
 /// The same, where a reader's own files may lie beside it.
 const FILES: [&str; 5] = [

@@ -6,7 +6,7 @@ use std::{fs, ops::Range};
 use snapbox::{Assert, Data, IntoData};
 
 use crate::{
-    page::{Page, Shown, Step},
+    page::{ManualPage, ShownOutput, Step},
     root,
     shell::{Shell, takes_the_terminal},
 };
@@ -16,7 +16,7 @@ pub type Edit = (Range<usize>, String);
 
 /// Does as a reader is told; what the page would have to say instead, if it does
 /// not say so.
-pub fn perform(page: &Page, step: &Step, shell: &Shell) -> Result<Option<Edit>, String> {
+pub fn perform(page: &ManualPage, step: &Step, shell: &Shell) -> Result<Option<Edit>, String> {
     let command = &step.command;
     if is_tried_elsewhere(command) {
         return Ok(None);
@@ -25,16 +25,16 @@ pub fn perform(page: &Page, step: &Step, shell: &Shell) -> Result<Option<Edit>, 
     if takes_the_terminal(command) {
         return shell.look(command).map(|()| None).map_err(failed);
     }
-    let all = !matches!(step.shown, Shown::Generated(_));
+    let all = !matches!(step.shown, ShownOutput::Generated(_));
     let printed = shell.run(command, all).map_err(failed)?;
     Ok(match &step.shown {
-        Shown::Success => None,
-        Shown::Output(place) => {
+        ShownOutput::Success => None,
+        ShownOutput::Output(place) => {
             let (said, printed) = (page.text[place.clone()].trim_end(), printed.trim_end());
             let differs = compare(command, said, printed).is_err();
             differs.then(|| (place.clone(), masked(printed)))
         }
-        Shown::Generated(place) => generated(page, place, &printed),
+        ShownOutput::Generated(place) => generated(page, place, &printed),
     })
 }
 
@@ -70,7 +70,7 @@ fn masked(printed: &str) -> String {
 
 /// What is to stand between the comments of a part that a command makes; inside
 /// of its fence, if it has one.
-fn generated(page: &Page, place: &Range<usize>, printed: &str) -> Option<Edit> {
+fn generated(page: &ManualPage, place: &Range<usize>, printed: &str) -> Option<Edit> {
     let said = &page.text[place.clone()];
     let first = said.find('\n').map_or(0, |end| end + 1);
     let fenced = said.starts_with("```");
@@ -89,7 +89,7 @@ fn generated(page: &Page, place: &Range<usize>, printed: &str) -> Option<Edit> {
 }
 
 /// Brings a page up to date.
-pub fn update(page: &Page, edits: Vec<Edit>) {
+pub fn update(page: &ManualPage, edits: Vec<Edit>) {
     let mut text = page.text.clone();
     for (place, now) in edits.into_iter().rev() {
         text.replace_range(place, &now);
@@ -98,7 +98,7 @@ pub fn update(page: &Page, edits: Vec<Edit>) {
 }
 
 /// How a part of a page differs from what it would have to be.
-pub fn differs(page: &Page, place: Range<usize>, now: &str) -> String {
+pub fn differs(page: &ManualPage, place: Range<usize>, now: &str) -> String {
     let title = format!("line {}", page.text[..place.start].lines().count() + 1);
     match compare(&title, &page.text[place], now) {
         Ok(()) => format!("{title}: white space differs"),

@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeSet, thread, time::Duration};
 
-use crate::{page::Page, root, terminal::Lab};
+use crate::{page::ManualPage, root, terminal::Lab};
 
 const HEADING: &str = "## Your first five minutes\n";
 
@@ -100,7 +100,7 @@ fn named(readme: &str) -> BTreeSet<char> {
 #[test]
 fn the_first_five_minutes_of_the_manual_are_played_with_the_keys_that_they_name() {
     let played = MOMENTS.iter().flat_map(|moment| moment.keys.chars());
-    let readme = Page::read(root(), "README.md");
+    let readme = ManualPage::read(root(), "README.md");
     assert_eq!(named(&readme.text), played.collect());
 }
 

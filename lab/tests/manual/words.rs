@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{page::Page, root, shell::Shell};
+use crate::{page::ManualPage, root, shell::Shell};
 
 /// Links to files that are not there, and to headings that nobody wrote.
-pub fn dead_links(page: &Page) -> Vec<String> {
+pub fn dead_links(page: &ManualPage) -> Vec<String> {
     let folder = Path::new(&page.name).with_file_name("");
     let links = page.links.iter().filter(|link| !link.contains("://"));
     let dead = links.filter(|link| {
@@ -17,13 +17,13 @@ pub fn dead_links(page: &Page) -> Vec<String> {
         };
         let there = root().join(&path).exists();
         let wanted = there && !heading.is_empty();
-        !there || wanted && !Page::read(root(), &path.display().to_string()).has(heading)
+        !there || wanted && !ManualPage::read(root(), &path.display().to_string()).has(heading)
     });
     dead.map(|link| format!("{link} leads nowhere")).collect()
 }
 
 /// Commands and options in the text that ratelab does not know.
-pub fn unknown(page: &Page, shell: &Shell) -> Vec<String> {
+pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");
     let known = ["", "run", "sweep", "exercise", "replay"]

@@ -17,7 +17,7 @@
 //! ```
 
 mod axis;
-mod outcome;
+mod result;
 mod work;
 
 use std::time::Duration;
@@ -25,12 +25,12 @@ use std::time::Duration;
 use thiserror::Error;
 
 pub use axis::{Axis, AxisError, Quantity};
-pub use outcome::{Outcome, Survival, Swept};
+pub use result::{CellResult, Survival, Swept};
 pub use work::all_cores;
 
 use super::{Config, Experiment, SetupError};
 use crate::{
-    policy::{Brain, BrainError, Shelf},
+    policy::{PolicyCache, PolicyError, PolicySpec},
     runtime::{ClockKind, Depth, Fault, Hz, Speed, Time},
 };
 
@@ -45,8 +45,8 @@ pub struct Sweep {
     /// Everything that no list says. Its clock and thinking time do not count:
     /// a sweep runs on the virtual clock, flat out.
     pub base: Config,
-    /// Brains.
-    pub policies: Vec<Brain>,
+    /// Policies.
+    pub policies: Vec<PolicySpec>,
     /// How often the sensor publishes.
     pub sensor_hz: Vec<Hz>,
     /// How many messages `/obs` and `/action` keep.
@@ -60,8 +60,8 @@ pub struct Sweep {
 /// One run of a sweep by what sets it apart from the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// The brain.
-    pub policy: Brain,
+    /// The policy.
+    pub policy: PolicySpec,
     /// How often the sensor publishes.
     pub sensor_hz: Hz,
     /// How many messages `/obs` and `/action` keep.
@@ -84,11 +84,11 @@ pub enum SweepError {
     /// Its runs would never end.
     #[error("the runs of a sweep must end: give them a duration")]
     Endless,
-    /// A brain cannot be had.
+    /// A policy cannot be had.
     #[error(transparent)]
-    Brain(#[from] BrainError),
+    Policy(#[from] PolicyError),
     /// A cell could not be set up.
-    #[error("{}: {source}", say(cell))]
+    #[error("{}: {source}", describe(cell))]
     Setup {
         /// Which.
         cell: Box<Cell>,
@@ -96,7 +96,7 @@ pub enum SweepError {
         source: SetupError,
     },
     /// A node of a cell failed.
-    #[error("{}: {source}", say(cell))]
+    #[error("{}: {source}", describe(cell))]
     Fault {
         /// Which.
         cell: Box<Cell>,
@@ -105,7 +105,7 @@ pub enum SweepError {
     },
 }
 
-fn say(cell: &Cell) -> String {
+fn describe(cell: &Cell) -> String {
     let Cell {
         policy,
         sensor_hz,
@@ -168,9 +168,9 @@ impl Sweep {
         (rest == 0).then_some(cell)
     }
 
-    /// Every brain that its runs need.
-    pub(super) fn brains(&self) -> impl Iterator<Item = &Brain> {
-        self.policies.iter().chain(self.base.knob_brains())
+    /// Every policy that its runs need.
+    pub(super) fn needed_policies(&self) -> impl Iterator<Item = &PolicySpec> {
+        self.policies.iter().chain(self.base.knob_policies())
     }
 
     /// The run that `cell` is.
@@ -178,7 +178,7 @@ impl Sweep {
         Config {
             seed: cell.seed,
             clock: ClockKind::Virtual,
-            speed: Speed::FlatOut,
+            speed: Speed::Unlimited,
             sensor_hz: cell.sensor_hz,
             control_hz: cell.control_hz,
             queue_depth: cell.queue_depth,
@@ -189,9 +189,9 @@ impl Sweep {
     }
 
     /// Runs one cell.
-    fn execute(&self, cell: &Cell, shelf: &Shelf) -> Result<Outcome, SweepError> {
+    fn execute(&self, cell: &Cell, cache: &PolicyCache) -> Result<CellResult, SweepError> {
         let which = || Box::new(cell.clone());
-        let experiment = Experiment::with_shelf(&self.config(cell), shelf.clone());
+        let experiment = Experiment::with_cache(&self.config(cell), cache.clone());
         let experiment = experiment.map_err(|source| SweepError::Setup {
             cell: which(),
             source,
@@ -201,7 +201,7 @@ impl Sweep {
             cell: which(),
             source,
         })?;
-        Ok(Outcome::from(&summary))
+        Ok(CellResult::from(&summary))
     }
 }
 

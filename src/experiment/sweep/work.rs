@@ -9,8 +9,8 @@ use std::{
 
 use crossbeam_channel::{Receiver, Sender};
 
-use super::{Cell, Outcome, Sweep, SweepError, Swept};
-use crate::policy::Shelf;
+use super::{Cell, CellResult, Sweep, SweepError, Swept};
+use crate::policy::PolicyCache;
 
 /// Finished cells that may wait for the caller to look at them.
 const WAITING: usize = 1_024;
@@ -21,12 +21,12 @@ pub fn all_cores() -> NonZeroUsize {
 }
 
 /// A cell, its number, and what it came to.
-type Done = (usize, Cell, Result<Outcome, SweepError>);
+type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 
 /// What the threads of a sweep share.
 struct Work<'a> {
     sweep: &'a Sweep,
-    shelf: Shelf,
+    cache: PolicyCache,
     cells: usize,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -43,12 +43,12 @@ impl Sweep {
     pub fn run(
         &self,
         threads: NonZeroUsize,
-        finished: impl FnMut(&Cell, &Outcome) -> ControlFlow<()>,
+        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
         let work = Work {
             sweep: self,
             cells: self.cells()?,
-            shelf: Shelf::of(self.brains())?,
+            cache: PolicyCache::of(self.needed_policies())?,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
         };
@@ -66,12 +66,12 @@ impl Sweep {
 
 impl Work<'_> {
     /// Takes cells one by one until there are no more.
-    fn run(&self, done: &Sender<Done>) {
+    fn run(&self, done: &Sender<FinishedCell>) {
         while !self.stopped() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let cell = self.sweep.cell(index).filter(|_| index < self.cells);
             let Some(cell) = cell else { return };
-            let outcome = self.sweep.execute(&cell, &self.shelf);
+            let outcome = self.sweep.execute(&cell, &self.cache);
             if done.send((index, cell, outcome)).is_err() {
                 return; // The caller panicked.
             }
@@ -85,8 +85,8 @@ impl Work<'_> {
     /// Puts what the threads found in its place.
     fn collect(
         &self,
-        done: Receiver<Done>,
-        mut finished: impl FnMut(&Cell, &Outcome) -> ControlFlow<()>,
+        done: Receiver<FinishedCell>,
+        mut finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
         let mut outcomes = vec![None; self.cells];
         let mut failed = None;

@@ -1,4 +1,4 @@
-//! Brains that were learned: the actor of the course's PPO agent, from a file.
+//! Policies that were learned: the actor of the course's PPO agent, from a file.
 //!
 //! Of a file only the six tensors of the actor's mean are read; whatever else
 //! it holds (the critic, the deviation of exploration) is left alone.

@@ -1,4 +1,4 @@
-//! Brains as ONNX graphs, run by the ONNX Runtime where that is installed.
+//! Policies as ONNX graphs, run by the ONNX Runtime where that is installed.
 //!
 //! The graph takes `float32[1, 5]`, an observation, and gives `float32[1, 1]`, an
 //! action. Unlike the files that are read here to the last byte, an ONNX file is
@@ -45,7 +45,7 @@ pub enum OnnxError {
     /// The runtime does not take the file.
     #[error("expected an ONNX graph, found one that the ONNX Runtime refuses: {0}")]
     Refused(String),
-    /// The graph is not that of a brain for this robot.
+    /// The graph is not that of a policy for this robot.
     #[error("expected a graph from float32[1, 5] to float32[1, 1], found {0}")]
     Signature(String),
 }

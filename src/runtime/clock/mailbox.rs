@@ -9,73 +9,77 @@ use crate::runtime::{
     time::Time,
 };
 
-/// What a node's thread is told.
+/// What wakes a node's thread.
 #[derive(Debug)]
-pub(crate) enum Mail {
+pub(crate) enum Wakeup {
     /// Run time is tied to wall time like this: begin.
-    Begin(Wall),
+    Start(Wall),
     /// Obey this command, which is for the node, and log that.
-    Obey(Command),
-    /// Come home: run time has stopped here.
-    Leave(Time),
+    Command(Command),
+    /// Run time has stopped here: return.
+    Stop(Time),
 }
 
-/// A queue of mail that can be waited on with a deadline: mail ends the wait
-/// at once.
+/// A queue of wake-ups that can be waited on with a deadline: a wake-up ends the
+/// wait at once.
 #[derive(Debug, Default)]
 pub(crate) struct Mailbox {
-    mail: Mutex<VecDeque<Mail>>,
-    bell: Condvar,
+    queue: Mutex<VecDeque<Wakeup>>,
+    wake: Condvar,
 }
 
 impl Mailbox {
-    /// Puts mail in and wakes whoever waits for it.
-    pub(crate) fn post(&self, mail: Mail) {
-        lock(&self.mail).push_back(mail);
-        self.bell.notify_one();
+    /// Puts a wake-up in and wakes whoever waits for it.
+    pub(crate) fn post(&self, wakeup: Wakeup) {
+        lock(&self.queue).push_back(wakeup);
+        self.wake.notify_one();
     }
 
-    /// When run time stopped, if the call to come home is among the mail.
-    pub(crate) fn called_home(&self) -> Option<Time> {
-        lock(&self.mail).iter().find_map(|mail| match mail {
-            Mail::Leave(at) => Some(*at),
+    /// When run time stopped, if a stop is among the wake-ups.
+    pub(crate) fn stop_requested(&self) -> Option<Time> {
+        lock(&self.queue).iter().find_map(|wakeup| match wakeup {
+            Wakeup::Stop(at) => Some(*at),
             _ => None,
         })
     }
 
-    /// The next mail, however long it takes.
-    pub(crate) fn wait(&self) -> Mail {
-        let mut queue = lock(&self.mail);
+    /// The next wake-up, however long it takes.
+    pub(crate) fn wait(&self) -> Wakeup {
+        let mut queue = lock(&self.queue);
         loop {
-            if let Some(mail) = queue.pop_front() {
-                return mail;
+            if let Some(wakeup) = queue.pop_front() {
+                return wakeup;
             }
             queue = self
-                .bell
+                .wake
                 .wait(queue)
                 .unwrap_or_else(|poisoned| poisoned.into_inner());
         }
     }
 
-    /// The next mail, or `None` once run time `time` has come.
-    pub(crate) fn wait_until(&self, wall: &Wall, time: Time) -> Option<Mail> {
+    /// The next wake-up, or `None` once run time `time` has come.
+    pub(crate) fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
         let deadline = wall.instant_of(time);
-        let mut queue = lock(&self.mail);
+        let mut queue = lock(&self.queue);
         loop {
-            if let Some(mail) = queue.pop_front() {
-                return Some(mail);
+            if let Some(wakeup) = queue.pop_front() {
+                return Some(wakeup);
             }
             let remaining = deadline.saturating_duration_since(Instant::now());
             if remaining.is_zero() {
                 return None;
             }
-            queue = self.doze(queue, remaining);
+            queue = self.park(queue, remaining);
         }
     }
 
     #[cfg(not(feature = "model"))]
-    fn doze<'q>(&'q self, queue: Queue<'q>, remaining: std::time::Duration) -> Queue<'q> {
-        match self.bell.wait_timeout(queue, remaining) {
+    fn park<'q>(
+        &'q self,
+        queue: WakeupQueue<'q>,
+        remaining: std::time::Duration,
+    ) -> WakeupQueue<'q> {
+        match self.wake.wait_timeout(queue, remaining) {
             Ok((queue, _)) => queue,
             Err(poisoned) => poisoned.into_inner().0,
         }
@@ -84,11 +88,11 @@ impl Mailbox {
     /// The model's condition variables know no time-out, but its wall clock
     /// advances with every look.
     #[cfg(feature = "model")]
-    fn doze<'q>(&'q self, queue: Queue<'q>, _: std::time::Duration) -> Queue<'q> {
+    fn park<'q>(&'q self, queue: WakeupQueue<'q>, _: std::time::Duration) -> WakeupQueue<'q> {
         drop(queue);
         crate::runtime::sync::thread::yield_now();
-        lock(&self.mail)
+        lock(&self.queue)
     }
 }
 
-type Queue<'q> = crate::runtime::sync::MutexGuard<'q, VecDeque<Mail>>;
+type WakeupQueue<'q> = crate::runtime::sync::MutexGuard<'q, VecDeque<Wakeup>>;

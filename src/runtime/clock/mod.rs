@@ -8,7 +8,7 @@
 //! between instants: nodes that are due together see the same world, and the
 //! run time at which a command took effect is enough to execute it again.
 
-mod agenda;
+mod event_queue;
 mod mailbox;
 mod pacer;
 mod real;
@@ -17,15 +17,15 @@ mod virtual_time;
 mod wall;
 
 pub use real::RealClock;
-pub use realtime::{Realtime, RealtimeError, give_way};
+pub use realtime::{RealtimeError, RealtimePriority, lower_priority};
 pub use virtual_time::VirtualClock;
 
 use super::{
     command::{ClockKind, Command},
-    graph::{Graph, Plane},
+    graph::{ControlPlane, Graph},
     inbox::Inbox,
     node::Fault,
-    telemetry::Happening,
+    telemetry::EventKind,
     time::Time,
 };
 
@@ -39,12 +39,17 @@ pub trait Clock {
     ///
     /// # Errors
     /// [`Fault`] if a node failed; all others have come to rest by then.
-    fn run(&mut self, graph: &mut Graph, inbox: &mut Inbox, until: Time) -> Result<Exit, Fault>;
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault>;
 }
 
 /// Why a clock returned.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Exit {
+pub enum ClockExit {
     /// Run time reached the end that was asked for.
     Completed,
     /// A node ended the run.
@@ -70,7 +75,7 @@ pub fn run(
     until: Time,
     first: ClockKind,
     real: &mut RealClock,
-) -> Result<Exit, Fault> {
+) -> Result<ClockExit, Fault> {
     let mut kind = first;
     loop {
         let exit = match kind {
@@ -78,24 +83,24 @@ pub fn run(
             ClockKind::Virtual => VirtualClock.run(graph, inbox, until),
         };
         match exit? {
-            Exit::HandedOver(next) => kind = next,
+            ClockExit::HandedOver(next) => kind = next,
             exit => return Ok(exit),
         }
     }
 }
 
 /// Notes how a node ended the run, for the observers.
-fn note_end(plane: &Plane, end: &Result<Exit, Fault>) {
+fn note_end(control: &ControlPlane, end: &Result<ClockExit, Fault>) {
     match end {
-        Ok(Exit::Ended { node, at }) => {
+        Ok(ClockExit::Ended { node, at }) => {
             let node = node.clone();
-            plane.journal().note(*at, Happening::Ended { node });
+            control.log().note(*at, EventKind::Ended { node });
         }
         Err(fault) => {
             let (node, cause) = (fault.node.clone(), fault.cause.to_string());
-            plane
-                .journal()
-                .note(fault.at, Happening::Faulted { node, cause });
+            control
+                .log()
+                .note(fault.at, EventKind::Faulted { node, cause });
         }
         Ok(_) => {}
     }
@@ -103,58 +108,68 @@ fn note_end(plane: &Plane, end: &Result<Exit, Fault>) {
 
 /// Obeys a command that needs no node, as both clocks do; `Some` if the clock
 /// is to return.
-fn obey(plane: &mut Plane, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
+fn obey(
+    control: &mut ControlPlane,
+    kind: ClockKind,
+    command: &Command,
+    at: Time,
+) -> Option<ClockExit> {
     let was = match command {
-        Command::SetDepth { topic, depth } => match plane.set_depth(topic, *depth, at) {
+        Command::SetDepth { topic, depth } => match control.set_depth(topic, *depth, at) {
             Ok(before) => Some(before.to_string()),
-            Err(reason) => return refuse(plane, command, at, &reason),
+            Err(reason) => return refuse(control, command, at, &reason),
         },
         Command::Pause => {
-            plane.update(|status| status.paused = true);
+            control.update(|status| status.paused = true);
             None
         }
         Command::Resume => {
-            plane.update(|status| status.paused = false);
+            control.update(|status| status.paused = false);
             None
         }
         Command::Speed(_) | Command::Step if kind == ClockKind::Real => {
             let reason =
                 "the real clock knows one speed, that of the wall; hand over to the virtual clock";
-            return refuse(plane, command, at, reason);
+            return refuse(control, command, at, reason);
         }
         Command::Speed(speed) => {
-            let before = plane.status.speed;
-            plane.update(|status| status.speed = *speed);
+            let before = control.status.speed;
+            control.update(|status| status.speed = *speed);
             Some(before.to_string())
         }
         Command::HandOver(next) if *next == kind => {
-            return refuse(plane, command, at, "it runs under that clock already");
+            return refuse(control, command, at, "it runs under that clock already");
         }
         Command::Step
         | Command::SetRate { .. }
-        | Command::Tell { .. }
+        | Command::Send { .. }
         | Command::HandOver(_)
         | Command::Stop => None,
     };
-    plane.journal().applied(at, command, was);
+    control.log().applied(at, command, was);
     match command {
-        Command::Stop => Some(Exit::Stopped),
-        Command::HandOver(next) => Some(Exit::HandedOver(*next)),
+        Command::Stop => Some(ClockExit::Stopped),
+        Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
         _ => None,
     }
 }
 
-fn refuse(plane: &Plane, command: &Command, at: Time, reason: &str) -> Option<Exit> {
-    plane.journal().refused(at, command, reason);
+fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Option<ClockExit> {
+    control.log().refused(at, command, reason);
     None
 }
 
 /// Obeys any command while all nodes are at rest.
-fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Option<Exit> {
+fn obey_at_rest(
+    graph: &mut Graph,
+    kind: ClockKind,
+    command: &Command,
+    at: Time,
+) -> Option<ClockExit> {
     if let Some(node) = command.node() {
         let answer = graph.obey(node, command, at);
-        graph.plane.journal().answered(at, command, answer);
+        graph.control.log().answered(at, command, answer);
         return None;
     }
-    obey(&mut graph.plane, kind, command, at)
+    obey(&mut graph.control, kind, command, at)
 }

@@ -20,7 +20,7 @@ impl Pacer {
     /// Starts pacing at run time `now`.
     pub(crate) fn new(speed: Speed, now: Time) -> Self {
         let wall = match speed {
-            Speed::FlatOut => None,
+            Speed::Unlimited => None,
             Speed::Times(pace) => Some(Wall::with_factor(now, pace.get())),
         };
         Self { speed, wall }

@@ -5,18 +5,18 @@ use std::ops::ControlFlow;
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{
-    Clock, Exit,
-    mailbox::{Mail, Mailbox},
+    Clock, ClockExit,
+    mailbox::{Mailbox, Wakeup},
     note_end, obey, obey_at_rest,
-    realtime::{self, Realtime},
+    realtime::{self, RealtimePriority},
     wall::Wall,
 };
 use crate::runtime::{
     command::{ClockKind, Command},
-    graph::{Graph, Plane},
-    inbox::{Inbox, Wait, Word},
+    graph::{ControlPlane, Graph},
+    inbox::{Inbox, Received, Wait},
     node::Fault,
-    slot::Slot,
+    scheduled_node::ScheduledNode,
     sync::{Arc, atomic::Ordering, spawn_named, thread},
     telemetry::Shared,
     time::Time,
@@ -30,7 +30,7 @@ use crate::runtime::{
 /// The order of nodes that are due together is the operating system's, so two
 /// runs are never quite the same.
 ///
-/// A pause brings all threads home and stops run time; so does handing over.
+/// A pause ends all threads and stops run time; so does handing over.
 ///
 /// ```
 /// use std::{thread::sleep, time::Duration};
@@ -49,12 +49,12 @@ use crate::runtime::{
 /// ```
 #[derive(Debug, Default)]
 pub struct RealClock {
-    realtime: Option<Realtime>,
+    realtime: Option<RealtimePriority>,
 }
 
 impl RealClock {
     /// A clock whose threads run with real-time priority, if it was granted.
-    pub fn new(realtime: Option<Realtime>) -> Self {
+    pub fn new(realtime: Option<RealtimePriority>) -> Self {
         Self { realtime }
     }
 }
@@ -64,11 +64,18 @@ impl Clock for RealClock {
         ClockKind::Real
     }
 
-    fn run(&mut self, graph: &mut Graph, inbox: &mut Inbox, until: Time) -> Result<Exit, Fault> {
-        graph.plane.update(|status| status.clock = ClockKind::Real);
-        graph.plane.patience.set(false);
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault> {
+        graph
+            .control
+            .update(|status| status.clock = ClockKind::Real);
+        graph.control.backpressure.set(false);
         let end = loop {
-            let end = if graph.plane.status.paused {
+            let end = if graph.control.status.paused {
                 Ok(rest(graph, inbox))
             } else {
                 self.stretch(graph, inbox, until)
@@ -77,26 +84,26 @@ impl Clock for RealClock {
                 break end;
             }
         };
-        note_end(&graph.plane, &end);
+        note_end(&graph.control, &end);
         end
     }
 }
 
 /// Obeys commands while run time stands still. Timed ones wait with it.
-fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<Exit> {
+fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
     match inbox.receive(Wait::Forever) {
         Some(command) => obey_at_rest(graph, ClockKind::Real, &command, graph.now()),
         // Nobody is left who could end the pause.
-        None => Some(Exit::Stopped),
+        None => Some(ClockExit::Stopped),
     }
 }
 
-/// What a node's thread tells when it is done.
+/// How a node's thread ended.
 enum Report {
     /// It has ticked for the last time before the end of the run.
     Finished,
     /// It ended the run.
-    Ended(Exit),
+    Ended(ClockExit),
     /// It failed.
     Failed(Fault),
 }
@@ -108,38 +115,38 @@ impl RealClock {
         graph: &mut Graph,
         inbox: &mut Inbox,
         until: Time,
-    ) -> Result<Option<Exit>, Fault> {
-        let mailboxes: Vec<Mailbox> = graph.slots.iter().map(|_| Mailbox::default()).collect();
+    ) -> Result<Option<ClockExit>, Fault> {
+        let mailboxes: Vec<Mailbox> = graph.nodes.iter().map(|_| Mailbox::default()).collect();
         let (reporter, reports) = crossbeam_channel::unbounded();
         let mut supervisor = Supervisor {
-            plane: &mut graph.plane,
+            control: &mut graph.control,
             inbox,
             until,
             mailboxes: &mailboxes,
             reports,
-            working: graph.slots.len(),
+            working: graph.nodes.len(),
         };
         let end = thread::scope(|scope| {
-            for (slot, mailbox) in graph.slots.iter_mut().zip(&mailboxes) {
-                let name = slot.entry.name.clone();
+            for (node, mailbox) in graph.nodes.iter_mut().zip(&mailboxes) {
+                let name = node.entry.name.clone();
                 let worker = Worker {
-                    slot,
+                    node,
                     mailbox,
                     until,
-                    shared: supervisor.plane.shared.clone(),
+                    shared: supervisor.control.shared.clone(),
                     realtime: self.realtime.clone(),
                     reporter: reporter.clone(),
                 };
                 if let Err(error) = spawn_named(scope, &name, move || worker.run()) {
-                    let (node, at) = (name.to_string(), supervisor.plane.now());
+                    let (node, at) = (name.to_string(), supervisor.control.now());
                     let cause = error.into();
                     let _ = reporter.send(Report::Failed(Fault { node, at, cause }));
                 }
             }
             let end = supervisor.supervise();
-            let stopped = supervisor.plane.now();
+            let stopped = supervisor.control.now();
             for mailbox in &mailboxes {
-                mailbox.post(Mail::Leave(stopped));
+                mailbox.post(Wakeup::Stop(stopped));
             }
             end
         });
@@ -149,7 +156,7 @@ impl RealClock {
 
 /// The thread that called the clock: obeys commands, watches the nodes.
 struct Supervisor<'a> {
-    plane: &'a mut Plane,
+    control: &'a mut ControlPlane,
     inbox: &'a mut Inbox,
     until: Time,
     mailboxes: &'a [Mailbox],
@@ -159,42 +166,42 @@ struct Supervisor<'a> {
 }
 
 impl Supervisor<'_> {
-    /// Lets the nodes begin; returns when they are to come home, with `None`
-    /// for a pause.
-    fn supervise(&mut self) -> Result<Option<Exit>, Fault> {
-        let wall = Wall::starting_at(self.plane.now());
+    /// Lets the nodes begin; returns when they are to stop, with `None` for a
+    /// pause.
+    fn supervise(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let wall = Wall::starting_at(self.control.now());
         for mailbox in self.mailboxes {
-            mailbox.post(Mail::Begin(wall));
+            mailbox.post(Wakeup::Start(wall));
         }
         while self.working > 0 || wall.now() < self.until {
-            match self.next_word(&wall) {
-                Word::Command(command) => {
+            match self.next_received(&wall) {
+                Received::Command(command) => {
                     let at = wall.now();
                     let exit = self.obey(command, at);
-                    if exit.is_some() || self.plane.status.paused {
+                    if exit.is_some() || self.control.status.paused {
                         // A node may have begun a tick after `at` already.
-                        self.plane.shared.come_to(at);
+                        self.control.shared.advance_to(at);
                         return Ok(exit);
                     }
                 }
-                Word::Other(Report::Finished) => self.working -= 1,
-                Word::Other(Report::Ended(exit)) => return Ok(Some(exit)),
-                Word::Other(Report::Failed(fault)) => return Err(fault),
-                Word::Silence => {}
+                Received::Other(Report::Finished) => self.working -= 1,
+                Received::Other(Report::Ended(exit)) => return Ok(Some(exit)),
+                Received::Other(Report::Failed(fault)) => return Err(fault),
+                Received::Timeout => {}
             }
         }
-        self.plane.set_now(self.until);
-        Ok(Some(Exit::Completed))
+        self.control.set_now(self.until);
+        Ok(Some(ClockExit::Completed))
     }
 
     /// A timed command that is due, else whatever comes before the next one.
-    fn next_word(&mut self, wall: &Wall) -> Word<Report> {
+    fn next_received(&mut self, wall: &Wall) -> Received<Report> {
         let now = wall.now();
         let timed = self.inbox.next_timed(self.until);
         if timed <= now
             && let Some(timed) = self.inbox.take_timed(self.until)
         {
-            return Word::Command(timed.command);
+            return Received::Command(timed.command);
         }
         let end = if now < self.until {
             self.until
@@ -205,25 +212,27 @@ impl Supervisor<'_> {
         self.inbox.receive_or(&self.reports, deadline)
     }
 
-    fn obey(&mut self, command: Command, at: Time) -> Option<Exit> {
+    fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
         let Some(node) = command.node() else {
-            return obey(self.plane, ClockKind::Real, &command, at);
+            return obey(self.control, ClockKind::Real, &command, at);
         };
-        match self.plane.node_index(node) {
-            Ok(index) => self.mailboxes[index].post(Mail::Obey(command)),
-            Err(reason) => self.plane.journal().refused(at, &command, reason),
+        match self.control.node_index(node) {
+            Ok(index) => self.mailboxes[index].post(Wakeup::Command(command)),
+            Err(reason) => self.control.log().refused(at, &command, reason),
         }
         None
     }
 
-    /// What the nodes reported on their way home outweighs why they were
-    /// called: a failure first, then an end.
-    fn settle(self, end: Result<Option<Exit>, Fault>) -> Result<Option<Exit>, Fault> {
+    /// What the nodes reported while they stopped outweighs why they were
+    /// stopped: a failure first, then an end.
+    fn settle(self, end: Result<Option<ClockExit>, Fault>) -> Result<Option<ClockExit>, Fault> {
         let mut end = end?;
         for report in self.reports.try_iter() {
             match report {
                 Report::Failed(fault) => return Err(fault),
-                Report::Ended(exit) if !matches!(end, Some(Exit::Ended { .. })) => end = Some(exit),
+                Report::Ended(exit) if !matches!(end, Some(ClockExit::Ended { .. })) => {
+                    end = Some(exit)
+                }
                 Report::Ended(_) | Report::Finished => {}
             }
         }
@@ -233,33 +242,33 @@ impl Supervisor<'_> {
 
 /// A node's thread.
 struct Worker<'a> {
-    slot: &'a mut Slot,
+    node: &'a mut ScheduledNode,
     mailbox: &'a Mailbox,
     until: Time,
     shared: Arc<Shared>,
-    realtime: Option<Realtime>,
+    realtime: Option<RealtimePriority>,
     reporter: Sender<Report>,
 }
 
 impl Worker<'_> {
     fn run(mut self) {
         realtime::prepare_thread(self.realtime.as_ref());
-        if let Mail::Begin(wall) = self.mailbox.wait()
+        if let Wakeup::Start(wall) = self.mailbox.wait()
             && let Some(report) = self.work(&wall)
         {
-            // The supervisor holds the other end until all threads are home.
+            // The supervisor holds the other end until all threads have ended.
             let _ = self.reporter.send(report);
         }
     }
 
-    /// Ticks until there is something to report, or the call to come home.
+    /// Ticks until there is something to report, or a stop is requested.
     fn work(&mut self, wall: &Wall) -> Option<Report> {
         loop {
-            let due = self.slot.rate.due();
+            let due = self.node.rate.due();
             match self.mailbox.wait_until(wall, due.min(self.until)) {
-                Some(Mail::Leave(_)) => return None,
-                Some(Mail::Begin(_)) => {}
-                Some(Mail::Obey(command)) => self.obey(&command, wall.now()),
+                Some(Wakeup::Stop(_)) => return None,
+                Some(Wakeup::Start(_)) => {}
+                Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
                 None if due > self.until => return Some(Report::Finished),
                 None => {
                     if let Some(report) = self.tick(wall, due) {
@@ -271,32 +280,32 @@ impl Worker<'_> {
     }
 
     fn obey(&mut self, command: &Command, at: Time) {
-        self.shared.come_to(at);
-        let answer = self.slot.obey(command, at);
-        self.shared.journal.answered(at, command, answer);
+        self.shared.advance_to(at);
+        let answer = self.node.obey(command, at);
+        self.shared.log.answered(at, command, answer);
     }
 
     fn tick(&mut self, wall: &Wall, due: Time) -> Option<Report> {
         let began = wall.now();
-        self.shared.come_to(began);
-        self.slot.entry.busy.store(true, Ordering::Relaxed);
-        let outcome = self.slot.tick(began);
-        self.slot.entry.busy.store(false, Ordering::Relaxed);
+        self.shared.advance_to(began);
+        self.node.entry.busy.store(true, Ordering::Relaxed);
+        let outcome = self.node.tick(began);
+        self.node.entry.busy.store(false, Ordering::Relaxed);
         let ended = wall.now();
         // Run time may have stopped while the node was busy, or ended: what was
         // due by then is missed, and nothing after it.
-        let stopped = self.mailbox.called_home().unwrap_or(Time::MAX);
+        let stopped = self.mailbox.stop_requested().unwrap_or(Time::MAX);
         let last = stopped.max(began).min(self.until);
-        self.slot.advance_past(ended.min(last + Time::TICK));
+        self.node.advance_past(ended.min(last + Time::TICK));
         let (lateness, took) = (began.since(due), ended.since(began));
-        self.slot.note_tick(began, Some(lateness), Some(took));
+        self.node.note_tick(began, Some(lateness), Some(took));
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
-            Ok(ControlFlow::Break(())) => Some(Report::Ended(Exit::Ended {
-                node: self.slot.entry.name.to_string(),
+            Ok(ControlFlow::Break(())) => Some(Report::Ended(ClockExit::Ended {
+                node: self.node.entry.name.to_string(),
                 at: began,
             })),
-            Err(cause) => Some(Report::Failed(self.slot.fault(began, cause))),
+            Err(cause) => Some(Report::Failed(self.node.fault(began, cause))),
         }
     }
 }

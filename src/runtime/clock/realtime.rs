@@ -4,9 +4,9 @@
 use thiserror::Error;
 
 /// Proof that real-time scheduling and locked memory were granted; see
-/// [`Realtime::request`].
+/// [`RealtimePriority::request`].
 #[derive(Clone, Debug)]
-pub struct Realtime(());
+pub struct RealtimePriority(());
 
 /// Real-time scheduling or locked memory was refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -29,13 +29,13 @@ mod system {
         ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
     };
 
-    use super::{Realtime, RealtimeError};
+    use super::{RealtimeError, RealtimePriority};
 
     /// Middle of the range of SCHED_FIFO: above every ordinary thread, not above
     /// the kernel's own interrupt threads.
     const PRIORITY: u8 = 49;
 
-    impl Realtime {
+    impl RealtimePriority {
         /// Asks for SCHED_FIFO on the node threads and locks the process in
         /// memory, so that neither another program nor a page fault delays a
         /// tick.
@@ -61,7 +61,7 @@ mod system {
     }
 
     /// Makes the calling thread wake as close to its deadlines as it may.
-    pub(crate) fn prepare_thread(realtime: Option<&Realtime>) {
+    pub(crate) fn prepare_thread(realtime: Option<&RealtimePriority>) {
         // The kernel's default slack of 50 µs would be half of all lateness. A
         // refusal costs accuracy only, and lateness is measured anyway.
         let _ = prctl::set_timerslack(1);
@@ -71,10 +71,10 @@ mod system {
         }
     }
 
-    /// Lets the calling thread, and those that it starts, run only where no other
-    /// thread wants the core. Where the system knows no such thing they run as
-    /// any other.
-    pub fn give_way() {
+    /// Lowers the priority of the calling thread, and of those that it starts: they
+    /// run only where no other thread wants the core. Where the system knows no
+    /// such thing they run as any other.
+    pub fn lower_priority() {
         let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
         // No right is needed to have less of a claim.
         let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
@@ -93,9 +93,9 @@ mod system {
 
 #[cfg(not(target_os = "linux"))]
 mod system {
-    use super::{Realtime, RealtimeError};
+    use super::{RealtimeError, RealtimePriority};
 
-    impl Realtime {
+    impl RealtimePriority {
         /// Asks for real-time scheduling, which this system has no common way
         /// to grant.
         ///
@@ -109,12 +109,12 @@ mod system {
         }
     }
 
-    pub(crate) fn prepare_thread(_: Option<&Realtime>) {}
+    pub(crate) fn prepare_thread(_: Option<&RealtimePriority>) {}
 
-    /// Lets the calling thread, and those that it starts, run only where no other
-    /// thread wants the core; on this system, as any other.
-    pub fn give_way() {}
+    /// Lowers the priority of the calling thread, and of those that it starts; not
+    /// on this system.
+    pub fn lower_priority() {}
 }
 
-pub use system::give_way;
+pub use system::lower_priority;
 pub(crate) use system::prepare_thread;

@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use super::{Clock, Exit, agenda::Agenda, note_end, obey_at_rest, pacer::Pacer};
+use super::{Clock, ClockExit, event_queue::EventQueue, note_end, obey_at_rest, pacer::Pacer};
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
     node::{Fault, Tick},
-    slot::Slot,
+    scheduled_node::ScheduledNode,
     sync::Instant,
     time::Time,
 };
@@ -26,14 +26,14 @@ use crate::runtime::{
 /// nodes all tick at the run time of the hand-over.
 ///
 /// ```
-/// use ratelab::runtime::{Clock, Exit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+/// use ratelab::runtime::{Clock, ClockExit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
 ///
 /// let mut graph = Graph::new();
 /// graph.node("slow", Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
 /// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_| GO_ON)?;
 /// // An hour of run time, in a moment, to its end: an instant is part of the run.
 /// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(3600.0)?)?;
-/// assert_eq!(exit, Exit::Completed);
+/// assert_eq!(exit, ClockExit::Completed);
 /// let ticks = graph.observer().snapshot().nodes.iter().map(|node| node.ticks).collect::<Vec<_>>();
 /// assert_eq!(ticks, [36_001, 3_600_001]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -46,13 +46,18 @@ impl Clock for VirtualClock {
         ClockKind::Virtual
     }
 
-    fn run(&mut self, graph: &mut Graph, inbox: &mut Inbox, until: Time) -> Result<Exit, Fault> {
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault> {
         graph
-            .plane
+            .control
             .update(|status| status.clock = ClockKind::Virtual);
-        graph.plane.patience.set(true);
+        graph.control.backpressure.set(true);
         let end = Scheduler::new(graph, inbox, until).run();
-        note_end(&graph.plane, &end);
+        note_end(&graph.control, &end);
         end
     }
 }
@@ -62,7 +67,7 @@ struct Scheduler<'a> {
     graph: &'a mut Graph,
     inbox: &'a mut Inbox,
     until: Time,
-    agenda: Agenda,
+    queue: EventQueue,
     pacer: Pacer,
     /// The instant of the last tick, if there was one.
     last_tick: Option<Time>,
@@ -74,19 +79,19 @@ struct Scheduler<'a> {
 enum Turn {
     Obey(Command),
     Proceed,
-    Leave,
+    Stop,
 }
 
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let late = graph.slots.iter().any(|slot| slot.rate.due() < now);
-        let last_due = graph.slots.iter().filter_map(|s| s.rate.last_due()).max();
+        let late = graph.nodes.iter().any(|node| node.rate.due() < now);
+        let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now: this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
         Self {
-            agenda: Agenda::new(&graph.slots),
-            pacer: Pacer::new(graph.plane.status.speed, now),
+            queue: EventQueue::new(&graph.nodes),
+            pacer: Pacer::new(graph.control.status.speed, now),
             last_tick: last_tick.map(|last| last.min(now)),
             graph,
             inbox,
@@ -95,12 +100,12 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    fn run(mut self) -> Result<Exit, Fault> {
+    fn run(mut self) -> Result<ClockExit, Fault> {
         loop {
             let exit = match self.take_turn() {
                 Turn::Obey(command) => self.receive(command)?,
                 Turn::Proceed => self.proceed()?,
-                Turn::Leave => Some(Exit::Stopped),
+                Turn::Stop => Some(ClockExit::Stopped),
             };
             if let Some(exit) = exit {
                 return Ok(exit);
@@ -113,9 +118,9 @@ impl<'a> Scheduler<'a> {
         if self.is_over() {
             return Turn::Proceed;
         }
-        let wait = if self.graph.plane.status.paused {
+        let wait = if self.graph.control.status.paused {
             if self.steps > 0 {
-                Wait::Not
+                Wait::None
             } else {
                 Wait::Forever
             }
@@ -123,12 +128,12 @@ impl<'a> Scheduler<'a> {
             return Turn::Proceed;
         } else {
             let next = self.next_event();
-            self.pacer.wait_for(next).map_or(Wait::Not, Wait::Until)
+            self.pacer.wait_for(next).map_or(Wait::None, Wait::Until)
         };
         match self.inbox.receive(wait) {
             Some(command) => Turn::Obey(command),
             // Nobody is left who could end the pause.
-            None if matches!(wait, Wait::Forever) => Turn::Leave,
+            None if matches!(wait, Wait::Forever) => Turn::Stop,
             None => Turn::Proceed,
         }
     }
@@ -136,7 +141,7 @@ impl<'a> Scheduler<'a> {
     /// Whether nodes are still to tick in the instant of the last tick.
     fn mid_instant(&self) -> bool {
         self.last_tick
-            .is_some_and(|last| self.agenda.next_due() <= last)
+            .is_some_and(|last| self.queue.next_due() <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take
@@ -147,12 +152,12 @@ impl<'a> Scheduler<'a> {
 
     /// The instant of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
-        let due = self.agenda.next_due();
+        let due = self.queue.next_due();
         due.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
     /// Obeys a command that arrived just now.
-    fn receive(&mut self, command: Command) -> Result<Option<Exit>, Fault> {
+    fn receive(&mut self, command: Command) -> Result<Option<ClockExit>, Fault> {
         if command.changes_graph() {
             while self.mid_instant() {
                 if let Some(exit) = self.tick()? {
@@ -174,22 +179,24 @@ impl<'a> Scheduler<'a> {
         let done = self.last_tick.map_or(Time::ZERO, |last| last + Time::TICK);
         let now = now.max(done);
         match self.pacer.now() {
-            Some(paced) if !self.graph.plane.status.paused => paced.min(self.next_event()).max(now),
+            Some(paced) if !self.graph.control.status.paused => {
+                paced.min(self.next_event()).max(now)
+            }
             _ => now,
         }
     }
 
-    fn obey(&mut self, command: &Command, at: Time) -> Option<Exit> {
-        self.graph.plane.set_now(at);
+    fn obey(&mut self, command: &Command, at: Time) -> Option<ClockExit> {
+        self.graph.control.set_now(at);
         if *command == Command::Step {
-            self.graph.plane.update(|status| status.paused = true);
+            self.graph.control.update(|status| status.paused = true);
             self.steps += 1;
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::SetRate { .. } => self.agenda = Agenda::new(&self.graph.slots),
+            Command::SetRate { .. } => self.queue = EventQueue::new(&self.graph.nodes),
             Command::Speed(_) | Command::Resume => {
-                self.pacer = Pacer::new(self.graph.plane.status.speed, at);
+                self.pacer = Pacer::new(self.graph.control.status.speed, at);
             }
             _ => {}
         }
@@ -197,8 +204,8 @@ impl<'a> Scheduler<'a> {
     }
 
     /// Runs the next event: a timed command, a tick, or the end.
-    fn proceed(&mut self) -> Result<Option<Exit>, Fault> {
-        let due = self.agenda.next_due();
+    fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let due = self.queue.next_due();
         if self.inbox.next_timed(self.until) <= due
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
@@ -207,48 +214,48 @@ impl<'a> Scheduler<'a> {
             return Ok(self.obey(&timed.command, at));
         }
         if due > self.until || due == Time::MAX {
-            self.graph.plane.set_now(self.until);
-            return Ok(Some(Exit::Completed));
+            self.graph.control.set_now(self.until);
+            return Ok(Some(ClockExit::Completed));
         }
         self.steps = self.steps.saturating_sub(1);
         self.tick()
     }
 
     /// Lets the next node work.
-    fn tick(&mut self) -> Result<Option<Exit>, Fault> {
-        let Some((due, index)) = self.agenda.next() else {
+    fn tick(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let Some((due, index)) = self.queue.next() else {
             return Ok(None);
         };
         // A node that comes late from the real clock does not turn time back.
         let now = due.max(self.graph.now());
         self.last_tick = Some(now);
-        self.graph.plane.set_now(now);
-        let slot = &mut self.graph.slots[index];
-        let outcome = tick(slot, now, self.pacer.is_paced());
-        self.agenda.ticked(slot.rate.due());
+        self.graph.control.set_now(now);
+        let node = &mut self.graph.nodes[index];
+        let outcome = tick(node, now, self.pacer.is_paced());
+        self.queue.ticked(node.rate.due());
         match outcome {
             Ok(ControlFlow::Continue(())) => Ok(None),
-            Ok(ControlFlow::Break(())) => Ok(Some(Exit::Ended {
-                node: slot.entry.name.to_string(),
+            Ok(ControlFlow::Break(())) => Ok(Some(ClockExit::Ended {
+                node: node.entry.name.to_string(),
                 at: now,
             })),
-            Err(cause) => Err(slot.fault(now, cause)),
+            Err(cause) => Err(node.fault(now, cause)),
         }
     }
 }
 
 /// Ticks a node and moves on to when it is due again.
-fn tick(slot: &mut Slot, now: Time, measured: bool) -> Tick {
+fn tick(node: &mut ScheduledNode, now: Time, measured: bool) -> Tick {
     let began = measured.then(Instant::now);
-    let outcome = slot.tick(now);
+    let outcome = node.tick(now);
     let took = began.map(|began| began.elapsed());
-    if slot.rate.due() < now {
+    if node.rate.due() < now {
         // It comes late from the real clock: once, not in a burst.
-        slot.advance_past(now);
+        node.advance_past(now);
     } else {
-        slot.rate.advance();
+        node.rate.advance();
     }
-    slot.note_tick(now, None, took);
+    node.note_tick(now, None, took);
     outcome
 }
 
@@ -301,8 +308,8 @@ mod tests {
             };
             graph.node(name, hz(rate), 0, |_| node).expect("a node");
         }
-        graph.slots.iter_mut().for_each(|slot| slot.rate.advance());
-        graph.plane.set_now(graph.slots[2].rate.due());
+        graph.nodes.iter_mut().for_each(|node| node.rate.advance());
+        graph.control.set_now(graph.nodes[2].rate.due());
         (graph, log)
     }
 
@@ -310,7 +317,7 @@ mod tests {
         let (commander, mut inbox) = Inbox::new(timed);
         let (mut graph, log) = late(given, commander);
         let exit = VirtualClock.run(&mut graph, &mut inbox, UNTIL);
-        assert_eq!(exit.expect("no fault"), Exit::Completed);
+        assert_eq!(exit.expect("no fault"), ClockExit::Completed);
         let ticks = log.lock().expect("log").clone();
         (ticks, graph.observer().events(0))
     }

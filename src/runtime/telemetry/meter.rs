@@ -109,13 +109,13 @@ struct Bucket {
 
 impl Meter {
     /// An empty meter and the one recorder that writes to it.
-    pub fn new() -> (Recorder, Self) {
+    pub fn new() -> (MeterRecorder, Self) {
         let meter = Self(Arc::new(Counts {
             octaves: [const { OnceLock::new() }; OCTAVES],
             sum: AtomicU64::new(0),
             max: AtomicU64::new(0),
         }));
-        (Recorder(meter.clone()), meter)
+        (MeterRecorder(meter.clone()), meter)
     }
 
     /// What was recorded so far. A sample that is being recorded meanwhile may
@@ -197,9 +197,9 @@ fn width(octave: usize) -> u64 {
 /// The writing side of a distribution, owned by the one thread that measures.
 /// Recording never waits, and neither does reading.
 #[derive(Debug)]
-pub struct Recorder(Meter);
+pub struct MeterRecorder(Meter);
 
-impl Recorder {
+impl MeterRecorder {
     /// Adds a sample.
     pub fn record(&mut self, sample: Duration) {
         let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);

@@ -3,21 +3,21 @@
 //! Counters are atomics with one writer, durations go through
 //! [`Meter`]s that never make the measuring thread wait. An [`Observer`] reads
 //! them from any thread at any time and returns a [`Snapshot`], a plain value
-//! that holds no lock. A [`Retelling`] moves the same counters from a record.
+//! that holds no lock. A [`ReplayCounters`] moves the same counters from a record.
 
-mod journal;
+mod event_log;
 mod meter;
 mod observer;
-mod retelling;
-mod shape;
+mod replay_counters;
+mod topology;
 mod window;
 
-pub use journal::{Event, Happening};
-pub use meter::{Distribution, Meter, Recorder};
+pub use event_log::{Event, EventKind};
+pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
-pub use retelling::Retelling;
-pub use shape::{NodeShape, Shape, TopicShape};
+pub use replay_counters::ReplayCounters;
+pub use topology::{NodeTopology, TopicTopology, Topology};
 
-pub(crate) use journal::Journal;
+pub(crate) use event_log::EventLog;
 pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TopicEntry};
 pub(crate) use window::RateWindow;

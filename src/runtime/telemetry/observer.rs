@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Distribution, Event, Journal, Meter};
+use super::{Distribution, Event, EventLog, Meter};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
@@ -30,12 +30,12 @@ pub struct Status {
 pub(crate) struct Shared {
     pub(crate) now: AtomicU64,
     pub(crate) status: Mutex<Status>,
-    pub(crate) journal: Journal,
+    pub(crate) log: EventLog,
 }
 
 impl Shared {
     /// Run time has come to `now` at least.
-    pub(crate) fn come_to(&self, now: Time) {
+    pub(crate) fn advance_to(&self, now: Time) {
         self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
     }
 }
@@ -232,7 +232,7 @@ impl Observer {
 
     /// The same without distributions, which stay empty: reading those is most
     /// of the work, and they change slowly.
-    pub fn glance(&self) -> Snapshot {
+    pub fn read_counters(&self) -> Snapshot {
         self.view(|_| Distribution::empty())
     }
 
@@ -262,7 +262,7 @@ impl Observer {
 
     /// Commands and ends of the run so far, from number `first` on.
     pub fn events(&self, first: usize) -> Vec<Event> {
-        self.shared.journal.since(first)
+        self.shared.log.since(first)
     }
 }
 

@@ -34,7 +34,7 @@ impl RateWindow {
     /// Counts so many events at `stamp`.
     pub(crate) fn count_many(&self, stamp: Time, events: u32) {
         let number = slice_number(stamp);
-        let slice = &self.slices[slot(number)];
+        let slice = &self.slices[node(number)];
         let word = slice.load(Ordering::Relaxed);
         let before = if word >> 32 == number { word as u32 } else { 0 };
         let count = number << 32 | u64::from(before.saturating_add(events));
@@ -61,7 +61,7 @@ impl RateWindow {
     }
 
     fn events_in(&self, number: u64) -> u64 {
-        let word = self.slices[slot(number)].load(Ordering::Relaxed);
+        let word = self.slices[node(number)].load(Ordering::Relaxed);
         if word >> 32 == number {
             word & 0xffff_ffff
         } else {
@@ -75,6 +75,6 @@ fn slice_number(time: Time) -> u64 {
     time.as_nanos() / SLICE_NANOS + 1
 }
 
-fn slot(number: u64) -> usize {
+fn node(number: u64) -> usize {
     number as usize % KEPT
 }

@@ -29,7 +29,7 @@ impl App {
             Ok(new) => new && self.mapping,
             Err(error) => {
                 (self.map, self.mapping) = (None, false);
-                self.say(format!("no map: {error}"));
+                self.notify(format!("no map: {error}"));
                 true
             }
         }
@@ -46,8 +46,8 @@ impl App {
             return Ok(());
         };
         match action {
-            MapAction::Rate(way) => map.move_rate(way),
-            MapAction::Seed(way) => map.move_seed(way),
+            MapAction::Rate(direction) => map.move_rate(direction),
+            MapAction::Seed(direction) => map.move_seed(direction),
             MapAction::Close => self.mapping = false,
             MapAction::Run => {
                 let (control_hz, seed) = map.chosen();

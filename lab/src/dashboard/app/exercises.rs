@@ -5,8 +5,8 @@ use ratelab::{experiment::Config, runtime::Speed};
 
 use super::{App, LabError};
 use crate::{
-    dashboard::desk::{Desk, Wish},
-    recording::Ending,
+    dashboard::exercise_panel::{ExercisePanel, PanelAction},
+    recording::StopReason,
 };
 
 /// Speed of a rescue by hand: time to think.
@@ -15,38 +15,38 @@ const BY_HAND: f64 = 0.2;
 impl App {
     /// Opens the list, or judges the rescue that is being tried.
     pub(super) fn open_exercises(&mut self) {
-        self.desk = Some(match self.judged() {
-            Some(desk) => desk,
-            None => Desk::new(),
+        self.panel = Some(match self.judged() {
+            Some(panel) => panel,
+            None => ExercisePanel::new(),
         });
     }
 
     /// The verdict on the rescue that was recorded; `None` if there is none.
-    fn judged(&mut self) -> Option<Desk> {
+    fn judged(&mut self) -> Option<ExercisePanel> {
         if !std::mem::take(&mut self.by_hand) {
             return None;
         }
         if let Some(recorder) = self.session.recorder() {
-            recorder.end(Ending::Off);
+            recorder.end(StopReason::Off);
             self.record = false;
         }
         self.finish_recordings();
         self.notice = None;
         let recorded = self.recorded.last()?;
-        Some(Desk::judging(&recorded.path))
+        Some(ExercisePanel::judging(&recorded.path))
     }
 
     /// Gives a key to the exercises.
-    pub(super) fn at_desk(&mut self, key: &KeyEvent) -> Result<(), LabError> {
-        let wish = self.desk.as_mut().map(|desk| desk.key(key));
-        match wish {
-            Some(Wish::Stay) | None => Ok(()),
-            Some(Wish::Leave) => {
-                self.desk = None;
+    pub(super) fn panel_key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
+        let action = self.panel.as_mut().map(|panel| panel.key(key));
+        match action {
+            Some(PanelAction::Stay) | None => Ok(()),
+            Some(PanelAction::Leave) => {
+                self.panel = None;
                 Ok(())
             }
-            Some(Wish::ByHand) => {
-                self.desk = None;
+            Some(PanelAction::ByHand) => {
+                self.panel = None;
                 self.try_by_hand()
             }
         }

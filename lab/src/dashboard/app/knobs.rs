@@ -1,4 +1,4 @@
-//! Turning knobs: by the rung, by an exact value, and as the timed ones do.
+//! Turning knobs: by the preset, by an exact value, and as the timed ones do.
 
 use std::mem::discriminant;
 
@@ -7,44 +7,46 @@ use ratelab::{
     experiment::{BROKEN_HZ, Config, Knob},
     runtime::{
         Depth, Hz,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 
 use super::App;
 use crate::dashboard::{
-    ladder::{self, Way},
-    sampler::Watched,
+    presets::{self, Direction},
+    sampler::RunSource,
 };
 
 impl App {
-    pub(super) fn turn_control_rate(&mut self, way: Way) {
+    pub(super) fn turn_control_rate(&mut self, direction: Direction) {
         let current = self.config.control_hz.get();
-        match ladder::next(&ladder::RATES, current, way) {
+        match presets::next(&presets::RATES, current, direction) {
             Some(hz) => self.turn_to_hz(hz, Knob::ControlHz),
-            None => self.at_end("control rate", way, self.config.control_hz),
+            None => self.at_end("control rate", direction, self.config.control_hz),
         }
     }
 
-    pub(super) fn turn_sensor_rate(&mut self, way: Way) {
+    pub(super) fn turn_sensor_rate(&mut self, direction: Direction) {
         let current = self.config.sensor_hz.get();
-        match ladder::next(&ladder::RATES, current, way) {
+        match presets::next(&presets::RATES, current, direction) {
             Some(hz) => self.turn_to_hz(hz, Knob::SensorHz),
-            None => self.at_end("sensor rate", way, self.config.sensor_hz),
+            None => self.at_end("sensor rate", direction, self.config.sensor_hz),
         }
     }
 
-    pub(super) fn turn_depth(&mut self, way: Way) {
+    pub(super) fn turn_depth(&mut self, direction: Direction) {
         let current = self.config.queue_depth.get() as f64;
-        match ladder::next(&ladder::DEPTHS, current, way).map(|depth| Depth::new(depth as usize)) {
+        match presets::next(&presets::DEPTHS, current, direction)
+            .map(|depth| Depth::new(depth as usize))
+        {
             Some(Ok(depth)) => self.turn(Knob::QueueDepth(depth)),
-            _ => self.at_end("queue depth", way, self.config.queue_depth),
+            _ => self.at_end("queue depth", direction, self.config.queue_depth),
         }
     }
 
     pub(super) fn break_it(&mut self) {
         if self.config.control_hz.get() == BROKEN_HZ {
-            self.say(format!(
+            self.notify(format!(
                 "it is broken already: the policy decides {BROKEN_HZ} times a second"
             ));
         } else {
@@ -52,9 +54,18 @@ impl App {
         }
     }
 
-    pub(super) fn at_end(&mut self, what: &str, way: Way, value: impl std::fmt::Display) {
-        let end = if way == Way::Up { "highest" } else { "lowest" };
-        self.say(format!("{what} is at its {end}, {value}"));
+    pub(super) fn at_end(
+        &mut self,
+        what: &str,
+        direction: Direction,
+        value: impl std::fmt::Display,
+    ) {
+        let end = if direction == Direction::Up {
+            "highest"
+        } else {
+            "lowest"
+        };
+        self.notify(format!("{what} is at its {end}, {value}"));
     }
 
     fn turn_to_hz(&mut self, hz: f64, knob: fn(Hz) -> Knob) {
@@ -66,7 +77,7 @@ impl App {
     /// Turns a knob of the running graph; the next session starts with it.
     pub(super) fn turn(&mut self, knob: Knob) {
         if self.ended() {
-            self.say(format!(
+            self.notify(format!(
                 "the run is over: {knob} counts from the next one, r starts it"
             ));
         } else {
@@ -90,8 +101,8 @@ impl App {
     /// that was given its time up front.
     pub(super) fn follow(&mut self, event: &Event) {
         let (command, refused) = match &event.what {
-            Happening::Applied { command, .. } => (command, None),
-            Happening::Refused { command, reason } => (command, Some(reason)),
+            EventKind::Applied { command, .. } => (command, None),
+            EventKind::Refused { command, reason } => (command, Some(reason)),
             _ => return,
         };
         let Some(knob) = Knob::of(command) else {
@@ -100,8 +111,8 @@ impl App {
         let pressed = self.answered(&knob);
         match refused {
             None => set(&mut self.running, knob),
-            // A brain that was there when a key asked for it may be gone by now.
-            Some(reason) if pressed => self.say(reason.clone()),
+            // A policy that was there when a key asked for it may be gone by now.
+            Some(reason) if pressed => self.notify(reason.clone()),
             Some(_) => {}
         }
         self.settle();
@@ -145,7 +156,7 @@ impl App {
                 let typed = self.prompt.take().unwrap_or_default();
                 match parse_knob(&typed) {
                     Ok(knob) => self.turn(knob),
-                    Err(reason) => self.say(reason),
+                    Err(reason) => self.notify(reason),
                 }
             }
             _ => {}
@@ -158,7 +169,7 @@ fn set(config: &mut Config, knob: Knob) {
         Knob::ControlHz(hz) => config.control_hz = hz,
         Knob::SensorHz(hz) => config.sensor_hz = hz,
         Knob::QueueDepth(depth) => config.queue_depth = depth,
-        Knob::Policy(brain) => config.policy = brain,
+        Knob::Policy(policy) => config.policy = policy,
     }
 }
 

@@ -21,6 +21,6 @@ fn mark(event: &Event) -> Option<String> {
         Knob::ControlHz(hz) => format!("control {hz}"),
         Knob::SensorHz(hz) => format!("sensor {hz}"),
         Knob::QueueDepth(depth) => format!("depth {depth}"),
-        Knob::Policy(brain) => brain.name().to_owned(),
+        Knob::Policy(policy) => policy.name().to_owned(),
     })
 }

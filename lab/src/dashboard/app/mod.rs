@@ -1,10 +1,10 @@
 //! The state of the dashboard, and what the keys do to it.
 
-mod brains;
 mod cliff;
 mod exercises;
 mod knobs;
 mod marks;
+mod policies;
 #[cfg(test)]
 mod probe;
 mod recording;
@@ -16,7 +16,7 @@ use std::{collections::VecDeque, sync::Arc, time::Duration};
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::{Config, Knob},
-    policy::Brain,
+    policy::PolicySpec,
     runtime::{Command, Time, telemetry::Event},
 };
 
@@ -25,16 +25,16 @@ use restart::Next;
 use super::{
     Model,
     cliff::CliffMap,
-    desk::Desk,
     error::LabError,
+    exercise_panel::ExercisePanel,
     focus::Pane,
-    history::History,
-    keys::{Action, LAB, MAP},
-    ladder::Way,
-    picture::{Picture, Trace},
-    sampler::{Sampler, Watched},
-    session::{Ended, Session, Setup},
-    view::{Footer, Shown, StatusExtra},
+    frame::{FrameData, Trace},
+    history::FrameHistory,
+    keys::{LAB, LabAction, MAP},
+    presets::Direction,
+    sampler::{RunSource, Sampler},
+    session::{Session, SessionResult, Setup},
+    view::{Footer, ScreenState, StatusExtra},
 };
 use crate::recording::{Destination, RecordError, Recorded, Recorder};
 
@@ -50,7 +50,7 @@ pub struct App {
     /// Knobs that keys turned and the graph has not answered yet, oldest first.
     pressed: VecDeque<Knob>,
     /// What p and P go through.
-    brains: Vec<Brain>,
+    policies: Vec<PolicySpec>,
     /// Whether the person wants run time to stand still; the clock may not have
     /// heard of it yet.
     pause: bool,
@@ -63,7 +63,7 @@ pub struct App {
     /// Whether run time stands still because the program is to be stopped.
     resting: bool,
     sampler: Sampler,
-    history: History,
+    history: FrameHistory,
     /// Where the next recording goes.
     destination: Destination,
     /// Whether the person wants sessions recorded.
@@ -74,9 +74,9 @@ pub struct App {
     recorded: Vec<Recorded>,
     /// The first that ended early.
     unrecorded: Option<RecordError>,
-    picture: Option<Arc<Picture>>,
+    frame: Option<Arc<FrameData>>,
     /// The exercises, while they are open.
-    desk: Option<Desk>,
+    panel: Option<ExercisePanel>,
     /// Whether the session is a rescue by hand, to be judged.
     by_hand: bool,
     /// The cliff map, once it was opened.
@@ -116,7 +116,7 @@ impl App {
     /// Watches a session that has started already.
     pub fn watching(session: Session, setup: Setup) -> Self {
         Self {
-            brains: brains::available(session.config()),
+            policies: policies::available(session.config()),
             config: without_knobs(session.config().clone()),
             running: without_knobs(session.config().clone()),
             pressed: VecDeque::new(),
@@ -127,14 +127,14 @@ impl App {
             resting: false,
             setup,
             sampler: Sampler::default(),
-            history: History::default(),
+            history: FrameHistory::default(),
             destination: Destination::default(),
             record: false,
             completing: Vec::new(),
             recorded: Vec::new(),
             unrecorded: None,
-            picture: None,
-            desk: None,
+            frame: None,
+            panel: None,
             by_hand: false,
             map: None,
             mapping: false,
@@ -147,7 +147,7 @@ impl App {
         }
     }
 
-    /// Which picture of how many is looked at; `None` live.
+    /// Which frame of how many is looked at; `None` live.
     pub fn looking_back(&self) -> Option<(usize, usize)> {
         self.history.position()
     }
@@ -171,13 +171,13 @@ impl App {
 
     /// Ends the session in order: what it came to, and what became of recordings.
     /// One that was to end and did not is not waited for any longer.
-    pub fn finish(mut self) -> Left {
+    pub fn finish(mut self) -> LabOutcome {
         let ended = match self.next {
             None => self.session.finish(),
             Some(_) => Err(self.session.abandon()),
         };
         self.finish_recordings();
-        Left {
+        LabOutcome {
             ended,
             recorded: self.recorded,
             unrecorded: self.unrecorded,
@@ -187,9 +187,9 @@ impl App {
 
 /// What is left of the lab when a person leaves it.
 #[derive(Debug)]
-pub struct Left {
+pub struct LabOutcome {
     /// What the last session came to.
-    pub ended: Result<Ended, LabError>,
+    pub ended: Result<SessionResult, LabError>,
     /// Recordings that are complete.
     pub recorded: Vec<Recorded>,
     /// The first that ended early.
@@ -202,19 +202,19 @@ impl Model for App {
         self.follow_end(Duration::ZERO)?;
         self.follow_events();
         self.follow_recordings();
-        let told = self.desk.as_mut().is_some_and(Desk::poll);
-        let new = told | self.history.add(self.sampler.picture(&mut self.session));
-        self.picture = self.history.shown();
+        let measured = self.panel.as_mut().is_some_and(ExercisePanel::poll);
+        let new = measured | self.history.add(self.sampler.frame_data(&mut self.session));
+        self.frame = self.history.shown();
         let mapped = self.follow_map();
         Ok(new || mapped)
     }
 
-    fn shown(&self) -> Option<Shown<'_>> {
-        let picture = self.picture.as_deref()?;
-        Some(Shown {
-            picture,
-            trace: self.trace(picture.now),
-            events: self.events(picture.now).cloned().collect(),
+    fn screen(&self) -> Option<ScreenState<'_>> {
+        let frame = self.frame.as_deref()?;
+        Some(ScreenState {
+            frame,
+            trace: self.trace(frame.now),
+            events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
                 back: self.looking_back(),
                 ended: self.ended(),
@@ -231,7 +231,7 @@ impl Model for App {
                 None => Footer::Hints(LAB.hints()),
             },
             help: self.help.then(|| self.keys()),
-            page: self.desk.as_ref().map(Desk::page),
+            page: self.panel.as_ref().map(ExercisePanel::page),
             notice: self.notice.as_deref(),
         })
     }
@@ -240,7 +240,7 @@ impl Model for App {
         let action = LAB.action(key);
         if self.next.is_some() {
             // What is on its way to its end obeys nothing else.
-            self.quit |= action == Some(Action::Quit);
+            self.quit |= action == Some(LabAction::Quit);
             return Ok(());
         }
         self.notice = None;
@@ -248,12 +248,12 @@ impl Model for App {
             self.edit(key);
             return Ok(());
         }
-        if self.help && action != Some(Action::Quit) {
+        if self.help && action != Some(LabAction::Quit) {
             self.help = false; // Any key closes it.
             return Ok(());
         }
-        if self.desk.is_some() && !is_chord(key) {
-            return self.at_desk(key);
+        if self.panel.is_some() && !is_chord(key) {
+            return self.panel_key(key);
         }
         let on_map = MAP.action(key).filter(|_| self.mapping);
         let done = match (on_map, action) {
@@ -261,7 +261,7 @@ impl Model for App {
             (None, Some(action)) => self.act(action),
             (None, None) => Ok(()),
         };
-        self.picture = self.history.shown();
+        self.frame = self.history.shown();
         done
     }
 
@@ -270,8 +270,8 @@ impl Model for App {
         let text = text.replace(char::is_control, " ");
         if let Some(prompt) = &mut self.prompt {
             prompt.push_str(&text);
-        } else if let Some(desk) = &mut self.desk {
-            desk.paste(&text);
+        } else if let Some(panel) = &mut self.panel {
+            panel.paste(&text);
         }
     }
 
@@ -285,38 +285,38 @@ impl Model for App {
         }
     }
 
-    fn left(&self) -> bool {
+    fn wants_quit(&self) -> bool {
         self.quit
     }
 }
 
 impl App {
-    fn act(&mut self, action: Action) -> Result<(), LabError> {
+    fn act(&mut self, action: LabAction) -> Result<(), LabError> {
         match action {
-            Action::ControlRate(way) => self.turn_control_rate(way),
-            Action::SensorRate(way) => self.turn_sensor_rate(way),
-            Action::Depth(way) => self.turn_depth(way),
-            Action::Break => self.break_it(),
-            Action::Type => self.prompt = Some(String::new()),
-            Action::Pause => self.pause(),
-            Action::StepForward => self.step(),
-            Action::StepBack => self.look_back(),
-            Action::Oldest => self.history.oldest(),
-            Action::Newest | Action::Live => self.history.live(),
-            Action::Speed(way) => self.change_speed(way),
-            Action::SpeedOne => self.set_speed(1.0),
-            Action::OtherClock => self.other_clock(),
-            Action::Map => self.open_map(),
-            Action::Record => self.toggle_recording(),
-            Action::Exercises => self.open_exercises(),
-            Action::Restart => return self.restart(self.config.clone()),
-            Action::Seed(way) => return self.change_seed(way),
-            Action::Policy(way) => self.change_policy(way),
-            Action::NextPane => self.focus = self.focus.next(),
-            Action::Focus(pane) => self.focus = pane,
-            Action::Zoom => self.zoomed = !self.zoomed,
-            Action::Help => self.help = true,
-            Action::Quit => return self.leave(),
+            LabAction::ControlRate(direction) => self.turn_control_rate(direction),
+            LabAction::SensorRate(direction) => self.turn_sensor_rate(direction),
+            LabAction::Depth(direction) => self.turn_depth(direction),
+            LabAction::Break => self.break_it(),
+            LabAction::Type => self.prompt = Some(String::new()),
+            LabAction::Pause => self.pause(),
+            LabAction::StepForward => self.step(),
+            LabAction::StepBack => self.look_back(),
+            LabAction::Oldest => self.history.oldest(),
+            LabAction::Newest | LabAction::Live => self.history.live(),
+            LabAction::Speed(direction) => self.change_speed(direction),
+            LabAction::SpeedOne => self.set_speed(1.0),
+            LabAction::OtherClock => self.other_clock(),
+            LabAction::Map => self.open_map(),
+            LabAction::Record => self.toggle_recording(),
+            LabAction::Exercises => self.open_exercises(),
+            LabAction::Restart => return self.restart(self.config.clone()),
+            LabAction::Seed(direction) => return self.change_seed(direction),
+            LabAction::Policy(direction) => self.change_policy(direction),
+            LabAction::NextPane => self.focus = self.focus.next(),
+            LabAction::Focus(pane) => self.focus = pane,
+            LabAction::Zoom => self.zoomed = !self.zoomed,
+            LabAction::Help => self.help = true,
+            LabAction::Quit => return self.leave(),
         }
         Ok(())
     }
@@ -327,21 +327,21 @@ impl App {
         map.into_iter().chain(LAB.rows()).collect()
     }
 
-    fn say(&mut self, notice: impl Into<String>) {
+    fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
     }
 
     /// Whether the graph can still be changed; says so if not.
     fn alive(&mut self) -> bool {
         if self.ended() {
-            self.say("the run is over: r starts again");
+            self.notify("the run is over: r starts again");
         }
         !self.ended()
     }
 
-    fn change_seed(&mut self, way: Way) -> Result<(), LabError> {
+    fn change_seed(&mut self, direction: Direction) -> Result<(), LabError> {
         let seed = self.config.seed;
-        let next = if way == Way::Up {
+        let next = if direction == Direction::Up {
             seed.checked_add(1)
         } else {
             seed.checked_sub(1)
@@ -352,7 +352,7 @@ impl App {
                 ..self.config.clone()
             }),
             None => {
-                self.at_end("seed", way, seed);
+                self.at_end("seed", direction, seed);
                 Ok(())
             }
         }

@@ -9,7 +9,7 @@ use ratelab::{
 
 use super::App;
 use crate::{
-    dashboard::{picture::Picture, session::Session},
+    dashboard::{frame::FrameData, session::Session},
     recording::Destination,
 };
 
@@ -30,13 +30,13 @@ impl App {
     }
 
     /// Follows an event that the graph may tell.
-    pub fn told(&mut self, event: &Event) {
+    pub fn on_event(&mut self, event: &Event) {
         self.follow(event);
     }
 
-    /// A picture of the session.
-    pub fn picture_now(&mut self) -> Picture {
-        self.sampler.picture(&mut self.session)
+    /// A frame of the session.
+    pub fn picture_now(&mut self) -> FrameData {
+        self.sampler.frame_data(&mut self.session)
     }
 
     /// Has recordings go to `folder`.

@@ -1,29 +1,29 @@
 //! Recording sessions, on and off.
 
 use super::App;
-use crate::recording::{Ending, Recorder};
+use crate::recording::{Recorder, StopReason};
 
 impl App {
     /// Begins to record, or ends it.
     pub(super) fn toggle_recording(&mut self) {
         if self.ended() {
             self.record = !self.record;
-            self.say(if self.record {
+            self.notify(if self.record {
                 "the run is over: r starts one that is recorded"
             } else {
                 "the run is over, and the next is not recorded"
             });
         } else if let Some(recorder) = self.session.recorder() {
-            recorder.end(Ending::Off);
+            recorder.end(StopReason::Off);
             self.record = false;
             self.follow_recordings();
         } else {
             match self.session.record(&mut self.destination) {
                 Ok(path) => {
                     self.record = true;
-                    self.say(format!("recording to {}", path.display()));
+                    self.notify(format!("recording to {}", path.display()));
                 }
-                Err(error) => self.say(error.to_string()),
+                Err(error) => self.notify(error.to_string()),
             }
         }
     }
@@ -51,11 +51,11 @@ impl App {
     fn note_recorded(&mut self, recorder: Recorder) {
         match recorder.finish() {
             Ok(recorded) => {
-                self.say(format!("recorded {}", recorded.path.display()));
+                self.notify(format!("recorded {}", recorded.path.display()));
                 self.recorded.push(recorded);
             }
             Err(error) => {
-                self.say(error.to_string());
+                self.notify(error.to_string());
                 self.record = false;
                 self.unrecorded.get_or_insert(error);
             }

@@ -7,11 +7,11 @@ use std::{
 
 use ratelab::{experiment::Config, runtime::Command};
 
-use super::{App, LabError, brains::as_it_is_now, without_knobs};
+use super::{App, LabError, policies::as_it_is_now, without_knobs};
 use crate::{
     dashboard::{
-        history::History,
-        sampler::{Sampler, Watched},
+        history::FrameHistory,
+        sampler::{RunSource, Sampler},
         session::{Prepared, list},
     },
     recording::RecordError,
@@ -54,7 +54,7 @@ impl App {
         match self.prepared(config).map(Box::new) {
             Ok(prepared) => self.end_with(Next::Session { prepared, by_hand }),
             Err(reason) => {
-                self.say(reason);
+                self.notify(reason);
                 Ok(())
             }
         }
@@ -90,7 +90,7 @@ impl App {
                 Next::Leave => "q again",
                 Next::Session { .. } => "q",
             };
-            self.say(format!(
+            self.notify(format!(
                 "waiting for {}, still in a tick: {quit} or Ctrl-C ends without it",
                 list(&self.session.busy())
             ));
@@ -119,20 +119,20 @@ impl App {
         self.running = self.config.clone();
         self.pressed.clear();
         self.sampler = Sampler::default();
-        self.history = History::default();
+        self.history = FrameHistory::default();
         self.events.clear();
         self.pause = false;
         // Without its recording a rescue cannot be judged.
         self.by_hand = by_hand && self.record;
         if self.by_hand {
-            self.say("b slows the policy, ] brings it back, e judges");
+            self.notify("b slows the policy, ] brings it back, e judges");
         }
         Ok(())
     }
 
     /// The session goes on without a recording; the exit code tells, too.
     fn unrecordable(&mut self, error: LabError) {
-        self.say(error.to_string());
+        self.notify(error.to_string());
         self.record = false;
         if let LabError::Record { path, why } = error {
             self.unrecorded.get_or_insert(RecordError { path, why });

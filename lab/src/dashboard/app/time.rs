@@ -3,7 +3,7 @@
 use ratelab::runtime::{ClockKind, Command, Speed};
 
 use super::App;
-use crate::dashboard::ladder::{self, Way};
+use crate::dashboard::presets::{self, Direction};
 
 impl App {
     pub(super) fn pause(&mut self) {
@@ -27,14 +27,14 @@ impl App {
                     self.pause = true;
                     self.session.send(Command::Step);
                 }
-                ClockKind::Real => self.say("the real clock cannot step; c changes it"),
+                ClockKind::Real => self.notify("the real clock cannot step; c changes it"),
             }
         }
     }
 
     pub(super) fn look_back(&mut self) {
         if !self.history.back() {
-            self.say("this is the oldest picture kept");
+            self.notify("this is the oldest picture kept");
         }
     }
 
@@ -54,14 +54,14 @@ impl App {
         }
     }
 
-    pub(super) fn change_speed(&mut self, way: Way) {
+    pub(super) fn change_speed(&mut self, direction: Direction) {
         let current = match self.config.speed {
             Speed::Times(pace) => pace.get(),
-            Speed::FlatOut => f64::INFINITY,
+            Speed::Unlimited => f64::INFINITY,
         };
-        match ladder::next(&ladder::SPEEDS, current, way) {
+        match presets::next(&presets::SPEEDS, current, direction) {
             Some(factor) => self.set_speed(factor),
-            None if self.has_speed() => self.at_end("speed", way, self.config.speed),
+            None if self.has_speed() => self.at_end("speed", direction, self.config.speed),
             None => {}
         }
     }
@@ -72,7 +72,7 @@ impl App {
         {
             self.config.speed = speed;
             if self.ended() {
-                self.say(format!("the run is over; r starts one at {speed}"));
+                self.notify(format!("the run is over; r starts one at {speed}"));
             } else {
                 self.session.send(Command::Speed(speed));
             }
@@ -83,7 +83,7 @@ impl App {
     fn has_speed(&mut self) -> bool {
         let real = self.clock() == ClockKind::Real;
         if real {
-            self.say("the real clock has no speed to set; c changes it");
+            self.notify("the real clock has no speed to set; c changes it");
         }
         !real
     }

@@ -12,12 +12,12 @@ use std::{
 
 use crossbeam_channel::{Receiver, TryRecvError, unbounded};
 use ratelab::{
-    experiment::sweep::{Cell, Outcome, Sweep, SweepError},
-    runtime::clock::give_way,
+    experiment::sweep::{Cell, CellResult, Sweep, SweepError},
+    runtime::clock::lower_priority,
 };
 
 /// A run and what it came to.
-pub type Made = (Cell, Outcome);
+pub type Made = (Cell, CellResult);
 
 /// A sweep on one thread, which runs where the graph and the screen leave a core
 /// idle. Ends when dropped.
@@ -35,7 +35,7 @@ impl Fill {
         let stopped = stop.clone();
         // Nobody waits for its end: where everything is busy it may take long.
         thread::spawn(move || {
-            give_way();
+            lower_priority();
             let swept = sweep.run(NonZeroUsize::MIN, |cell, outcome| {
                 let told = sender.send(Ok((cell.clone(), *outcome)));
                 if stopped.load(Ordering::Relaxed) || told.is_err() {

@@ -6,12 +6,12 @@ mod fill;
 use ratelab::{
     experiment::{
         Config,
-        sweep::{Cell, Outcome, Sweep, SweepError},
+        sweep::{Cell, CellResult, Sweep, SweepError},
     },
     runtime::Hz,
 };
 
-use super::ladder::Way;
+use super::presets::Direction;
 use fill::Fill;
 
 /// The control rates of the map (Hz): from 1 to this.
@@ -27,7 +27,7 @@ pub struct CliffMap {
     /// In the order in which they are shown.
     rates: Vec<Hz>,
     /// Rate after rate, seed after seed.
-    outcomes: Vec<Option<Outcome>>,
+    outcomes: Vec<Option<CellResult>>,
     /// Runs that are made.
     done: usize,
     /// Number of the rate and number of the seed.
@@ -83,7 +83,7 @@ impl CliffMap {
         Ok(self.done > before)
     }
 
-    fn note(&mut self, cell: &Cell, outcome: Outcome) {
+    fn note(&mut self, cell: &Cell, outcome: CellResult) {
         let rate = self.rates.iter().position(|hz| *hz == cell.control_hz);
         let seed = self.sweep.seeds.iter().position(|seed| *seed == cell.seed);
         let index = rate.zip(seed).map(|(rate, seed)| self.index(rate, seed));
@@ -97,13 +97,13 @@ impl CliffMap {
     }
 
     /// Goes to the next rate.
-    pub fn move_rate(&mut self, way: Way) {
-        self.at.0 = moved(self.at.0, way, self.rates.len());
+    pub fn move_rate(&mut self, direction: Direction) {
+        self.at.0 = moved(self.at.0, direction, self.rates.len());
     }
 
     /// Goes to the next seed.
-    pub fn move_seed(&mut self, way: Way) {
-        self.at.1 = moved(self.at.1, way, self.sweep.seeds.len());
+    pub fn move_seed(&mut self, direction: Direction) {
+        self.at.1 = moved(self.at.1, direction, self.sweep.seeds.len());
     }
 
     /// The place: number of the rate, number of the seed.
@@ -127,7 +127,7 @@ impl CliffMap {
     }
 
     /// What a run came to, if it is made.
-    pub fn outcome(&self, rate: usize, seed: usize) -> Option<&Outcome> {
+    pub fn outcome(&self, rate: usize, seed: usize) -> Option<&CellResult> {
         self.outcomes.get(self.index(rate, seed))?.as_ref()
     }
 
@@ -165,10 +165,10 @@ fn seeds(seed: u64) -> Vec<u64> {
     (first..=first.saturating_add(SEEDS - 1)).collect()
 }
 
-fn moved(place: usize, way: Way, count: usize) -> usize {
-    match way {
-        Way::Up => (place + 1).min(count.saturating_sub(1)),
-        Way::Down => place.saturating_sub(1),
+fn moved(place: usize, direction: Direction, count: usize) -> usize {
+    match direction {
+        Direction::Up => (place + 1).min(count.saturating_sub(1)),
+        Direction::Down => place.saturating_sub(1),
     }
 }
 
@@ -177,7 +177,7 @@ pub mod sample {
     //! A map to test with that nobody fills.
 
     use ratelab::{
-        experiment::{Config, Verdict, sweep::Outcome},
+        experiment::{Config, Verdict, sweep::CellResult},
         runtime::Time,
     };
 
@@ -202,10 +202,10 @@ pub mod sample {
         map
     }
 
-    fn outcome(up: bool) -> Outcome {
+    fn outcome(up: bool) -> CellResult {
         let fell = Time::from_nanos(3_580_000_000);
         let end = Config::default().end;
-        Outcome {
+        CellResult {
             verdict: if up {
                 Verdict::Balanced
             } else {
@@ -278,8 +278,8 @@ mod tests {
     fn the_edges_are_not_passed() {
         let mut map = sample::half_filled();
         for _ in 0..200 {
-            map.move_rate(Way::Up);
-            map.move_seed(Way::Down);
+            map.move_rate(Direction::Up);
+            map.move_seed(Direction::Down);
         }
         assert_eq!(map.at(), (29, 0));
     }

@@ -2,16 +2,16 @@
 
 use crossterm::event::KeyCode;
 
-use super::{Key, LEFT, RIGHT, Table, row};
-use crate::dashboard::ladder::Way;
+use super::{Key, KeyTable, LEFT, RIGHT, row};
+use crate::dashboard::presets::Direction;
 
 /// What a person can do with the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum MapAction {
     /// Go to the next rate.
-    Rate(Way),
+    Rate(Direction),
     /// Go to the next seed.
-    Seed(Way),
+    Seed(Direction),
     /// Run the cell live.
     Run,
     /// Close the map.
@@ -24,27 +24,30 @@ const ENTER: Key = Key::Named(KeyCode::Enter, "Enter");
 const ESC: Key = Key::Named(KeyCode::Esc, "Esc");
 
 /// All keys of the map.
-pub const MAP: Table<Action> = Table(&[
+pub const MAP: KeyTable<MapAction> = KeyTable(&[
     row(
         &[
-            (LEFT, Action::Rate(Way::Down)),
-            (RIGHT, Action::Rate(Way::Up)),
+            (LEFT, MapAction::Rate(Direction::Down)),
+            (RIGHT, MapAction::Rate(Direction::Up)),
         ],
         "to the next lower control rate, the next higher",
         Some("control rate"),
     ),
     row(
-        &[(UP, Action::Seed(Way::Down)), (DOWN, Action::Seed(Way::Up))],
+        &[
+            (UP, MapAction::Seed(Direction::Down)),
+            (DOWN, MapAction::Seed(Direction::Up)),
+        ],
         "to the previous seed, the next",
         Some("seed"),
     ),
     row(
-        &[(ENTER, Action::Run)],
+        &[(ENTER, MapAction::Run)],
         "start again live, with this control rate and this seed",
         Some("run it live"),
     ),
     row(
-        &[(ESC, Action::Close), (Key::Char('m'), Action::Close)],
+        &[(ESC, MapAction::Close), (Key::Char('m'), MapAction::Close)],
         "close the map",
         Some("close"),
     ),

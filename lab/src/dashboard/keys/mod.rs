@@ -9,12 +9,12 @@ use std::fmt::Write;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-pub use lab::{Action, LAB};
-pub use map::{Action as MapAction, MAP};
-pub use replay::{Action as ReplayAction, REPLAY};
+pub use lab::{LAB, LabAction};
+pub use map::{MAP, MapAction};
+pub use replay::{REPLAY, ReplayAction};
 
 /// Keys and what they mean.
-pub struct Table<A: 'static>(&'static [Binding<A>]);
+pub struct KeyTable<A: 'static>(&'static [Binding<A>]);
 
 /// A row of the table: keys that belong together.
 pub struct Binding<A: 'static> {
@@ -55,7 +55,7 @@ const fn row<A>(
 /// those of the panes last, all as its own kind of action.
 macro_rules! screen_with_panes {
     ($Action:ident; $($row:expr),+ $(,)?) => {
-        $crate::dashboard::keys::Table(&[
+        $crate::dashboard::keys::KeyTable(&[
             row(&[(Key::Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
             row(
                 &[(Key::Char('q'), $Action::Quit), (Key::Ctrl('c'), $Action::Quit)],
@@ -118,7 +118,7 @@ impl<A> Binding<A> {
     }
 }
 
-impl<A: Copy> Table<A> {
+impl<A: Copy> KeyTable<A> {
     /// What `event` asks for.
     pub fn action(&self, event: &KeyEvent) -> Option<A> {
         let mut keys = self.0.iter().flat_map(|binding| binding.keys);
@@ -163,7 +163,7 @@ mod tests {
 
     use super::*;
 
-    fn no_key_has_two_meanings<A>(table: &Table<A>) {
+    fn no_key_has_two_meanings<A>(table: &KeyTable<A>) {
         let keys = table.0.iter().flat_map(|binding| binding.keys);
         let keys: Vec<Key> = keys.map(|(key, _)| *key).collect();
         for (index, key) in keys.iter().enumerate() {
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    fn every_action_can_be_reached<A: Copy + Debug + PartialEq>(table: &Table<A>) {
+    fn every_action_can_be_reached<A: Copy + Debug + PartialEq>(table: &KeyTable<A>) {
         for binding in table.0 {
             assert!(!binding.keys.is_empty(), "{} has no key", binding.help);
             for (key, done) in binding.keys {

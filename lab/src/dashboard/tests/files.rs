@@ -4,16 +4,16 @@ use std::{fs, path::Path};
 
 use ratelab::{
     experiment::{Config, Knob},
-    policy::Brain,
+    policy::PolicySpec,
     runtime::{Command, Speed, Time},
 };
 
 use super::*;
-use crate::{dashboard::sampler::Watched, recording::Destination};
+use crate::{dashboard::sampler::RunSource, recording::Destination};
 
 /// A run that goes on, of the policy in `file`.
 fn config_of(file: &Path) -> Config {
-    let policy: Brain = file.to_str().expect("a path").parse().expect("a policy");
+    let policy: PolicySpec = file.to_str().expect("a path").parse().expect("a policy");
     Config {
         policy: policy.pinned().expect("weights"),
         end: Time::MAX,
@@ -29,7 +29,7 @@ fn weights(name: &str) -> Vec<u8> {
 }
 
 /// The policy that the session was started with.
-fn started(app: &App) -> Brain {
+fn started(app: &App) -> PolicySpec {
     app.session().config().policy.clone()
 }
 
@@ -49,10 +49,10 @@ fn a_policy_that_was_written_anew_runs_after_a_restart() {
         fs::write(&file, weights("patient.safetensors")).expect("written");
         let mut app = App::new(&config_of(&file), Setup::default()).expect("session");
         app.sample().expect("no fault");
-        let brain = started(&app);
+        let policy = started(&app);
         fs::write(&file, weights("prompt.safetensors")).expect("written");
         press(&mut app, keys);
-        until(&mut app, |app| started(app) != brain);
+        until(&mut app, |app| started(app) != policy);
         assert_eq!(started(&app), config_of(&file).policy, "{keys:?}");
         app.finish().ended.expect("no fault");
     }
@@ -144,20 +144,20 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
 #[test]
 fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
     let folder = tempfile::tempdir().expect("folder");
-    let (brain, rows) = (
+    let (policy, rows) = (
         folder.path().join("x.safetensors"),
         folder.path().join("rows.csv"),
     );
-    fs::write(&brain, weights("patient.safetensors")).expect("written");
+    fs::write(&policy, weights("patient.safetensors")).expect("written");
     let setup = Setup {
         csv: Some(rows.clone()),
         ..Setup::default()
     };
-    let mut app = App::new(&config_of(&brain), setup).expect("session");
+    let mut app = App::new(&config_of(&policy), setup).expect("session");
     until(&mut app, |_| {
         fs::read_to_string(&rows).is_ok_and(|rows| rows.lines().count() > 3)
     });
-    fs::remove_file(&brain).expect("removed");
+    fs::remove_file(&policy).expect("removed");
     press(&mut app, "r");
     assert!(fs::read_to_string(&rows).expect("rows").lines().count() > 3);
     app.session().send(Command::Stop);

@@ -4,7 +4,7 @@ use ratelab::{
     experiment::{Config, Knob, parse_knobs},
     runtime::{
         Command, Speed, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 
@@ -32,7 +32,7 @@ fn applied(knob: &Knob) -> Vec<Event> {
     let commands = knob.commands().into_iter();
     let events = commands.map(|command| Event {
         at: Time::ZERO,
-        what: Happening::Applied { command, was: None },
+        what: EventKind::Applied { command, was: None },
     });
     events.collect()
 }
@@ -63,7 +63,7 @@ fn a_timed_knob_between_a_press_and_its_event_is_not_taken_for_the_press() {
     let mut app = paused();
     press(&mut app, "[");
     for event in applied(&knob("sensor-hz 25")) {
-        app.told(&event);
+        app.on_event(&event);
     }
     let wanted = app.wanted();
     assert_eq!(wanted.sensor_hz.get(), 25.0, "the timed knob is lost");
@@ -89,7 +89,7 @@ fn in_every_order_what_is_wanted_ends_as_what_runs() {
         }
         let mut runs = app.wanted().clone();
         for event in order.iter().flat_map(applied) {
-            app.told(&event);
+            app.on_event(&event);
         }
         for knob in &order {
             match *knob {
@@ -108,7 +108,7 @@ fn a_press_outlasts_a_timed_knob_that_comes_before_it_takes_effect() {
     let mut app = paused();
     press(&mut app, "[");
     for event in applied(&knob("control-hz 20")) {
-        app.told(&event);
+        app.on_event(&event);
     }
     assert_eq!(app.wanted().control_hz.get(), 40.0);
 }
@@ -116,20 +116,20 @@ fn a_press_outlasts_a_timed_knob_that_comes_before_it_takes_effect() {
 #[test]
 fn a_picture_costs_the_same_however_much_has_happened() {
     let mut app = paused();
-    let pictures = |app: &mut App| {
+    let frames = |app: &mut App| {
         let begun = std::time::Instant::now();
         (0..20).for_each(|_| drop(app.picture_now()));
         begun.elapsed()
     };
     app.picture_now();
-    let few = pictures(&mut app);
+    let few = frames(&mut app);
     for _ in 0..200_000 {
         app.session().send(Command::Speed(Speed::REAL_TIME));
     }
     while app.events(Time::MAX).count() < 200_000 {
         app.sample().expect("no fault");
     }
-    let many = pictures(&mut app);
+    let many = frames(&mut app);
     // Copying them all would take hundreds of times as long.
     assert!(
         many < few * 10 + Duration::from_millis(20),

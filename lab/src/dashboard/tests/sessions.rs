@@ -13,7 +13,7 @@ use ratelab::{
 
 use super::*;
 
-/// A brain that fails as soon as it is asked.
+/// A policy that fails as soon as it is asked.
 #[derive(Clone)]
 struct Broken(fn() -> Action);
 
@@ -65,19 +65,19 @@ fn an_exact_value_can_be_typed() {
 
 #[test]
 fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
-    let brains = [
+    let policies = [
         (Broken(|| Action(f32::NAN)), "must be finite"),
         (Broken(|| panic!("out of ideas")), "panicked: out of ideas"),
     ];
-    for (brain, said) in brains {
+    for (policy, said) in policies {
         for clock in [ClockKind::Virtual, ClockKind::Real] {
             let config = Config {
                 clock,
                 end: Time::MAX,
                 ..Config::default()
             };
-            let brain = Box::new(brain.clone());
-            let experiment = Experiment::with_policy(&config, brain).expect("experiment");
+            let policy = Box::new(policy.clone());
+            let experiment = Experiment::with_policy(&config, policy).expect("experiment");
             let mut app = App::watching(Session::of(experiment, &config, None), Setup::default());
             let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
             let mut nobody = Typist::default();
@@ -229,7 +229,7 @@ fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
     );
 
     let headless = Config {
-        speed: Speed::FlatOut,
+        speed: Speed::Unlimited,
         knobs: summary.knobs(),
         ..config
     };
@@ -255,7 +255,7 @@ fn figures(summary: &Summary) -> (Verdict, u64, u64, Duration, [u64; 4]) {
 }
 
 #[test]
-fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
+fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
     let config = Config {
         end: Time::MAX,
         speed: Speed::REAL_TIME,
@@ -264,7 +264,7 @@ fn a_brain_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
     let mut app = App::new(&config, Setup::default()).expect("session");
     let key = KeyEvent::new(KeyCode::Char('p'), KeyModifiers::NONE);
     app.key(&key).expect("no fault");
-    let policy = |app: &App| app.shown().map(|shown| shown.picture.policy.clone());
+    let policy = |app: &App| app.screen().map(|shown| shown.frame.policy.clone());
     while policy(&app).is_none_or(|policy| policy == "scripted") {
         std::thread::sleep(Duration::from_millis(1));
         app.sample().expect("no fault");

@@ -9,7 +9,7 @@ use ratelab::{
 };
 
 use super::*;
-use crate::dashboard::sampler::Watched;
+use crate::dashboard::sampler::RunSource;
 use crate::recording::Recording;
 
 /// Decides nothing until the sender of `release` is gone.
@@ -51,14 +51,14 @@ fn leaving_tells_what_it_waits_for_and_leaves_when_that_has_come() {
     let (mut app, held) = stuck();
     press(&mut app, "q");
     app.sample().expect("no fault");
-    assert!(!app.left(), "it does not wait");
+    assert!(!app.wants_quit(), "it does not wait");
     for (width, height) in [(80, 24), (160, 50)] {
         let drawn = screen(&app, &PLAIN, width, height);
         let told = "waiting for policy, still in a tick: q again or Ctrl-C ends without it";
         assert!(drawn.contains(told), "{drawn}");
     }
     drop(held);
-    while !app.left() {
+    while !app.wants_quit() {
         app.sample().expect("no fault");
     }
     app.finish().ended.expect("it ended in order");
@@ -69,7 +69,7 @@ fn a_second_q_leaves_at_once() {
     for keys in ["qq", "rq"] {
         let (mut app, held) = stuck();
         press(&mut app, keys);
-        assert!(app.left(), "{keys}");
+        assert!(app.wants_quit(), "{keys}");
         let error = app.finish().ended.expect_err("it did not end").to_string();
         assert!(error.contains("policy is still in a tick"), "{error}");
         drop(held);
@@ -87,7 +87,7 @@ fn a_restart_comes_when_the_node_is_done() {
     while app.session().summary().is_some() || app.notice.is_some() {
         app.sample().expect("no fault");
     }
-    assert!(!app.left() && !app.ended());
+    assert!(!app.wants_quit() && !app.ended());
     press(&mut app, "q");
     app.finish().ended.expect("the new run ended in order");
 }
@@ -144,7 +144,7 @@ fn run_time_stands_still_while_the_program_is_stopped() {
 fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
     let mut app = ended(Config::default());
     app.paste("qwe\r");
-    assert!(!app.left() && app.prompt.is_none());
+    assert!(!app.wants_quit() && app.prompt.is_none());
     press(&mut app, ":");
     app.paste("control-hz\r\n7.5\n");
     assert_eq!(app.prompt.as_deref(), Some("control-hz  7.5 "));

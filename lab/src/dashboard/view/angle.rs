@@ -4,11 +4,11 @@ use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
 use ratelab::{cartpole::POLE_LIMIT_RAD, runtime::Time};
 
 use super::{
-    pane::{self, clamp, clip, frame, put, row, rows, signed},
-    sketch::{Ink, Sketch, Stroke},
+    canvas::{BrailleCanvas, Pen, Stroke},
+    pane::{self, border, clamp, clip, put, row, rows, signed},
     theme::Theme,
 };
-use crate::dashboard::picture::Trace;
+use crate::dashboard::frame::Trace;
 
 /// What the pane is called.
 const TITLE: &str = "3 angle";
@@ -41,7 +41,7 @@ pub fn render(
     let now = now.as_secs_f64();
     // When looking back, the trace knows more than is to be seen.
     let past = &trace.points[..trace.points.partition_point(|point| point.0 <= now)];
-    let inner = frame(TITLE, current(past, theme), theme, focused, area, buf);
+    let inner = border(TITLE, current(past, theme), theme, focused, area, buf);
     if inner.is_empty() {
         return;
     }
@@ -78,7 +78,7 @@ fn degrees(text: &str, theme: &Theme) -> String {
 
 /// Where things are in the pane.
 struct Chart {
-    sketch: Sketch,
+    canvas: BrailleCanvas,
     plot: Rect,
     /// Room for the texts of marks, for times, and for angles.
     texts: Rect,
@@ -101,7 +101,7 @@ impl Chart {
         let height = usize::from(inner.height) - 2 * edge;
         let plot = rows(right, edge, height);
         // Starting on a whole dot, the curve moves without changing its shape.
-        let dot = WINDOW_S / (Sketch::dots(plot, theme).0 - 1.0).max(1.0);
+        let dot = WINDOW_S / (BrailleCanvas::dots(plot, theme).0 - 1.0).max(1.0);
         let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
         let span = (begin, begin + WINDOW_S);
         let seen = past.iter().filter(|point| point.0 >= begin);
@@ -109,7 +109,7 @@ impl Chart {
         let reach = REACH_DEG.into_iter().find(|reach| largest <= *reach);
         let reach = reach.unwrap_or(REACH_DEG[5]);
         Self {
-            sketch: Sketch::new(plot, [span.0, span.1], [-reach, reach], theme),
+            canvas: BrailleCanvas::new(plot, [span.0, span.1], [-reach, reach], theme),
             plot,
             texts: rows(right, 0, edge),
             times: rows(right, edge + height, edge),
@@ -124,16 +124,16 @@ impl Chart {
 
     /// The upright, the limits, and what the axes say.
     fn axes(&self, theme: &Theme, buf: &mut Buffer) {
-        let ink = |ascii| Ink {
+        let pen = |ascii| Pen {
             style: theme.faint(),
             ascii,
         };
         for (angle, text) in [(limit(), "+12"), (-limit(), "−12"), (0.0, "0")] {
             let (on, of) = if angle == 0.0 { (1, 8) } else { (2, 4) };
-            let line = self.sketch.level(angle, on, of);
-            self.sketch
-                .draw(ink(if angle == 0.0 { '.' } else { '-' }), line, buf);
-            let Some(y) = self.sketch.row(angle) else {
+            let line = self.canvas.level(angle, on, of);
+            self.canvas
+                .draw(pen(if angle == 0.0 { '.' } else { '-' }), line, buf);
+            let Some(y) = self.canvas.row(angle) else {
                 continue;
             };
             let place = row(self.angles, usize::from(y - self.plot.y));
@@ -149,7 +149,7 @@ impl Chart {
         let first = (self.span.0 / step).ceil();
         for number in 0..=(WINDOW_S / step) as u32 {
             let time = (first + f64::from(number)) * step;
-            let Some(column) = self.sketch.column(time) else {
+            let Some(column) = self.canvas.column(time) else {
                 continue;
             };
             let text = format!("{time} s");
@@ -170,14 +170,14 @@ impl Chart {
         }
         let mut free = usize::from(self.texts.width);
         for (time, text) in marks.iter().rev().filter(|mark| mark.0 <= now) {
-            let Some(column) = self.sketch.column(*time) else {
+            let Some(column) = self.canvas.column(*time) else {
                 continue;
             };
-            let ink = Ink {
+            let pen = Pen {
                 style: theme.faint(),
                 ascii: ':',
             };
-            self.sketch.draw(ink, self.sketch.upright(*time, 2, 4), buf);
+            self.canvas.draw(pen, self.canvas.upright(*time, 2, 4), buf);
             let text = clip(text, usize::from(self.texts.width), theme);
             let wide = pane::width(&text);
             let column = usize::from(column - self.plot.x);
@@ -202,9 +202,9 @@ impl Chart {
         let seen = lines.filter(|line| line[2] >= self.span.0);
         let beyond = |line: &Stroke| line[1].abs().max(line[3].abs()) > limit();
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);
-        let ink = |style: Style, ascii| Ink { style, ascii };
-        self.sketch.draw(ink(theme.good(), '*'), good, buf);
-        self.sketch.draw(ink(theme.alarm_line(), 'X'), bad, buf);
+        let pen = |style: Style, ascii| Pen { style, ascii };
+        self.canvas.draw(pen(theme.good(), '*'), good, buf);
+        self.canvas.draw(pen(theme.alarm_line(), 'X'), bad, buf);
     }
 }
 
@@ -215,7 +215,7 @@ mod tests {
 
     use super::render;
     use crate::dashboard::{
-        picture::Trace,
+        frame::Trace,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,

@@ -9,10 +9,10 @@ use ratatui::{
 };
 
 use super::{
-    pane::{clamp, clip, frame, put, row, width},
+    pane::{border, clamp, clip, put, row, width},
     theme::Theme,
 };
-use crate::{dashboard::cliff::CliffMap, sweep::shade::Shade};
+use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel};
 
 /// The most rows of seeds that are shown at a time.
 const MOST_SEEDS: usize = 24;
@@ -42,7 +42,7 @@ pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
         TITLE.clone_into(&mut name); // How far it is matters more.
     }
     let right = Span::styled(progress, theme.faint());
-    let inner = frame(&name, right, theme, true, grid.place, buf);
+    let inner = border(&name, right, theme, true, grid.place, buf);
     grid.draw_axis(theme, inner, buf);
     grid.draw_all(theme, inner, buf);
     let seeds = grid.seeds();
@@ -158,7 +158,14 @@ impl<'a> Grid<'a> {
         put(ALL, theme.strong(), 1, line, buf);
         for rate in 0..self.map.rates().len() {
             let (balanced, runs) = self.map.survival(rate);
-            self.put_cell(Shade::of(balanced, runs), rate, false, theme, line, buf);
+            self.put_cell(
+                SurvivalLevel::of(balanced, runs),
+                rate,
+                false,
+                theme,
+                line,
+                buf,
+            );
         }
     }
 
@@ -174,26 +181,26 @@ impl<'a> Grid<'a> {
         for rate in 0..self.map.rates().len() {
             let outcome = self.map.outcome(rate, seed);
             let balanced = outcome.map_or(0, |o| usize::from(o.verdict.balanced()));
-            let shade = Shade::of(balanced, usize::from(outcome.is_some()));
+            let level = SurvivalLevel::of(balanced, usize::from(outcome.is_some()));
             let chosen = here && rate == self.map.at().0;
-            self.put_cell(shade, rate, chosen, theme, line, buf);
+            self.put_cell(level, rate, chosen, theme, line, buf);
         }
     }
 
     fn put_cell(
         &self,
-        shade: Shade,
+        level: SurvivalLevel,
         rate: usize,
         chosen: bool,
         theme: &Theme,
         line: Rect,
         buf: &mut Buffer,
     ) {
-        let mut style = shade.style(theme);
+        let mut style = level.style(theme);
         if chosen {
             style = style.add_modifier(Modifier::REVERSED);
         }
-        let text = shade.glyph(theme).repeat(self.cell);
+        let text = level.glyph(theme).repeat(self.cell);
         put(&text, style, self.column(rate), line, buf);
     }
 
@@ -207,7 +214,7 @@ mod tests {
     use super::render;
     use crate::dashboard::{
         cliff::sample::half_filled,
-        ladder::Way,
+        presets::Direction,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             theme::Theme,
@@ -268,7 +275,7 @@ mod tests {
     fn the_place_stays_in_sight() {
         let mut map = half_filled();
         for _ in 0..200 {
-            map.move_seed(Way::Up);
+            map.move_seed(Direction::Up);
         }
         let buf = screen(80, 14, |area, buf| render(&map, &RICH, area, buf));
         assert!(text(&buf).contains("▸199"), "{}", text(&buf));

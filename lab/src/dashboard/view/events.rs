@@ -6,13 +6,13 @@ use ratatui::{
     style::Style,
     text::{Line, Span},
 };
-use ratelab::runtime::telemetry::{Event, Happening};
+use ratelab::runtime::telemetry::{Event, EventKind};
 
 use super::{
-    pane::{broken, clip, frame, plain, put, row},
+    pane::{border, broken, clip, plain, put, row},
     theme::Theme,
 };
-use crate::dashboard::picture::{VerdictKind, VerdictPicture};
+use crate::dashboard::frame::{VerdictData, VerdictKind};
 
 /// What the pane is called.
 const TITLE: &str = "5 events";
@@ -26,7 +26,7 @@ const LEAST_EVENTS: usize = 1;
 /// Draws the verdict, then events with the newest last, then the notice. The
 /// line of the notice stays free, so that nothing jumps when there is one.
 pub fn render(
-    verdict: &VerdictPicture,
+    verdict: &VerdictData,
     events: &[Event],
     notice: Option<&str>,
     theme: &Theme,
@@ -34,7 +34,7 @@ pub fn render(
     area: Rect,
     buf: &mut Buffer,
 ) {
-    let inner = frame(TITLE, Span::default(), theme, focused, area, buf);
+    let inner = border(TITLE, Span::default(), theme, focused, area, buf);
     let inset = inset(inner.width);
     let inner = Rect {
         x: inner.x + inset,
@@ -79,7 +79,7 @@ fn inset(width: u16) -> u16 {
 }
 
 /// The verdict in a line.
-pub fn headline(verdict: &VerdictPicture, theme: &Theme) -> Line<'static> {
+pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     let (glyph, style) = match verdict.kind {
         VerdictKind::Good => (theme.glyph("✓", "+"), theme.good()),
         VerdictKind::Done => (theme.glyph("■", "="), theme.strong()),
@@ -116,8 +116,8 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
     let text = event.to_string();
     let (time, what) = text.split_once(": ").unwrap_or(("", &text));
     let bad = match event.what {
-        Happening::Refused { .. } | Happening::Faulted { .. } => true,
-        Happening::Applied { .. } | Happening::Ended { .. } => false,
+        EventKind::Refused { .. } | EventKind::Faulted { .. } => true,
+        EventKind::Applied { .. } | EventKind::Ended { .. } => false,
     };
     let begin = TIME_COLUMNS + 2;
     put(
@@ -141,12 +141,12 @@ mod tests {
     use ratatui::buffer::Buffer;
     use ratelab::runtime::{
         Command, Hz, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     };
 
     use super::render;
     use crate::dashboard::{
-        picture::Picture,
+        frame::FrameData,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -165,11 +165,11 @@ mod tests {
             node: "policy".to_owned(),
             hz: Hz::new(hz).expect("a valid rate"),
         };
-        let applied = Happening::Applied {
+        let applied = EventKind::Applied {
             command: rate(5.0),
             was: Some("50 Hz".to_owned()),
         };
-        let refused = Happening::Refused {
+        let refused = EventKind::Refused {
             command: Command::Step,
             reason: "only the virtual clock steps".to_owned(),
         };
@@ -177,12 +177,12 @@ mod tests {
         vec![
             event(0, applied),
             event(400, refused),
-            event(840, Happening::Ended { node }),
+            event(840, EventKind::Ended { node }),
         ]
     }
 
-    fn pane(picture: &Picture, width: u16, height: u16, theme: &Theme) -> Buffer {
-        let (verdict, events) = (&picture.verdict, events());
+    fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
+        let (verdict, events) = (&frame.verdict, events());
         screen(width, height, |area, buf| {
             render(verdict, &events, Some(NOTICE), theme, false, area, buf);
         })
@@ -226,17 +226,9 @@ mod tests {
 
     #[test]
     fn a_good_run_is_no_alarm() {
-        let picture = sample::balanced();
+        let frame = sample::balanced();
         let buf = screen(40, 6, |area, buf| {
-            render(
-                &picture.verdict,
-                &events()[..1],
-                None,
-                &RICH,
-                true,
-                area,
-                buf,
-            );
+            render(&frame.verdict, &events()[..1], None, &RICH, true, area, buf);
         });
         insta::assert_snapshot!(text(&buf), @"
         ┌5 events──────────────────────────────┐
@@ -252,10 +244,10 @@ mod tests {
 
     #[test]
     fn any_size_will_do() {
-        let (picture, events) = (sample::broken(), events());
+        let (frame, events) = (sample::broken(), events());
         torture(|theme, area, buf| {
             render(
-                &picture.verdict,
+                &frame.verdict,
                 &events,
                 Some(NOTICE),
                 theme,

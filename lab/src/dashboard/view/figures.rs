@@ -6,11 +6,11 @@ use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
 
 use super::{
     histogram,
-    pane::{self, frame, plain, put, row, rows},
-    table::{self, Column, Figure, Row},
+    pane::{self, border, plain, put, row, rows},
+    table::{self, Column, TableCell, TableRow},
     theme::Theme,
 };
-use crate::dashboard::picture::{LatencyPicture, NodePicture, Picture, Quantiles, TopicPicture};
+use crate::dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, TopicData};
 
 /// What the pane is called.
 const TITLE: &str = "4 figures";
@@ -53,8 +53,8 @@ const fn column(head: &'static str, width: usize, rank: u8) -> Column {
 }
 
 /// Draws what fits: topics first, then latency, then nodes.
-pub fn render(picture: &Picture, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
-    let inner = frame(TITLE, Span::default(), theme, focused, area, buf);
+pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
+    let inner = border(TITLE, Span::default(), theme, focused, area, buf);
     // A blank column on each side, where there is room for blanks.
     let inset = u16::from(inner.width > 40);
     let inner = Rect {
@@ -63,13 +63,13 @@ pub fn render(picture: &Picture, theme: &Theme, focused: bool, area: Rect, buf: 
         ..inner
     };
     if inner.width >= WIDE {
-        side_by_side(picture, theme, inner, buf);
+        side_by_side(frame, theme, inner, buf);
     } else {
-        stacked(picture, theme, inner, buf);
+        stacked(frame, theme, inner, buf);
     }
 }
 
-fn side_by_side(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+fn side_by_side(frame: &FrameData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
     let left = Rect {
         width: inner.width - LATENCY_COLUMNS - GAP,
         ..inner
@@ -79,35 +79,35 @@ fn side_by_side(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer)
         width: LATENCY_COLUMNS,
         ..inner
     };
-    let used = topics(&picture.topics, theme, left, buf);
-    nodes(&picture.nodes, theme, rows(left, used + 1, usize::MAX), buf);
-    let used = latency(&picture.latency, theme, right, buf);
+    let used = topics(&frame.topics, theme, left, buf);
+    nodes(&frame.nodes, theme, rows(left, used + 1, usize::MAX), buf);
+    let used = latency(&frame.latency, theme, right, buf);
     let bars = usize::from(inner.height)
         .saturating_sub(used + 1)
         .min(BEST_HISTOGRAM);
     if bars >= LEAST_HISTOGRAM {
         let place = rows(right, used + 1, bars);
-        histogram::render(&picture.latency, theme, place, buf);
+        histogram::render(&frame.latency, theme, place, buf);
     }
 }
 
-fn stacked(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+fn stacked(frame: &FrameData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
     let height = usize::from(inner.height);
-    let mut used = topics(&picture.topics, theme, inner, buf);
+    let mut used = topics(&frame.topics, theme, inner, buf);
     // Blank lines only if nothing has to go for them.
-    let table = 1 + picture.nodes.len();
+    let table = 1 + frame.nodes.len();
     let least = used + latency_rows(inner) + LEAST_HISTOGRAM + table;
     let blank = usize::from(least + 2 <= height);
     used += blank;
-    used += latency(&picture.latency, theme, rows(inner, used, usize::MAX), buf);
+    used += latency(&frame.latency, theme, rows(inner, used, usize::MAX), buf);
     let spare = height.saturating_sub(used + blank + table);
     let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
     if used + bars <= height {
-        histogram::render(&picture.latency, theme, rows(inner, used, bars), buf);
+        histogram::render(&frame.latency, theme, rows(inner, used, bars), buf);
         used += bars;
     }
     nodes(
-        &picture.nodes,
+        &frame.nodes,
         theme,
         rows(inner, used + blank, usize::MAX),
         buf,
@@ -115,13 +115,13 @@ fn stacked(picture: &Picture, theme: &Theme, inner: Rect, buf: &mut Buffer) {
 }
 
 /// Draws the table of topics; returns how many rows it took.
-fn topics(topics: &[TopicPicture], theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
-    let rows: Vec<Row> = topics.iter().map(|topic| topic_row(topic, theme)).collect();
+fn topics(topics: &[TopicData], theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+    let rows: Vec<TableRow> = topics.iter().map(|topic| topic_row(topic, theme)).collect();
     table::render("topic", &TOPIC_COLUMNS, &rows, theme, area, buf);
     (1 + rows.len()).min(usize::from(area.height))
 }
 
-fn topic_row(topic: &TopicPicture, theme: &Theme) -> Row {
+fn topic_row(topic: &TopicData, theme: &Theme) -> TableRow {
     let lately = if topic.alarming() {
         let text = format!("{} {}", theme.glyph("✖", "!"), count(topic.dropped_lately));
         (text, theme.alarm())
@@ -141,12 +141,12 @@ fn topic_row(topic: &TopicPicture, theme: &Theme) -> Row {
     (topic.name.to_string(), figures)
 }
 
-fn nodes(nodes: &[NodePicture], theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let rows: Vec<Row> = nodes.iter().map(|node| node_row(node, theme)).collect();
+fn nodes(nodes: &[NodeData], theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let rows: Vec<TableRow> = nodes.iter().map(|node| node_row(node, theme)).collect();
     table::render("node", &NODE_COLUMNS, &rows, theme, area, buf);
 }
 
-fn node_row(node: &NodePicture, theme: &Theme) -> Row {
+fn node_row(node: &NodeData, theme: &Theme) -> TableRow {
     let overruns = if node.overruns > 0 {
         theme.strong()
     } else {
@@ -163,7 +163,7 @@ fn node_row(node: &NodePicture, theme: &Theme) -> Row {
     (node.name.to_string(), figures)
 }
 
-fn usual(text: String) -> Figure {
+fn usual(text: String) -> TableCell {
     (text, Style::new())
 }
 
@@ -210,7 +210,7 @@ fn latency_rows(area: Rect) -> usize {
 }
 
 /// Draws the figures of the latency; returns how many rows they took.
-fn latency(latency: &LatencyPicture, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+fn latency(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
     let (begin, across) = latency_grid(area);
     put(&plain(LATENCY, theme), theme.faint(), 0, row(area, 0), buf);
     let figures = &latency.figures;
@@ -242,7 +242,7 @@ mod tests {
 
     use super::{count, rate, render};
     use crate::dashboard::{
-        picture::Picture,
+        frame::FrameData,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -250,9 +250,9 @@ mod tests {
         },
     };
 
-    fn pane(picture: &Picture, width: u16, height: u16, theme: &Theme) -> Buffer {
+    fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
         screen(width, height, |area, buf| {
-            render(picture, theme, false, area, buf)
+            render(frame, theme, false, area, buf)
         })
     }
 
@@ -327,8 +327,8 @@ mod tests {
 
     #[test]
     fn any_size_will_do() {
-        for picture in [sample::broken(), sample::chain(12), sample::chain(0)] {
-            torture(|theme, area, buf| render(&picture, theme, true, area, buf));
+        for frame in [sample::broken(), sample::chain(12), sample::chain(0)] {
+            torture(|theme, area, buf| render(&frame, theme, true, area, buf));
         }
     }
 }

@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{centred, clip, frame, plain, put, row, width},
+    pane::{border, centred, clip, plain, put, row, width},
     theme::Theme,
 };
 
@@ -40,7 +40,7 @@ pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Bu
     let wide = (columns * column + (columns - 1) * COLUMN_GAP).max(TITLE.len());
     let place = centred(wide + EDGES, high + 2, area);
     Clear.render(place, buf);
-    let inner = frame(TITLE, Span::default(), theme, true, place, buf);
+    let inner = border(TITLE, Span::default(), theme, true, place, buf);
     let fit = usize::from(inner.height);
     let cut = high > fit;
     for (number, (key, what)) in rows.iter().enumerate() {

@@ -6,7 +6,7 @@ use super::{
     pane::{self, clamp, put, row, rows},
     theme::Theme,
 };
-use crate::dashboard::picture::LatencyPicture;
+use crate::dashboard::frame::LatencyData;
 
 /// Bars of one cell, in eighths.
 const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"];
@@ -15,7 +15,7 @@ const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇"
 const WIDEST: usize = 4;
 
 /// Draws bars, and under them the axis with the control period.
-pub fn render(latency: &LatencyPicture, theme: &Theme, area: Rect, buf: &mut Buffer) {
+pub fn render(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width);
     if area.height < 2 || room < 4 || latency.bins.is_empty() {
         return;
@@ -30,7 +30,7 @@ pub fn render(latency: &LatencyPicture, theme: &Theme, area: Rect, buf: &mut Buf
     let wide = (room / bars.len()).min(WIDEST);
     let height = usize::from(area.height) - 1;
     draw_bars(&bars, wide, theme, rows(area, 0, height), buf);
-    let axis = Axis {
+    let axis = BinAxis {
         latency,
         used: bars.len() * wide,
         per_column: latency.bin.as_secs_f64() * each as f64 / wide as f64,
@@ -64,15 +64,15 @@ fn scaled(bar: u64, full: u64, most: u64) -> u64 {
 }
 
 /// What is under the bars.
-struct Axis<'a> {
-    latency: &'a LatencyPicture,
+struct BinAxis<'a> {
+    latency: &'a LatencyData,
     /// Columns that bars take.
     used: usize,
     /// Seconds in a column.
     per_column: f64,
 }
 
-impl Axis<'_> {
+impl BinAxis<'_> {
     /// Zero, the control period, and where the last bar begins, unless the
     /// period leaves no room for that.
     fn draw(&self, theme: &Theme, row: Rect, buf: &mut Buffer) {
@@ -128,7 +128,7 @@ mod tests {
 
     use super::render;
     use crate::dashboard::{
-        picture::LatencyPicture,
+        frame::LatencyData,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -136,7 +136,7 @@ mod tests {
         },
     };
 
-    fn bars(latency: &LatencyPicture, width: u16, height: u16, theme: &Theme) -> Buffer {
+    fn bars(latency: &LatencyData, width: u16, height: u16, theme: &Theme) -> Buffer {
         screen(width, height, |area, buf| render(latency, theme, area, buf))
     }
 
@@ -181,11 +181,11 @@ mod tests {
 
     #[test]
     fn any_figures_will_do() {
-        let odd = LatencyPicture {
+        let odd = LatencyData {
             bins: vec![u64::MAX, 0, 1],
-            ..LatencyPicture::default()
+            ..LatencyData::default()
         };
         torture(|theme, area, buf| render(&odd, theme, area, buf));
-        torture(|theme, area, buf| render(&LatencyPicture::default(), theme, area, buf));
+        torture(|theme, area, buf| render(&LatencyData::default(), theme, area, buf));
     }
 }

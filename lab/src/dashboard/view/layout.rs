@@ -15,7 +15,7 @@ const ROOMY: Size = Size::new(120, 36);
 
 /// Which part of the screen is whose.
 #[derive(Debug)]
-pub struct Layout {
+pub struct ScreenLayout {
     /// Top line: clock, time, seed.
     pub status: Rect,
     /// The verdict, where its pane is not shown.
@@ -30,7 +30,7 @@ pub struct Layout {
     pub footer: Rect,
 }
 
-impl Layout {
+impl ScreenLayout {
     /// Divides `area`, which [is enough](is_enough), between the pane in focus,
     /// which may have it all, and the others; with a scrubber or without.
     pub fn of(area: Rect, (focus, zoomed): (Pane, bool), scrubber: bool) -> Self {

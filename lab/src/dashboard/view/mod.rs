@@ -1,9 +1,10 @@
-//! What is drawn where. One pane per file; each draws a picture and knows
+//! What is drawn where. One pane per file; each draws a frame and knows
 //! nothing of where it comes from.
 
 pub mod theme;
 
 mod angle;
+mod canvas;
 mod cliff;
 mod events;
 mod figures;
@@ -17,7 +18,6 @@ mod plant;
 #[cfg(test)]
 mod sample;
 mod scrubber;
-mod sketch;
 mod status;
 mod table;
 
@@ -31,18 +31,18 @@ use ratatui::{
 
 use ratelab::runtime::telemetry::Event;
 
-use self::{layout::Layout, theme::Theme};
-pub use self::{page::Page, scrubber::Scrubber, status::StatusExtra};
+use self::{layout::ScreenLayout, theme::Theme};
+pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use super::{
     cliff::CliffMap,
     focus::Pane,
-    picture::{Picture, Trace},
+    frame::{FrameData, Trace},
 };
 
 /// What is on the screen, whatever it is of: a run under way or a recording.
-pub struct Shown<'a> {
+pub struct ScreenState<'a> {
     /// The figures.
-    pub picture: &'a Picture,
+    pub frame: &'a FrameData,
     /// The pole's angle until then.
     pub trace: Trace,
     /// Events until then.
@@ -62,7 +62,7 @@ pub struct Shown<'a> {
     /// The keys and what they do, over everything else.
     pub help: Option<Vec<(String, String)>>,
     /// A page of text over everything but the help.
-    pub page: Option<Page>,
+    pub page: Option<TextPage>,
     /// The last thing that the dashboard itself had to say.
     pub notice: Option<&'a str>,
 }
@@ -76,7 +76,7 @@ pub enum Footer<'a> {
 }
 
 /// Draws everything; nothing but the size of a screen that is too small.
-pub fn render(shown: Option<&Shown<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
+pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();
     let buf = frame.buffer_mut();
     if !layout::is_enough(area) {
@@ -86,14 +86,14 @@ pub fn render(shown: Option<&Shown<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
         render_parts(
             shown,
             theme,
-            &Layout::of(area, panes, shown.scrubber.is_some()),
+            &ScreenLayout::of(area, panes, shown.scrubber.is_some()),
             buf,
         );
     }
 }
 
-fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buffer) {
-    status::render_status(shown.picture, &shown.extra, theme, layout.status, buf);
+fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
+    status::render_status(shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
     }
@@ -127,18 +127,18 @@ fn render_parts(shown: &Shown<'_>, theme: &Theme, layout: &Layout, buf: &mut Buf
     }
 }
 
-fn render_pane(shown: &Shown<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &mut Buffer) {
+fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let focused = pane == shown.focus;
-    let picture = shown.picture;
-    let verdict = &picture.verdict;
+    let frame = shown.frame;
+    let verdict = &frame.verdict;
     match pane {
-        Pane::Graph => graph::render(picture, theme, focused, area, buf),
+        Pane::Graph => graph::render(frame, theme, focused, area, buf),
         Pane::Plant => {
-            let plant = picture.plant.as_ref();
+            let plant = frame.plant.as_ref();
             plant::render(plant, verdict.kind, theme, focused, area, buf);
         }
-        Pane::Angle => angle::render(&shown.trace, picture.now, theme, focused, area, buf),
-        Pane::Figures => figures::render(picture, theme, focused, area, buf),
+        Pane::Angle => angle::render(&shown.trace, frame.now, theme, focused, area, buf),
+        Pane::Figures => figures::render(frame, theme, focused, area, buf),
         Pane::Events => {
             let (events, notice) = (&shown.events, shown.notice);
             events::render(verdict, events, notice, theme, focused, area, buf);
@@ -147,7 +147,7 @@ fn render_pane(shown: &Shown<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &m
 }
 
 /// Whether the notice can be read to its end where it usually is.
-fn notice_fits(shown: &Shown<'_>, layout: &Layout) -> bool {
+fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some() || shown.help.is_some();
     let mut panes = layout.panes.iter();
     let events = panes.find(|(pane, _)| *pane == Pane::Events);
@@ -159,10 +159,10 @@ fn notice_fits(shown: &Shown<'_>, layout: &Layout) -> bool {
 }
 
 /// The verdict, or what the dashboard has to say, where no pane shows it.
-fn verdict_line(shown: &Shown<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
+fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = match shown.notice {
         Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
-        None => events::headline(&shown.picture.verdict, theme),
+        None => events::headline(&shown.frame.verdict, theme),
     };
     line.render(area, buf);
 }

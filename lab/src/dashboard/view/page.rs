@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{broken, centred, clip, frame, plain, put, row, tail},
+    pane::{border, broken, centred, clip, plain, put, row, tail},
     theme::Theme,
 };
 
@@ -23,7 +23,7 @@ const HINT: usize = 1;
 
 /// What is on it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Page {
+pub struct TextPage {
     /// What it is called.
     pub title: String,
     /// Paragraphs, broken to fit.
@@ -37,7 +37,7 @@ pub struct Page {
 }
 
 /// Draws `page` in the middle of `area`, as high as its text.
-pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
+pub fn render(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let area = area.intersection(buf.area);
     let room = usize::from(area.width).saturating_sub(EDGES).min(WIDEST);
     if room == 0 {
@@ -48,7 +48,7 @@ pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let typed = usize::from(page.typed.is_some()) * 2;
     let place = centred(room + EDGES, lines.len() + typed + HINT + 1 + BORDERS, area);
     Clear.render(place, buf);
-    let inner = frame(&page.title, Span::default(), theme, true, place, buf);
+    let inner = border(&page.title, Span::default(), theme, true, place, buf);
     let below = typed + HINT + 1;
     let shown = usize::from(inner.height).saturating_sub(below);
     // The last lines stay in sight, however far one goes.
@@ -82,11 +82,11 @@ pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Page, render};
+    use super::{TextPage, render};
     use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text, torture};
 
-    fn page() -> Page {
-        Page {
+    fn page() -> TextPage {
+        TextPage {
             title: "2 A deeper queue".to_owned(),
             text: "The policy is slowed to 5 Hz, where it loses the pole and most readings.\n\n\
                    How many of the three runs does the deep queue save?"
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         torture(|theme, area, buf| render(&page(), theme, area, buf));
-        let far = Page {
+        let far = TextPage {
             scroll: usize::MAX,
             typed: None,
             ..page()

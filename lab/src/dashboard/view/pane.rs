@@ -14,7 +14,7 @@ use super::theme::Theme;
 
 /// Draws the box of a pane and returns the room inside. `right` is left out
 /// where it would touch the title.
-pub fn frame(
+pub fn border(
     title: &str,
     right: Span<'_>,
     theme: &Theme,

@@ -4,11 +4,11 @@ use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
 use ratelab::cartpole::{CART_LIMIT_M, POLE_LIMIT_RAD, Pose};
 
 use super::{
-    pane::{self, clamp, frame, put, row, rows, signed},
-    sketch::{Ink, Sketch, Stroke, dashed},
+    canvas::{BrailleCanvas, Pen, Stroke, dashed},
+    pane::{self, border, clamp, put, row, rows, signed},
     theme::Theme,
 };
-use crate::dashboard::picture::{PlantPicture, VerdictKind};
+use crate::dashboard::frame::{PlantData, VerdictKind};
 
 /// What the pane is called.
 const TITLE: &str = "2 plant";
@@ -35,7 +35,7 @@ const FULL_PUSH_N: f64 = 10.0;
 
 /// Draws the cart-pole, and its figures in the last line.
 pub fn render(
-    plant: Option<&PlantPicture>,
+    plant: Option<&PlantData>,
     verdict: VerdictKind,
     theme: &Theme,
     focused: bool,
@@ -46,10 +46,10 @@ pub fn render(
     let word = lost.map_or_else(Span::default, |plant| {
         Span::styled(word(&plant.pose, theme), theme.alarm())
     });
-    let inner = frame(TITLE, word, theme, focused, area, buf);
+    let inner = border(TITLE, word, theme, focused, area, buf);
     let last = usize::from(inner.height.saturating_sub(1));
     figures(plant, theme, row(inner, last), buf);
-    if let Some(scene) = Scene::new(plant, theme, rows(inner, 0, last)) {
+    if let Some(scene) = PlantDrawing::new(plant, theme, rows(inner, 0, last)) {
         scene.draw(plant, lost.is_some(), theme, buf);
     }
 }
@@ -67,7 +67,7 @@ fn word(pose: &Pose, theme: &Theme) -> String {
 }
 
 /// Angle, place and push, as many as fit.
-fn figures(plant: Option<&PlantPicture>, theme: &Theme, row: Rect, buf: &mut Buffer) {
+fn figures(plant: Option<&PlantData>, theme: &Theme, row: Rect, buf: &mut Buffer) {
     let Some(plant) = plant else {
         put("no control step yet", theme.faint(), 1, row, buf);
         return;
@@ -95,8 +95,8 @@ fn figures(plant: Option<&PlantPicture>, theme: &Theme, row: Rect, buf: &mut Buf
 
 /// A view with equal scale on both axes. Everything that stands still or moves
 /// as a whole is on whole dots, so that it does not change its shape.
-struct Scene {
-    sketch: Sketch,
+struct PlantDrawing {
+    canvas: BrailleCanvas,
     labels: Rect,
     /// Size of a dot (m).
     dot: (f64, f64),
@@ -106,12 +106,12 @@ struct Scene {
     cart_dots: (f64, f64),
 }
 
-impl Scene {
-    fn new(plant: Option<&PlantPicture>, theme: &Theme, area: Rect) -> Option<Self> {
+impl PlantDrawing {
+    fn new(plant: Option<&PlantData>, theme: &Theme, area: Rect) -> Option<Self> {
         let spare = usize::from(area.height > 7);
         let canvas = rows(area, 0, usize::from(area.height) - spare);
         let labels = row(area, usize::from(canvas.height));
-        let (wide, high) = Sketch::dots(canvas, theme);
+        let (wide, high) = BrailleCanvas::dots(canvas, theme);
         // A terminal cell is about twice as high as wide; so is a dot of ASCII,
         // while a cell of Braille is two dots by four.
         let shape = if theme.ascii { 2.0 } else { 1.0 };
@@ -145,7 +145,7 @@ impl Scene {
         let bottom = -(cart_dots.1 + if theme.ascii { 1.0 } else { 3.0 }) * dot.1;
         let y = [bottom, bottom + (high - 1.0) * dot.1];
         Some(Self {
-            sketch: Sketch::new(canvas, [left, left + span], y, theme),
+            canvas: BrailleCanvas::new(canvas, [left, left + span], y, theme),
             labels,
             dot,
             cart,
@@ -153,10 +153,10 @@ impl Scene {
         })
     }
 
-    fn draw(&self, plant: Option<&PlantPicture>, lost: bool, theme: &Theme, buf: &mut Buffer) {
+    fn draw(&self, plant: Option<&PlantData>, lost: bool, theme: &Theme, buf: &mut Buffer) {
         self.rail(theme, buf);
         let Some(plant) = plant else { return };
-        let ink = |style, ascii| Ink { style, ascii };
+        let pen = |style, ascii| Pen { style, ascii };
         let (style, ascii) = if lost {
             // Reversed, thin lines would turn into blocks.
             (theme.alarm_line(), 'X')
@@ -165,19 +165,19 @@ impl Scene {
         };
         for side in [-1.0, 1.0] {
             let edge = self.arm(side * POLE_LIMIT_RAD, 1.08 * POLE_M, 0.0);
-            self.sketch
-                .draw(ink(theme.faint(), '.'), dashed(edge, 14), buf);
+            self.canvas
+                .draw(pen(theme.faint(), '.'), dashed(edge, 14), buf);
         }
         let push = f64::from(plant.action).clamp(-1.0, 1.0);
         let arrow = if push < 0.0 { '<' } else { '>' };
-        self.sketch
-            .draw(ink(theme.active(), arrow), self.push(push), buf);
-        self.sketch
-            .draw(ink(Style::new(), '#'), self.box_of_cart(), buf);
+        self.canvas
+            .draw(pen(theme.active(), arrow), self.push(push), buf);
+        self.canvas
+            .draw(pen(Style::new(), '#'), self.box_of_cart(), buf);
         // Two dots thick, but where a dot is a letter.
         let thick = if theme.ascii { 0.0 } else { self.dot.0 / 2.0 };
         let pole = [-thick, thick].map(|aside| self.arm(plant.pose.pole_angle, POLE_M, aside));
-        self.sketch.draw(ink(style, ascii), pole, buf);
+        self.canvas.draw(pen(style, ascii), pole, buf);
     }
 
     /// From the hinge `length` metres at `angle` from upright.
@@ -218,17 +218,17 @@ impl Scene {
 
     /// The rail with its end stops, a tick at every metre, and labels.
     fn rail(&self, theme: &Theme, buf: &mut Buffer) {
-        let ink = |ascii| Ink {
+        let pen = |ascii| Pen {
             style: theme.faint(),
             ascii,
         };
         let y = -(self.cart_dots.1 + 1.0) * self.dot.1;
         let line = [-CART_LIMIT_M, y, CART_LIMIT_M, y];
-        self.sketch.draw(ink('-'), [line], buf);
+        self.canvas.draw(pen('-'), [line], buf);
         let ticks = (-2..=2).map(f64::from).map(|x| [x, y - self.dot.1, x, y]);
-        self.sketch.draw(ink('+'), ticks, buf);
+        self.canvas.draw(pen('+'), ticks, buf);
         let stops = [-CART_LIMIT_M, CART_LIMIT_M].map(|x| [x, y, x, STOP_M]);
-        self.sketch.draw(ink('|'), stops, buf);
+        self.canvas.draw(pen('|'), stops, buf);
         for at in [-CART_LIMIT_M, -1.0, 0.0, 1.0, CART_LIMIT_M] {
             let text = if at == 0.0 {
                 "0 m".to_owned()
@@ -245,7 +245,7 @@ impl Scene {
         let Some(room) = self.labels.width.checked_sub(wide) else {
             return;
         };
-        let Some(column) = self.sketch.column(x) else {
+        let Some(column) = self.canvas.column(x) else {
             return;
         };
         let start = (column - self.labels.x).saturating_sub(wide / 2).min(room);
@@ -259,7 +259,7 @@ mod tests {
 
     use super::render;
     use crate::dashboard::{
-        picture::Picture,
+        frame::FrameData,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -267,8 +267,8 @@ mod tests {
         },
     };
 
-    fn pane(picture: &Picture, width: u16, height: u16, theme: &Theme) -> Buffer {
-        let (plant, verdict) = (picture.plant.as_ref(), picture.verdict.kind);
+    fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
+        let (plant, verdict) = (frame.plant.as_ref(), frame.verdict.kind);
         screen(width, height, |area, buf| {
             render(plant, verdict, theme, false, area, buf)
         })
@@ -354,12 +354,12 @@ mod tests {
 
     #[test]
     fn angles_look_true() {
-        let mut picture = sample::balanced();
-        let plant = picture.plant.as_mut().expect("a plant");
+        let mut frame = sample::balanced();
+        let plant = frame.plant.as_mut().expect("a plant");
         plant.pose.pole_angle = 45_f64.to_radians();
         plant.pose.cart_position = 0.0;
         plant.action = 0.0;
-        let buf = pane(&picture, 90, 20, &POOR);
+        let buf = pane(&frame, 90, 20, &POOR);
         let star = |x: &u16, y: &u16| buf[(*x, *y)].symbol() == "*";
         let wide = (0..90).filter(|x| (0..20).any(|y| star(x, &y))).count();
         let high = (0..20).filter(|y| (0..90).any(|x| star(&x, y))).count();
@@ -369,16 +369,16 @@ mod tests {
 
     #[test]
     fn any_size_and_any_pose_will_do() {
-        let mut picture = sample::broken();
+        let mut frame = sample::broken();
         for (cart, angle) in [(-0.3, 0.2), (9.0, -3.1), (f64::NAN, f64::INFINITY)] {
-            let plant = picture.plant.as_mut().expect("a plant");
+            let plant = frame.plant.as_mut().expect("a plant");
             (plant.pose.cart_position, plant.pose.pole_angle) = (cart, angle);
             plant.action = angle as f32;
-            let plant = picture.plant.as_ref();
+            let plant = frame.plant.as_ref();
             torture(|theme, area, buf| {
-                render(plant, picture.verdict.kind, theme, true, area, buf);
+                render(plant, frame.verdict.kind, theme, true, area, buf);
             });
         }
-        torture(|theme, area, buf| render(None, picture.verdict.kind, theme, true, area, buf));
+        torture(|theme, area, buf| render(None, frame.verdict.kind, theme, true, area, buf));
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures to test panes with: plain figures, no run behind them.
+//! Frames to test panes with: plain figures, no run behind them.
 
 use std::time::Duration;
 
@@ -7,14 +7,14 @@ use ratelab::{
     runtime::{ClockKind, Hz, Speed, Time, telemetry::Status},
 };
 
-use crate::dashboard::picture::{
-    LatencyPicture, NodePicture, Picture, PlantPicture, Quantiles, TopicPicture, Trace,
-    VerdictKind, VerdictPicture,
+use crate::dashboard::frame::{
+    FrameData, LatencyData, NodeData, PlantData, Quantiles, TopicData, Trace, VerdictData,
+    VerdictKind,
 };
 
 /// Three nodes in a row at 50 Hz, 6.40 s into a good run.
-pub fn balanced() -> Picture {
-    let mut picture = picture(
+pub fn balanced() -> FrameData {
+    let mut frame = frame_data(
         vec![
             node("sensor", 50.0, 320, true),
             node("policy", 50.0, 320, true),
@@ -26,20 +26,20 @@ pub fn balanced() -> Picture {
             topic("/state", 50.0, 321, &[2], &[]),
         ],
     );
-    for node in &mut picture.nodes {
+    for node in &mut frame.nodes {
         node.lateness = quantiles(60, 450, 2_100, 3_300);
         node.tick_time = quantiles(9, 7, 31, 120);
     }
-    for topic in &mut picture.topics[..2] {
+    for topic in &mut frame.topics[..2] {
         topic.age = quantiles(10_100, 10_000, 20_000, 20_900);
         topic.held = Some(Duration::from_millis(12));
     }
-    picture
+    frame
 }
 
 /// The same graph with the policy at 5 Hz: the pole fell.
-pub fn broken() -> Picture {
-    let mut picture = picture(
+pub fn broken() -> FrameData {
+    let mut frame = frame_data(
         vec![
             node("sensor", 50.0, 43, true),
             node("policy", 5.0, 5, false),
@@ -51,10 +51,10 @@ pub fn broken() -> Picture {
             topic("/state", 50.0, 43, &[2], &[]),
         ],
     );
-    picture.now = Time::from_nanos(840_000_000);
-    picture.wall_s = 1;
-    picture.nodes[1].overruns = 2;
-    let [obs, action, _] = &mut picture.topics[..] else {
+    frame.now = Time::from_nanos(840_000_000);
+    frame.wall_s = 1;
+    frame.nodes[1].overruns = 2;
+    let [obs, action, _] = &mut frame.topics[..] else {
         unreachable!("three topics")
     };
     (obs.dropped, obs.dropped_lately) = (37, 37);
@@ -62,14 +62,14 @@ pub fn broken() -> Picture {
     obs.held = Some(Duration::from_millis(16));
     action.age = quantiles(98_000, 100_000, 196_000, 200_000);
     action.held = Some(Duration::from_millis(320));
-    picture.latency = LatencyPicture {
+    frame.latency = LatencyData {
         figures: quantiles(110_000, 112_000, 212_000, 216_000),
         bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
         bin: Duration::from_millis(10),
         newest: Some(Duration::from_millis(136)),
         control_period: Duration::from_millis(200),
     };
-    picture.plant = Some(PlantPicture {
+    frame.plant = Some(PlantData {
         pose: Pose {
             cart_position: -0.31,
             pole_angle: 0.215,
@@ -77,7 +77,7 @@ pub fn broken() -> Picture {
         action: -1.0,
         steps: 43,
     });
-    picture.verdict = VerdictPicture {
+    frame.verdict = VerdictData {
         kind: VerdictKind::Lost,
         headline: "FELL at 0.84 s".to_owned(),
         why: vec![
@@ -85,13 +85,13 @@ pub fn broken() -> Picture {
             "37 of 43 observations on /obs were never read".to_owned(),
         ],
     };
-    picture
+    frame
 }
 
 /// Five nodes: two cameras publish to one topic, a tracker fans out to two
 /// readers of which one is also read by the other.
-pub fn fan_out() -> Picture {
-    let mut picture = picture(
+pub fn fan_out() -> FrameData {
+    let mut frame = frame_data(
         vec![
             node("left", 30.0, 192, true),
             node("right", 30.0, 192, false),
@@ -105,7 +105,7 @@ pub fn fan_out() -> Picture {
             topic("/plan", 7.5, 48, &[3], &[4]),
         ],
     );
-    let [image, pose, plan] = &mut picture.topics[..] else {
+    let [image, pose, plan] = &mut frame.topics[..] else {
         unreachable!("three topics")
     };
     (image.dropped, image.dropped_lately) = (288, 45);
@@ -113,18 +113,18 @@ pub fn fan_out() -> Picture {
     // Lost once, at the start: a total, no alarm.
     pose.dropped = 7;
     plan.held = Some(Duration::from_millis(120));
-    picture
+    frame
 }
 
 /// `count` nodes in a chain, each reading what the one before it publishes.
-pub fn chain(count: usize) -> Picture {
+pub fn chain(count: usize) -> FrameData {
     let nodes = (0..count)
         .map(|n| node(&format!("n{n}"), 50.0, 320, n % 3 == 0))
         .collect();
     let topics = (1..count)
         .map(|n| topic(&format!("/t{n}"), 50.0, 320, &[n - 1], &[n]))
         .collect();
-    picture(nodes, topics)
+    frame_data(nodes, topics)
 }
 
 /// The angle of [`broken`]: upright, then faster and faster over; two knobs
@@ -144,8 +144,8 @@ pub fn trace() -> Trace {
 }
 
 /// A node without timings.
-pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodePicture {
-    NodePicture {
+pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
+    NodeData {
         name: name.into(),
         hz: Hz::new(hz).expect("a valid rate"),
         ticks,
@@ -163,8 +163,8 @@ pub fn topic(
     published: u64,
     publishers: &[usize],
     readers: &[usize],
-) -> TopicPicture {
-    TopicPicture {
+) -> TopicData {
+    TopicData {
         name: name.into(),
         depth: 1,
         published,
@@ -191,8 +191,8 @@ pub fn quantiles(mean: u64, p50: u64, p99: u64, max: u64) -> Quantiles {
 }
 
 /// A good run of `nodes` and `topics`.
-pub fn picture(nodes: Vec<NodePicture>, topics: Vec<TopicPicture>) -> Picture {
-    Picture {
+pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
+    FrameData {
         now: Time::from_nanos(6_400_000_000),
         wall_s: 6,
         status: Status {
@@ -204,14 +204,14 @@ pub fn picture(nodes: Vec<NodePicture>, topics: Vec<TopicPicture>) -> Picture {
         policy: "scripted".to_owned(),
         nodes,
         topics,
-        latency: LatencyPicture {
+        latency: LatencyData {
             figures: quantiles(25_200, 20_300, 40_500, 42_900),
             bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
             bin: Duration::from_millis(5),
             newest: Some(Duration::from_millis(21)),
             control_period: Duration::from_millis(20),
         },
-        plant: Some(PlantPicture {
+        plant: Some(PlantData {
             pose: Pose {
                 cart_position: 0.04,
                 pole_angle: -0.012,
@@ -219,7 +219,7 @@ pub fn picture(nodes: Vec<NodePicture>, topics: Vec<TopicPicture>) -> Picture {
             action: 0.18,
             steps: 320,
         }),
-        verdict: VerdictPicture {
+        verdict: VerdictData {
             kind: VerdictKind::Good,
             headline: "BALANCED so far".to_owned(),
             why: Vec::new(),

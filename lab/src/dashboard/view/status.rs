@@ -7,15 +7,15 @@ use super::{
     pane::{self, plain, put, row},
     theme::Theme,
 };
-use crate::dashboard::picture::Picture;
+use crate::dashboard::frame::FrameData;
 
 /// Blanks between the parts of a line.
 const GAP: usize = 2;
 
-/// What the top line says that is not in a picture.
+/// What the top line says that is not in a frame.
 #[derive(Clone, Debug, Default)]
 pub struct StatusExtra {
-    /// Which picture is being looked at, and how many are kept, both counted
+    /// Which frame is being looked at, and how many are kept, both counted
     /// from one; `None` if it is the newest.
     pub back: Option<(usize, usize)>,
     /// Whether the run is over.
@@ -29,7 +29,7 @@ pub struct StatusExtra {
 /// Draws the top line. Where it is too narrow, parts are left out from the
 /// right; a loss of measurements is said before all else.
 pub fn render_status(
-    picture: &Picture,
+    frame: &FrameData,
     extra: &StatusExtra,
     theme: &Theme,
     area: Rect,
@@ -38,22 +38,22 @@ pub fn render_status(
     let line = row(area.intersection(buf.area), 0);
     let mut parts = vec![
         ("ratelab".to_owned(), theme.strong()),
-        (clock(picture.status), Style::new()),
-        state(picture, extra, theme),
+        (clock(frame.status), Style::new()),
+        state(frame, extra, theme),
     ];
     parts.extend(extra.recording.map(|lost| recording(lost, theme)));
     let told = !extra.replay; // A recording has the time of its run only.
-    let wall = told.then(|| (format!("{:>5} s wall", picture.wall_s), Style::new()));
-    let seconds = picture.now.as_secs_f64();
+    let wall = told.then(|| (format!("{:>5} s wall", frame.wall_s), Style::new()));
+    let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
     parts.extend(wall);
     parts.extend([
-        (format!("seed {}", picture.seed), Style::new()),
-        (format!("policy {}", picture.policy), Style::new()),
+        (format!("seed {}", frame.seed), Style::new()),
+        (format!("policy {}", frame.policy), Style::new()),
     ]);
-    let lost = (picture.telemetry_lost > 0).then(|| {
+    let lost = (frame.telemetry_lost > 0).then(|| {
         let sign = theme.glyph("✖", "!");
-        let text = format!(" {sign} telemetry lost {} ", picture.telemetry_lost);
+        let text = format!(" {sign} telemetry lost {} ", frame.telemetry_lost);
         (text, theme.alarm())
     });
     let kept = lost.as_ref().map_or(0, |(text, _)| pane::width(text) + GAP);
@@ -110,7 +110,7 @@ fn recording(lost: u64, theme: &Theme) -> (String, Style) {
     }
 }
 
-fn state(picture: &Picture, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
+fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
     if let Some((at, of)) = extra.back {
         let digits = of.to_string().len();
         let sign = theme.glyph("◀", "<");
@@ -121,7 +121,7 @@ fn state(picture: &Picture, extra: &StatusExtra, theme: &Theme) -> (String, Styl
         (theme.glyph("⏵", ">"), "replay", theme.strong())
     } else if extra.ended {
         (theme.glyph("⏹", "#"), "ended", theme.strong())
-    } else if picture.status.paused {
+    } else if frame.status.paused {
         (theme.glyph("⏸", "="), "paused", theme.strong())
     } else {
         (theme.glyph("▶", ">"), "running", theme.active())
@@ -160,10 +160,10 @@ mod tests {
     const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
 
     fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
-        let mut picture = sample::broken();
-        picture.status.clock = ClockKind::Virtual;
+        let mut frame = sample::broken();
+        frame.status.clock = ClockKind::Virtual;
         screen(width, 1, |area, buf| {
-            render_status(&picture, extra, theme, area, buf)
+            render_status(&frame, extra, theme, area, buf)
         })
     }
 
@@ -192,11 +192,11 @@ mod tests {
 
     #[test]
     fn lost_telemetry_is_an_alarm_at_any_width() {
-        let mut picture = sample::balanced();
-        picture.telemetry_lost = 3;
+        let mut frame = sample::balanced();
+        frame.telemetry_lost = 3;
         let extra = StatusExtra::default();
         let buf = screen(60, 1, |area, buf| {
-            render_status(&picture, &extra, &RICH, area, buf)
+            render_status(&frame, &extra, &RICH, area, buf)
         });
         insta::assert_snapshot!(text(&buf), @"ratelab  real          ▶ running   ✖ telemetry lost 3");
         assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
@@ -216,10 +216,10 @@ mod tests {
 
     #[test]
     fn any_size_will_do() {
-        let picture = sample::broken();
+        let frame = sample::broken();
         let extra = StatusExtra::default();
         torture(|theme, area, buf| {
-            render_status(&picture, &extra, theme, area, buf);
+            render_status(&frame, &extra, theme, area, buf);
             let last = Rect {
                 y: area.bottom().saturating_sub(1),
                 ..area

@@ -22,17 +22,17 @@ pub struct Column {
 }
 
 /// A figure, and how it looks.
-pub type Figure = (String, Style);
+pub type TableCell = (String, Style);
 
 /// A row: its name, and a figure for each column.
-pub type Row = (String, Vec<Figure>);
+pub type TableRow = (String, Vec<TableCell>);
 
 /// Draws a table called `name`: names to the left, figures to the right. Where
 /// rows are left out, the last line says so.
 pub fn render(
     name: &str,
     columns: &[Column],
-    rows: &[Row],
+    rows: &[TableRow],
     theme: &Theme,
     area: Rect,
     buf: &mut Buffer,
@@ -49,7 +49,7 @@ pub fn render(
         .min(16)
         .min(room);
     let shown = shown(columns, room - first);
-    let mut line = |at: usize, name: &str, style: Style, figures: &[Figure]| {
+    let mut line = |at: usize, name: &str, style: Style, figures: &[TableCell]| {
         let place = row(area, at);
         put(&clip(name, first, theme), style, 0, place, buf);
         let mut x = first;
@@ -61,7 +61,7 @@ pub fn render(
             x += GAP + columns[column].width;
         }
     };
-    let heads: Vec<Figure> = columns
+    let heads: Vec<TableCell> = columns
         .iter()
         .map(|column| (column.head.to_owned(), theme.faint()))
         .collect();
@@ -102,7 +102,7 @@ fn shown(columns: &[Column], room: usize) -> Vec<usize> {
 mod tests {
     use ratatui::style::Style;
 
-    use super::{Column, Row, render};
+    use super::{Column, TableRow, render};
     use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text};
 
     const COLUMNS: [Column; 2] = [
@@ -118,7 +118,7 @@ mod tests {
         },
     ];
 
-    fn rows() -> Vec<Row> {
+    fn rows() -> Vec<TableRow> {
         let row = |name: &str, rate: &str, ticks: &str| {
             let figures = [rate, ticks].map(|text| (text.to_owned(), Style::new()));
             (name.to_owned(), figures.to_vec())

@@ -1,6 +1,6 @@
 //! The event log.
 
-use ratelab::runtime::telemetry::{Event, Happening};
+use ratelab::runtime::telemetry::{Event, EventKind};
 use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
 use crate::recording::{progress::Progress, schema::EVENTS, timeline::Stamps};
@@ -57,10 +57,10 @@ fn text(event: &Event) -> String {
     }
 }
 
-fn level(what: &Happening) -> &'static str {
+fn level(what: &EventKind) -> &'static str {
     match what {
-        Happening::Applied { .. } => TextLogLevel::INFO,
-        Happening::Refused { .. } => TextLogLevel::WARN,
-        Happening::Ended { .. } | Happening::Faulted { .. } => TextLogLevel::ERROR,
+        EventKind::Applied { .. } => TextLogLevel::INFO,
+        EventKind::Refused { .. } => TextLogLevel::WARN,
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => TextLogLevel::ERROR,
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use ratelab::runtime::{
     Command, Snapshot,
-    telemetry::{Event, Happening},
+    telemetry::{Event, EventKind},
 };
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
 
@@ -22,34 +22,34 @@ const ROW: f32 = 90.0;
 const TOPICS_BELOW: f32 = 60.0;
 
 /// Nodes and topics, and what is between them.
-pub struct Wires {
+pub struct GraphScene {
     /// Nodes first, then topics.
-    corners: Vec<Corner>,
-    /// Who leads to whom, as indices of corners.
+    vertices: Vec<Vertex>,
+    /// Who leads to whom, as indices of vertices.
     edges: Vec<(usize, usize)>,
     nodes: usize,
 }
 
 /// A node or a topic.
-struct Corner {
+struct Vertex {
     name: String,
     /// Rate or depth.
     setting: String,
     place: [f32; 2],
 }
 
-impl Wires {
+impl GraphScene {
     /// The graph as it is at the beginning.
     pub fn new(snapshot: &Snapshot) -> Self {
-        let corner = |name: &str, setting: String| Corner {
+        let vertex = |name: &str, setting: String| Vertex {
             name: name.to_owned(),
             setting,
             place: [0.0; 2],
         };
         let nodes = snapshot.nodes.iter();
-        let nodes = nodes.map(|node| corner(&node.name, node.hz.to_string()));
+        let nodes = nodes.map(|node| vertex(&node.name, node.hz.to_string()));
         let topics = snapshot.topics.iter();
-        let topics = topics.map(|topic| corner(&topic.name, depth(topic.depth)));
+        let topics = topics.map(|topic| vertex(&topic.name, depth(topic.depth)));
         let first = snapshot.nodes.len();
         let mut edges = Vec::new();
         for (index, topic) in snapshot.topics.iter().enumerate() {
@@ -57,38 +57,38 @@ impl Wires {
             edges.extend(topic.publishers.iter().map(|&node| (node, first + index)));
             edges.extend(readers.map(|node| (first + index, node)));
         }
-        let mut wires = Self {
-            corners: nodes.chain(topics).collect(),
+        let mut graph = Self {
+            vertices: nodes.chain(topics).collect(),
             edges,
             nodes: first,
         };
-        wires.place();
-        wires
+        graph.place();
+        graph
     }
 
-    /// Every corner right of those that lead to it, the first of a column on top.
+    /// Every vertex right of those that lead to it, the first of a column on top.
     fn place(&mut self) {
         let columns = self.columns();
-        let mut taken = VecDeque::from(vec![0; self.corners.len() + 1]);
-        for (index, corner) in self.corners.iter_mut().enumerate() {
+        let mut taken = VecDeque::from(vec![0; self.vertices.len() + 1]);
+        for (index, vertex) in self.vertices.iter_mut().enumerate() {
             let column = columns[index];
             let below = if index < self.nodes {
                 0.0
             } else {
                 TOPICS_BELOW
             };
-            corner.place = [COLUMN * column as f32, ROW * taken[column] as f32 + below];
+            vertex.place = [COLUMN * column as f32, ROW * taken[column] as f32 + below];
             taken[column] += 1;
         }
     }
 
-    /// The column of each corner: the longest way to it, loops aside.
+    /// The column of each vertex: the longest way to it, loops aside.
     fn columns(&self) -> Vec<usize> {
-        let mut columns = vec![0; self.corners.len()];
-        for _ in 0..self.corners.len() {
+        let mut columns = vec![0; self.vertices.len()];
+        for _ in 0..self.vertices.len() {
             for &(from, to) in &self.edges {
                 let right = columns[from] + 1;
-                if right > columns[to] && right < self.corners.len() {
+                if right > columns[to] && right < self.vertices.len() {
                     columns[to] = right;
                 }
             }
@@ -99,15 +99,15 @@ impl Wires {
     /// Logs how the graph is to begin with.
     pub fn begin(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
         let names = |&(from, to): &(usize, usize)| {
-            let name = |corner: usize| self.corners[corner].name.as_str();
+            let name = |vertex: usize| self.vertices[vertex].name.as_str();
             (name(from), name(to))
         };
         let edges = GraphEdges::new(self.edges.iter().map(names));
         let edges = edges.with_directed_edges();
-        let colours = (0..self.corners.len()).map(|corner| self.colour(corner));
-        let nodes = GraphNodes::new(self.corners.iter().map(|corner| corner.name.as_str()))
+        let colours = (0..self.vertices.len()).map(|vertex| self.colour(vertex));
+        let nodes = GraphNodes::new(self.vertices.iter().map(|vertex| vertex.name.as_str()))
             .with_colors(colours)
-            .with_positions(self.corners.iter().map(|corner| corner.place))
+            .with_positions(self.vertices.iter().map(|vertex| vertex.place))
             .with_show_labels(true);
         rec.log_static(GRAPH, &[&edges as &dyn AsComponents, &nodes])?;
         self.log(rec, stamps, self.labels().collect())
@@ -132,7 +132,7 @@ impl Wires {
     }
 
     fn change(&mut self, event: &Event) -> bool {
-        let Happening::Applied { command, .. } = &event.what else {
+        let EventKind::Applied { command, .. } = &event.what else {
             return false;
         };
         let (name, setting) = match command {
@@ -140,20 +140,20 @@ impl Wires {
             Command::SetDepth { topic, depth: deep } => (topic, depth(deep.get())),
             _ => return false,
         };
-        let corner = self.corners.iter_mut().find(|corner| corner.name == *name);
-        corner.is_some_and(|corner| {
-            corner.setting = setting;
+        let vertex = self.vertices.iter_mut().find(|vertex| vertex.name == *name);
+        vertex.is_some_and(|vertex| {
+            vertex.setting = setting;
             true
         })
     }
 
-    /// What stands at the corners now.
+    /// What stands at the vertices now.
     fn labels(&self) -> impl Iterator<Item = String> {
-        let corners = self.corners.iter();
-        corners.map(|corner| format!("{}\n{}", corner.name, corner.setting))
+        let vertices = self.vertices.iter();
+        vertices.map(|vertex| format!("{}\n{}", vertex.name, vertex.setting))
     }
 
-    /// Logs `labels`, those of all corners for each row.
+    /// Logs `labels`, those of all vertices for each row.
     fn log(
         &self,
         rec: &RecordingStream,
@@ -163,13 +163,13 @@ impl Wires {
         if stamps.is_empty() {
             return Ok(());
         }
-        let rows = std::iter::repeat_n(self.corners.len(), stamps.len());
+        let rows = std::iter::repeat_n(self.vertices.len(), stamps.len());
         let labels = GraphNodes::update_fields().with_labels(labels);
         rec.send_columns(GRAPH, stamps.columns(), labels.columns(rows)?)
     }
 
-    fn colour(&self, corner: usize) -> Color {
-        if corner < self.nodes { BLUE } else { ORANGE }
+    fn colour(&self, vertex: usize) -> Color {
+        if vertex < self.nodes { BLUE } else { ORANGE }
     }
 }
 

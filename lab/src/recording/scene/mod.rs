@@ -24,7 +24,8 @@ use ratelab::{
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use self::{
-    graph::Wires, histogram::Histogram, modes::Modes, step_plots::ControlPeriod, traffic::Traffic,
+    graph::GraphScene, histogram::Histogram, modes::Modes, step_plots::ControlPeriod,
+    traffic::Traffic,
 };
 use super::progress::Progress;
 
@@ -45,7 +46,7 @@ pub struct Batch<'a> {
 
 /// Draws a run.
 pub struct Scene {
-    wires: Wires,
+    graph: GraphScene,
     period: ControlPeriod,
     traffic: Traffic,
     histogram: Histogram,
@@ -57,7 +58,7 @@ impl Scene {
     pub fn new(start: &Snapshot) -> Self {
         let topics = start.topics.iter().map(|topic| topic.name.to_string());
         Self {
-            wires: Wires::new(start),
+            graph: GraphScene::new(start),
             period: ControlPeriod::new(start.period(POLICY)),
             traffic: Traffic::new(topics),
             histogram: Histogram::new(),
@@ -79,7 +80,7 @@ impl Scene {
         self.traffic.begin(rec)?;
         self.histogram.begin(rec)?;
         let beginning = progress.stamp(Time::ZERO);
-        self.wires.begin(rec, &beginning)?;
+        self.graph.begin(rec, &beginning)?;
         self.modes.begin(rec, &beginning)
     }
 
@@ -99,7 +100,7 @@ impl Scene {
             self.traffic.sample(rec, progress, newest.stamp)?;
         }
         self.histogram.add(rec, progress)?;
-        self.wires.add(rec, progress, batch.events)?;
+        self.graph.add(rec, progress, batch.events)?;
         self.modes.add(rec, progress, batch.events)?;
         events::add(rec, progress, batch.events)
     }

@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::POLICY,
     runtime::{
         ClockKind, Command, Snapshot, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 use rerun::{RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
@@ -67,7 +67,7 @@ impl Modes {
     ) -> RecordingStreamResult<()> {
         let (mut clocks, mut rates) = (Changes::new(), Changes::new());
         for event in events {
-            let Happening::Applied { command, .. } = &event.what else {
+            let EventKind::Applied { command, .. } = &event.what else {
                 continue;
             };
             match command {

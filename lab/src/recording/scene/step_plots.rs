@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::{ControlStep, POLE_LIMIT_RAD, POLICY, Pose},
     runtime::{
         Command, Message, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 use rerun::{RecordingStream, RecordingStreamResult};
@@ -114,7 +114,7 @@ impl ControlPeriod {
 
 fn change(event: &Event) -> Option<(Time, Duration)> {
     match &event.what {
-        Happening::Applied {
+        EventKind::Applied {
             command: Command::SetRate { node, hz },
             ..
         } if node == POLICY => Some((event.at, hz.period())),
@@ -130,7 +130,7 @@ mod tests {
         cartpole::{POLICY, SENSOR},
         runtime::{
             Command, Hz, Time,
-            telemetry::{Event, Happening},
+            telemetry::{Event, EventKind},
         },
     };
 
@@ -146,7 +146,7 @@ mod tests {
             hz: Hz::new(hz).expect("a rate"),
         };
         let was = None;
-        let what = Happening::Applied { command, was };
+        let what = EventKind::Applied { command, was };
         Event { at, what }
     }
 

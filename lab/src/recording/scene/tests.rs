@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, time::Duration};
 use ratelab::{
     cartpole::{ControlStep, POLICY},
     experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, parse_knobs},
-    runtime::{ClockKind, Message, Snapshot, Tap, Tapped, Time},
+    runtime::{ClockKind, Message, Snapshot, Tap, TapMessage, Time},
 };
 use rerun::{
     RecordingStreamBuilder, Scalars,
@@ -59,7 +59,7 @@ fn run_with(knobs: &str) -> Run {
     }
 }
 
-fn drops<T>(tap: &Tap<Tapped<T>>) -> Vec<(Time, u64)> {
+fn drops<T>(tap: &Tap<TapMessage<T>>) -> Vec<(Time, u64)> {
     let messages = tap.items().iter();
     messages
         .map(|tapped| (tapped.message.stamp, tapped.dropped))

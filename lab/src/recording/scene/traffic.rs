@@ -103,7 +103,7 @@ impl Traffic {
             let window = WINDOW.min(self.next.since(begun));
             stamps.push(self.next, progress.step_at(self.next));
             for topic in &mut self.topics {
-                topic.come_to(self.next, window);
+                topic.advance_to(self.next, window);
                 rates.push(topic.recent as f64 / window.as_secs_f64());
                 drops.push(topic.dropped as f64);
             }
@@ -139,7 +139,7 @@ fn periods(at: Time) -> u32 {
 
 impl Counter {
     /// Moves the window on, so that it ends with `now`.
-    fn come_to(&mut self, now: Time, window: Duration) {
+    fn advance_to(&mut self, now: Time, window: Duration) {
         while let Some(&(stamp, dropped)) = self.messages.get(self.recent)
             && stamp <= now
         {
@@ -170,7 +170,7 @@ mod tests {
         traffic.count("/obs", &messages);
         let counter = &mut traffic.topics[0];
         let mut seen = |at| {
-            counter.come_to(at, WINDOW);
+            counter.advance_to(at, WINDOW);
             (counter.recent, counter.dropped)
         };
         assert_eq!(seen(ms(100)), (6, 2));

@@ -12,7 +12,7 @@ use rerun::{
 };
 
 use super::{Dice, folder, paced, read, recorder, recording, verify};
-use crate::recording::{Ending, ReadError, Recorder, Recording, Retold, Source};
+use crate::recording::{ReadError, Recorder, Recording, Replay, Source, StopReason};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes
@@ -24,7 +24,7 @@ fn as_killed(path: &Path) -> (Vec<u8>, Recording) {
     let outcome = experiment.run();
     thread::sleep(Duration::from_millis(1_100));
     let bytes = fs::read(path).expect("read");
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     (bytes, read(path))
 }
@@ -64,11 +64,11 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
 fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
     fs::write(path, bytes).expect("written");
     let recording = Recording::read(path)?;
-    let mut retold = Retold::new(Arc::new(recording));
-    retold.tell(Time::MAX);
-    let _ = retold.summary();
+    let mut replay = Replay::new(Arc::new(recording));
+    replay.advance_to(Time::MAX);
+    let _ = replay.summary();
     // Whatever it says: it is an answer.
-    let _ = verify(retold.recording());
+    let _ = verify(replay.recording());
     Ok(())
 }
 
@@ -190,7 +190,7 @@ fn what_a_file_says_commands_no_terminal() {
     let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
     drop(source);
     let outcome = experiment.run();
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");
 }

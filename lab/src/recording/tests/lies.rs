@@ -10,7 +10,7 @@ use ratelab::{
     experiment::{Config, Verdict},
     runtime::{
         ClockKind, Command, Speed, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 use rerun::external::arrow::{
@@ -25,8 +25,8 @@ use super::{
     folder, read, record, recording, verify,
 };
 use crate::recording::{
-    ReadError, Recording, Retold,
-    schema::{End, Outcome},
+    ReadError, Recording, Replay,
+    schema::{RecordingEnd, RunStatus},
 };
 
 /// A run of a second with a fall, in a file of its own.
@@ -44,12 +44,12 @@ fn fall(folder: &TempDir) -> PathBuf {
 /// What is wrong with the file, which must be shown as far as it is good.
 fn defect_of(path: &Path) -> String {
     let recording = read(path);
-    let mut retold = Retold::new(Arc::new(recording.clone()));
+    let mut replay = Replay::new(Arc::new(recording.clone()));
     assert!(
-        retold.begins() <= recording.until,
+        replay.begins() <= recording.until,
         "it ends before it begins"
     );
-    retold.tell(Time::MAX);
+    replay.advance_to(Time::MAX);
     let _ = verify(&recording);
     recording.defect().expect("a defect")
 }
@@ -219,7 +219,7 @@ fn found(recording: &Recording, lie: impl FnOnce(&mut Recording)) -> String {
     verify(&altered).expect_err("a lie").to_string()
 }
 
-fn outcome(recording: &mut Recording) -> &mut Outcome {
+fn outcome(recording: &mut Recording) -> &mut RecordingEnd {
     recording.outcome.as_mut().expect("an end")
 }
 
@@ -230,7 +230,7 @@ fn every_part_of_the_end_is_compared() {
     verify(&fall).expect("identical");
     let end = |lie: fn(&mut ratelab::experiment::RunEnd)| {
         found(&fall, |recording| match &mut outcome(recording).end {
-            End::Ended(end) => lie(end),
+            RunStatus::Ended(end) => lie(end),
             other => panic!("{other:?}"),
         })
     };
@@ -271,22 +271,22 @@ fn every_part_of_the_end_is_compared() {
 fn the_graph_is_compared() {
     let folder = folder();
     let fall = read(&fall(&folder));
-    let error = found(&fall, |r| r.origin.shape.nodes[2].priority = 0);
+    let error = found(&fall, |r| r.origin.topology.nodes[2].priority = 0);
     assert!(error.contains("node 2 of the graph"), "{error}");
     let error = found(&fall, |r| {
-        r.origin.shape.nodes[0].hz = "51".parse().expect("a rate")
+        r.origin.topology.nodes[0].hz = "51".parse().expect("a rate")
     });
     assert!(error.contains("sensor at 51 Hz"), "{error}");
     let error = found(&fall, |r| {
-        r.origin.shape.nodes[0].meters.push("x".to_owned())
+        r.origin.topology.nodes[0].meters.push("x".to_owned())
     });
     assert!(error.contains("node 0 of the graph"), "{error}");
-    let error = found(&fall, |r| r.origin.shape.topics[2].readers.push(0));
+    let error = found(&fall, |r| r.origin.topology.topics[2].readers.push(0));
     assert!(error.contains("topic 2 of the graph"), "{error}");
-    let error = found(&fall, |r| r.origin.shape.topics[0].publishers.clear());
+    let error = found(&fall, |r| r.origin.topology.topics[0].publishers.clear());
     assert!(error.contains("topic 0 of the graph"), "{error}");
     let error = found(&fall, |r| {
-        r.origin.shape.topics[0].depth = "9".parse().expect("a depth");
+        r.origin.topology.topics[0].depth = "9".parse().expect("a depth");
     });
     assert!(error.contains("/obs depth 9"), "{error}");
 }
@@ -295,18 +295,18 @@ fn the_graph_is_compared() {
 fn events_that_did_not_happen_are_found() {
     let folder = folder();
     let original = recording(&folder);
-    let happened = |at: u64, what: Happening| {
+    let happened = |at: u64, what: EventKind| {
         let at = Time::from_nanos(at);
         found(&original, |recording| {
             recording.events.push(Event { at, what });
             recording.events.sort_by_key(|event| event.at);
         })
     };
-    let applied = |command, was: Option<&str>| Happening::Applied {
+    let applied = |command, was: Option<&str>| EventKind::Applied {
         command,
         was: was.map(str::to_owned),
     };
-    let refused = |command| Happening::Refused {
+    let refused = |command| EventKind::Refused {
         command,
         reason: "no".to_owned(),
     };
@@ -314,8 +314,8 @@ fn events_that_did_not_happen_are_found() {
     let cause = "smoke".to_owned();
     let hz = "5".parse().expect("a rate");
     let lies = [
-        Happening::Ended { node: node.clone() },
-        Happening::Faulted {
+        EventKind::Ended { node: node.clone() },
+        EventKind::Faulted {
             node: node.clone(),
             cause,
         },
@@ -341,7 +341,7 @@ fn events_that_did_not_happen_are_found() {
     });
     assert!(error.contains("an event"), "{error}");
     let error = found(&original, |recording| {
-        if let Happening::Applied { was, .. } = &mut recording.events[0].what {
+        if let EventKind::Applied { was, .. } = &mut recording.events[0].what {
             *was = Some("49 Hz".to_owned());
         }
     });

@@ -6,12 +6,12 @@ use ratelab::{
     cartpole::{Action, Observation},
     experiment::{Config, Experiment, Knob},
     policy::Policy,
-    runtime::{ClockKind, Command, Depth, Hz, Speed, Time, TimedCommand, telemetry::Happening},
+    runtime::{ClockKind, Command, Depth, Hz, Speed, Time, TimedCommand, telemetry::EventKind},
 };
 
 use super::{folder, paced, read, record, recorder, verify};
 use crate::recording::{
-    Ending, Recorder, Source,
+    Recorder, Source, StopReason,
     frames::Chunks,
     schema::node_entity,
     timeline::{RUN_TIME, WALL_TIME},
@@ -53,7 +53,7 @@ fn a_session_with_knobs_turned_live_comes_again() {
             .for_each(|c| commands.send(c).expect("alive"));
     }
     let outcome = run.join().expect("no panic");
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     let recording = read(&path);
     assert!(recording.events.len() >= 8, "{:?}", recording.events);
@@ -74,7 +74,7 @@ fn a_recording_made_midway_comes_again() {
     thread::sleep(Duration::from_millis(200));
     let recorder = Recorder::midway(&path, &source).expect("recorder");
     thread::sleep(Duration::from_millis(300));
-    recorder.end(Ending::Off);
+    recorder.end(StopReason::Off);
     let recorded = recorder.finish().expect("recorded");
     commands.send(Command::Stop).expect("alive");
     run.join().expect("no panic").expect("no fault");
@@ -97,9 +97,9 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
         queue_depth: "7".parse().expect("a depth"),
         ..paced(20.0)
     };
-    let tell = |what: &str| Command::Tell {
+    let tell = |what: &str| Command::Send {
         node: "policy".to_owned(),
-        what: what.to_owned(),
+        text: what.to_owned(),
     };
     let rate = |node: &str, hz: &str| Command::SetRate {
         node: node.to_owned(),
@@ -135,7 +135,7 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
         }
         let outcome = run.join().expect("no panic");
         let recorder = recorder.expect("one was started");
-        recorder.end(Ending::of(&outcome));
+        recorder.end(StopReason::of(&outcome));
         recorder.finish().expect("recorded");
         let recording = read(&path);
         assert_eq!(recording.defect(), None);
@@ -166,7 +166,7 @@ fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
     fs::remove_file(&path).expect("removed");
     let outcome = experiment.run();
     assert_eq!(outcome.as_ref().expect("no fault").steps, 501);
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     let error = recorder.finish().expect_err("it is gone").to_string();
     assert!(
         error.contains("gone.rrd") && error.contains("gone from"),
@@ -184,7 +184,7 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
     fs::rename(&path, folder.path().join("moved.rrd")).expect("moved");
     fs::write(&path, "mine").expect("written");
     let outcome = experiment.run();
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     assert!(recorder.finish().is_err(), "it was written elsewhere");
     assert_eq!(fs::read_to_string(&path).expect("read"), "mine");
 }
@@ -218,7 +218,7 @@ fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
     ]);
     let recorder = recorder(&experiment, &config, &path);
     let outcome = experiment.run();
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     let error = verify(&read(&path)).expect_err("no two are the same");
     assert!(error.to_string().contains("for a while"), "{error}");
@@ -258,13 +258,13 @@ fn wall_time_goes_on_while_run_time_pauses() {
         commands.send(command).expect("alive");
     }
     let outcome = run.join().expect("no panic");
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     let resumed = read(&path)
         .events
         .iter()
         .find_map(|event| match event.what {
-            Happening::Applied {
+            EventKind::Applied {
                 command: Command::Resume,
                 ..
             } => Some(event.at),
@@ -303,7 +303,7 @@ fn the_recording_of_a_run_that_fails_is_complete() {
     let experiment = experiment.expect("experiment");
     let recorder = recorder(&experiment, &config, &path);
     let outcome = experiment.run();
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     let recording = read(&path);
     assert!(recording.is_whole());

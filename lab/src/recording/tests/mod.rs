@@ -5,7 +5,7 @@ mod altered;
 mod damage;
 mod lies;
 mod live;
-mod told;
+mod replayed;
 mod verified;
 
 use std::{ops::ControlFlow, path::Path};
@@ -17,7 +17,7 @@ use ratelab::{
 };
 use tempfile::TempDir;
 
-use super::{Ending, Recorder, Recording, Source, VerifyError, verify::Identical};
+use super::{Recorder, Recording, Source, StopReason, VerifyError, verify::Identical};
 
 /// Numbers that look random and are the same every time (xorshift64*).
 struct Dice(u64);
@@ -85,7 +85,7 @@ fn record(config: &Config, path: &Path) -> (Result<Summary, Fault>, Snapshot) {
     let recorder = Recorder::from_the_start(path, &Source::of(&experiment, config));
     let recorder = recorder.expect("recorder");
     let outcome = experiment.run();
-    recorder.end(Ending::of(&outcome));
+    recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     (outcome, observer.snapshot())
 }

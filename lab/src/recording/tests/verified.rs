@@ -6,12 +6,12 @@ use ratelab::{
     experiment::Config,
     runtime::{
         Command, Hz, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 
 use super::{Dice, folder, read, record, recording, verify};
-use crate::recording::{Recording, VerifyError, reader::Track, schema::End};
+use crate::recording::{Recording, VerifyError, reader::TopicRecord, schema::RunStatus};
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
@@ -38,7 +38,7 @@ fn a_single_bit_that_differs_is_found_and_named() {
     for _ in 0..60 {
         let mut altered = original.clone();
         let topic = dice.below(altered.topics.len());
-        let name = original.origin.shape.topics[topic].name.clone();
+        let name = original.origin.topology.topics[topic].name.clone();
         let track = &mut altered.topics[topic];
         let index = dice.below(track.heads.len());
         let head = &mut track.heads[index];
@@ -69,7 +69,7 @@ fn a_tick_that_differs_is_found_and_named() {
     for _ in 0..20 {
         let mut altered = original.clone();
         let node = dice.below(altered.ticks.len());
-        let name = original.origin.shape.nodes[node].name.clone();
+        let name = original.origin.topology.nodes[node].name.clone();
         let index = dice.below(altered.ticks[node].len());
         let tick = &mut altered.ticks[node][index];
         let part = match dice.below(3) {
@@ -177,7 +177,7 @@ fn what_a_recording_begun_later_did_not_see_is_not_missing_in_it() {
     let identical = verify(&late).expect("identical");
     assert_eq!((identical.messages, identical.ticks), (2, 2));
     let mut silent = read(&path);
-    silent.topics[1] = Track::default();
+    silent.topics[1] = TopicRecord::default();
     let error = verify(&silent)
         .expect_err("answers are missing")
         .to_string();
@@ -194,19 +194,19 @@ fn whoever_watches_a_verification_can_end_it() {
     // It goes on for thirty of them.
     let at = Time::from_nanos(1_000_000_000_000_000_000);
     (years.outcome, years.until) = (None, at);
-    let what = Happening::Applied {
+    let what = EventKind::Applied {
         command: Command::Pause,
         was: None,
     };
     years.events.push(Event { at, what });
-    let mut come_to = Time::ZERO;
+    let mut advance_to = Time::ZERO;
     let watch = |now| {
-        come_to = now;
+        advance_to = now;
         ControlFlow::Break(())
     };
     let error = crate::recording::verify(&years, watch).expect_err("ended");
     assert!(matches!(error, VerifyError::Stopped), "{error}");
-    assert!(Time::ZERO < come_to && come_to < at, "{come_to}");
+    assert!(Time::ZERO < advance_to && advance_to < at, "{advance_to}");
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn another_end_is_found() {
     let folder = folder();
     let mut altered = recording(&folder);
     let outcome = altered.outcome.as_mut().expect("an end");
-    let End::Ended(end) = &mut outcome.end else {
+    let RunStatus::Ended(end) = &mut outcome.end else {
         panic!("it ended otherwise: {outcome:?}");
     };
     end.steps += 1;
@@ -228,11 +228,11 @@ fn nothing_is_not_identical_with_nothing() {
     let original = recording(&folder);
     for topic in [0, 2] {
         let mut empty = original.clone();
-        empty.topics[topic] = Track::default();
+        empty.topics[topic] = TopicRecord::default();
         let error = verify(&empty).expect_err("nothing to compare").to_string();
         assert!(error.contains("nothing in it to verify"), "{error}");
     }
     let mut renamed = original;
-    renamed.origin.shape.topics[1].name = "/other".to_owned();
+    renamed.origin.topology.topics[1].name = "/other".to_owned();
     assert!(verify(&renamed).is_err());
 }

@@ -11,21 +11,21 @@ use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
     cartpole::{Action, ControlStep, Observation},
     experiment::{ACTION, Config, Experiment, OBS, STATE, SetupError, TimedKnob},
-    policy::Shelf,
-    runtime::{ClockKind, Speed, Tap, Tapped, Ticked, Time},
+    policy::PolicyCache,
+    runtime::{ClockKind, Speed, Tap, TapMessage, TickRecord, Time},
 };
 
 use super::{
     VerifyError,
-    compare::Judge,
+    compare::Comparison,
     difference::Difference,
     end, events,
     series::{Messages, Ticks},
-    shape,
+    topology,
 };
 use crate::recording::{
-    reader::{Recording, Track},
-    schema::{End, Outcome},
+    reader::{Recording, TopicRecord},
+    schema::{RecordingEnd, RunStatus},
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that
@@ -46,38 +46,39 @@ const BACKLOG: usize = 1024;
 /// and may end it.
 pub fn run_again(
     recording: &Recording,
-    tracks: [Option<&Track>; 3],
+    tracks: [Option<&TopicRecord>; 3],
     mut watch: impl FnMut(Time) -> ControlFlow<()> + Send,
 ) -> Result<Vec<Difference>, VerifyError> {
     let whole = recording
         .outcome
         .as_ref()
-        .filter(|outcome| outcome.end != End::WentOn);
+        .filter(|outcome| outcome.end != RunStatus::WentOn);
     let config = config_again(recording, whole);
     let turned = recording.events.iter().filter_map(TimedKnob::of);
     let turned: Vec<TimedKnob> = turned.collect();
-    let swaps = turned.iter().filter_map(|timed| timed.knob.brain());
+    let swaps = turned.iter().filter_map(|timed| timed.knob.policy());
     // What cannot be had any more is said before anything is compared.
-    let shelf = Shelf::of(config.brains().chain(swaps)).map_err(SetupError::from)?;
-    let mut experiment = Experiment::with_shelf(&config, shelf)?;
+    let cache = PolicyCache::of(config.policies().chain(swaps)).map_err(SetupError::from)?;
+    let mut experiment = Experiment::with_cache(&config, cache)?;
     let observer = experiment.observer();
-    let shape = &recording.origin.shape;
-    let before = shape::compare(shape, &observer.shape()).or_else(|| events::check(recording));
+    let topology = &recording.origin.topology;
+    let before =
+        topology::compare(topology, &observer.topology()).or_else(|| events::check(recording));
     if let Some(difference) = before {
         return Ok(vec![difference]);
     }
     experiment.schedule(events::commands(recording));
-    let judge = Judge::new(recording, whole.is_some(), experiment.commands());
-    let taps = Attached::new(&experiment, recording);
+    let comparison = Comparison::new(recording, whole.is_some(), experiment.commands());
+    let taps = ComparedTaps::new(&experiment, recording);
     let (over, watched) = bounded(0);
     let (mut differences, outcome, stopped) = thread::scope(|scope| {
-        let judge = &judge;
-        let checks = taps.compare(scope, judge, tracks);
+        let comparison = &comparison;
+        let checks = taps.compare(scope, comparison, tracks);
         let observer = &observer;
         let watch = scope.spawn(move || {
             while watched.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
                 if watch(observer.now()).is_break() {
-                    judge.stop();
+                    comparison.stop();
                     return true;
                 }
             }
@@ -101,20 +102,20 @@ pub fn run_again(
     }
     if differences.is_empty() {
         let ended = outcome.map(|summary| summary.end());
-        differences.extend(whole.and_then(|end| end::compare(end, shape, &ended, &observer)));
+        differences.extend(whole.and_then(|end| end::compare(end, topology, &ended, &observer)));
     }
     Ok(differences)
 }
 
 /// Taps on everything that is compared.
-struct Attached<'a> {
-    observations: Tap<Tapped<Observation>>,
-    actions: Tap<Tapped<Action>>,
-    steps: Tap<Tapped<ControlStep>>,
-    ticks: Vec<(Ticks<'a>, Tap<Ticked>)>,
+struct ComparedTaps<'a> {
+    observations: Tap<TapMessage<Observation>>,
+    actions: Tap<TapMessage<Action>>,
+    steps: Tap<TapMessage<ControlStep>>,
+    ticks: Vec<(Ticks<'a>, Tap<TickRecord>)>,
 }
 
-impl<'a> Attached<'a> {
+impl<'a> ComparedTaps<'a> {
     fn new(experiment: &Experiment, recording: &'a Recording) -> Self {
         let taps = experiment.taps();
         // A tap that nobody empties would hold the run up for ever.
@@ -131,8 +132,8 @@ impl<'a> Attached<'a> {
     fn compare<'scope>(
         self,
         scope: &'scope Scope<'scope, '_>,
-        judge: &'scope Judge,
-        [observed, acted, stepped]: [Option<&'scope Track>; 3],
+        comparison: &'scope Comparison,
+        [observed, acted, stepped]: [Option<&'scope TopicRecord>; 3],
     ) -> Vec<Check<'scope>>
     where
         'a: 'scope,
@@ -144,12 +145,13 @@ impl<'a> Attached<'a> {
             ticks,
         } = self;
         let mut checks = vec![
-            scope.spawn(move || judge.compare(&Messages::of(OBS, observed?), observations)),
-            scope.spawn(move || judge.compare(&Messages::of(ACTION, acted?), actions)),
-            scope.spawn(move || judge.compare(&Messages::of(STATE, stepped?), steps)),
+            scope.spawn(move || comparison.compare(&Messages::of(OBS, observed?), observations)),
+            scope.spawn(move || comparison.compare(&Messages::of(ACTION, acted?), actions)),
+            scope.spawn(move || comparison.compare(&Messages::of(STATE, stepped?), steps)),
         ];
         let ticks = ticks.into_iter();
-        checks.extend(ticks.map(|(ticks, tap)| scope.spawn(move || judge.compare(&ticks, tap))));
+        checks
+            .extend(ticks.map(|(ticks, tap)| scope.spawn(move || comparison.compare(&ticks, tap))));
         checks
     }
 }
@@ -165,7 +167,7 @@ fn found(check: Check<'_>) -> Option<Difference> {
 
 /// What to run: no longer than there is something to compare with, and what
 /// ended early may not end at all now.
-fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
+fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
     let messages = recording.topics.iter().filter_map(|t| t.heads.last());
     let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
@@ -176,7 +178,7 @@ fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
     let event = event.unwrap_or(Time::ZERO);
     Config {
         clock: ClockKind::Virtual,
-        speed: Speed::FlatOut,
+        speed: Speed::Unlimited,
         think: Duration::ZERO,
         knobs: Vec::new(),
         end: match whole {
@@ -189,7 +191,7 @@ fn config_again(recording: &Recording, whole: Option<&Outcome>) -> Config {
 
 /// The ticks that were recorded, a series per node.
 fn ticks(recording: &Recording) -> impl Iterator<Item = Ticks<'_>> {
-    let nodes = recording.origin.shape.nodes.iter();
+    let nodes = recording.origin.topology.nodes.iter();
     nodes.zip(&recording.ticks).map(|(node, ticks)| Ticks {
         node: &node.name,
         ticks,

@@ -6,13 +6,13 @@ use crossbeam_channel::Sender;
 use ratelab::runtime::{Command, Tap, Time};
 
 use super::{
-    difference::{Difference, Item},
+    difference::{Difference, SeriesItem},
     series::Series,
 };
 use crate::recording::reader::Recording;
 
 /// Compares several series of one run at the same time, until one differs.
-pub struct Judge {
+pub struct Comparison {
     /// Whether the recording goes on to the end of the run.
     complete: bool,
     /// When the last of its series had begun: those that are empty had, too.
@@ -22,7 +22,7 @@ pub struct Judge {
     commands: Sender<Command>,
 }
 
-impl Judge {
+impl Comparison {
     /// Of `recording`, which may not be `complete`, and of the run that obeys
     /// `commands`.
     pub fn new(recording: &Recording, complete: bool, commands: Sender<Command>) -> Self {
@@ -82,7 +82,7 @@ impl Judge {
 
     /// Whether something came before it was recorded: recordings may begin later
     /// than runs.
-    fn is_before(&self, recorded: &impl Series, item: &Item) -> bool {
+    fn is_before(&self, recorded: &impl Series, item: &SeriesItem) -> bool {
         match recorded.item(0) {
             Some(first) => item.number < first.number,
             None => item.at < self.begun,

@@ -34,7 +34,7 @@ impl fmt::Display for Difference {
 
 /// One message of a topic, or one tick of a node.
 #[derive(Clone, Copy, Debug)]
-pub struct Item<'a> {
+pub struct SeriesItem<'a> {
     /// The topic or the node.
     pub of: &'a str,
     /// Which of the two it is: `message` or `tick`.
@@ -45,7 +45,7 @@ pub struct Item<'a> {
     pub at: Time,
 }
 
-impl Item<'_> {
+impl SeriesItem<'_> {
     /// It came and was not recorded.
     pub fn not_recorded(&self) -> Difference {
         self.differs("", "none".to_owned(), format!("a {}", self.kind))

@@ -4,20 +4,20 @@ use ratelab::{
     experiment::RunEnd,
     runtime::{
         Fault, Observer,
-        telemetry::{Shape, TopicView},
+        telemetry::{TopicView, Topology},
     },
 };
 
 use super::{difference::Difference, series::nanos};
 use crate::recording::{
     limits::verdict_at,
-    schema::{End, Outcome},
+    schema::{RecordingEnd, RunStatus},
 };
 
 /// The first part of the end that is not the same: all of it but the wall's time.
 pub fn compare(
-    outcome: &Outcome,
-    shape: &Shape,
+    outcome: &RecordingEnd,
+    topology: &Topology,
     computed: &Result<RunEnd, Fault>,
     observer: &Observer,
 ) -> Option<Difference> {
@@ -30,16 +30,16 @@ pub fn compare(
         })
     };
     let ends = match (&outcome.end, computed) {
-        (End::Ended(recorded), Ok(computed)) => parts(recorded)
+        (RunStatus::Ended(recorded), Ok(computed)) => parts(recorded)
             .into_iter()
             .zip(parts(computed))
             .find_map(|((what, recorded), (_, computed))| differs(what, recorded, computed)),
-        (End::WentOn, _) => return None,
+        (RunStatus::WentOn, _) => return None,
         (recorded, computed) => {
             let recorded = match recorded {
-                End::Failed { fault } => fault.clone(),
-                End::Ended(end) => verdict(end),
-                End::WentOn => return None,
+                RunStatus::Failed { fault } => fault.clone(),
+                RunStatus::Ended(end) => verdict(end),
+                RunStatus::WentOn => return None,
             };
             let computed = computed.as_ref().map_or_else(Fault::to_string, verdict);
             differs("the end of the run", recorded, computed)
@@ -64,9 +64,9 @@ pub fn compare(
         })
         .or_else(|| {
             let recorded = outcome.dropped.as_ref()?.iter();
-            let topics = observer.glance().topics;
+            let topics = observer.read_counters().topics;
             let computed = topics.iter().map(TopicView::dropped);
-            let topics = shape.topics.iter().zip(recorded.zip(computed));
+            let topics = topology.topics.iter().zip(recorded.zip(computed));
             topics
                 .into_iter()
                 .find_map(|(topic, (recorded, computed))| {

@@ -5,10 +5,10 @@ use std::iter;
 
 use ratelab::{
     experiment::TimedKnob,
-    policy::Brain,
+    policy::PolicySpec,
     runtime::{
         ClockKind, Command, Time, TimedCommand,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 
@@ -20,7 +20,7 @@ use crate::recording::reader::Recording;
 pub fn commands(recording: &Recording) -> Vec<TimedCommand> {
     let events = recording.events.iter();
     let commands = events.filter_map(|event| match &event.what {
-        Happening::Refused { command, .. } if is_up_to_the_graph(command) => Some(TimedCommand {
+        EventKind::Refused { command, .. } if is_up_to_the_graph(command) => Some(TimedCommand {
             at: event.at,
             command: command.clone(),
         }),
@@ -35,7 +35,7 @@ fn is_up_to_the_graph(command: &Command) -> bool {
     match command {
         Command::SetRate { .. } | Command::SetDepth { .. } => true,
         Command::HandOver(clock) => *clock == ClockKind::Virtual,
-        Command::Tell { .. } => !tells_of_a_file(command),
+        Command::Send { .. } => !tells_of_a_file(command),
         Command::Pause | Command::Resume | Command::Step | Command::Speed(_) | Command::Stop => {
             false
         }
@@ -44,7 +44,7 @@ fn is_up_to_the_graph(command: &Command) -> bool {
 
 fn tells_of_a_file(command: &Command) -> bool {
     match command {
-        Command::Tell { what, .. } => matches!(what.parse(), Ok(Brain::File(_))),
+        Command::Send { text: what, .. } => matches!(what.parse(), Ok(PolicySpec::File(_))),
         _ => false,
     }
 }
@@ -53,9 +53,9 @@ fn tells_of_a_file(command: &Command) -> bool {
 /// wall's, and why a file was refused is up to the file.
 fn comes_again(event: &Event) -> bool {
     match &event.what {
-        Happening::Applied { command, .. } => !paces(command),
-        Happening::Refused { command, .. } => !tells_of_a_file(command),
-        Happening::Ended { .. } | Happening::Faulted { .. } => true,
+        EventKind::Applied { command, .. } => !paces(command),
+        EventKind::Refused { command, .. } => !tells_of_a_file(command),
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
     }
 }
 
@@ -83,7 +83,7 @@ pub fn check(recording: &Recording) -> Option<Difference> {
             ));
         }
         last = event.at;
-        let Happening::Applied { command, was } = &event.what else {
+        let EventKind::Applied { command, was } = &event.what else {
             continue;
         };
         let before = match command {
@@ -108,7 +108,7 @@ fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
     let mut events = recording.events.iter();
     let mut is_among = |given: &TimedCommand| {
         events.any(|event| match &event.what {
-            Happening::Applied { command, .. } | Happening::Refused { command, .. } => {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
                 event.at == given.at && *command == given.command
             }
             _ => false,

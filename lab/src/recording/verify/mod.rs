@@ -6,7 +6,7 @@ mod difference;
 mod end;
 mod events;
 mod series;
-mod shape;
+mod topology;
 
 use std::{fmt, ops::ControlFlow};
 
@@ -15,7 +15,7 @@ use ratelab::{
     experiment::{ACTION, OBS, STATE, SetupError},
     runtime::{
         ClockKind, Command, Time,
-        telemetry::{Event, Happening},
+        telemetry::{Event, EventKind},
     },
 };
 use thiserror::Error;
@@ -133,7 +133,7 @@ fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
     let handed_over = |event: &Event| {
         matches!(
             event.what,
-            Happening::Applied {
+            EventKind::Applied {
                 command: Command::HandOver(ClockKind::Real),
                 ..
             }

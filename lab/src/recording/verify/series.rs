@@ -2,10 +2,10 @@
 
 use std::{marker::PhantomData, time::Duration};
 
-use ratelab::runtime::{Fields, Payload, Tapped, Ticked, Time};
+use ratelab::runtime::{Fields, Payload, TapMessage, TickRecord, Time};
 
-use super::difference::{Difference, Item};
-use crate::recording::reader::{Head, Track};
+use super::difference::{Difference, SeriesItem};
+use crate::recording::reader::{Head, TopicRecord};
 
 /// What was recorded, to be compared with what a tap gives when it is run again.
 pub trait Series {
@@ -13,10 +13,10 @@ pub trait Series {
     type Computed;
 
     /// The item with this index; `None` after the last.
-    fn item(&self, index: usize) -> Option<Item<'_>>;
+    fn item(&self, index: usize) -> Option<SeriesItem<'_>>;
 
     /// Which item `computed` is.
-    fn item_of(&self, computed: &Self::Computed) -> Item<'_>;
+    fn item_of(&self, computed: &Self::Computed) -> SeriesItem<'_>;
 
     /// The first thing in which `computed` is not the item with this index.
     fn compare(&self, index: usize, computed: &Self::Computed) -> Option<Difference>;
@@ -25,13 +25,13 @@ pub trait Series {
 /// The messages of a topic.
 pub struct Messages<'a, T> {
     topic: &'a str,
-    track: &'a Track,
+    track: &'a TopicRecord,
     payload: PhantomData<fn() -> T>,
 }
 
 impl<'a, T> Messages<'a, T> {
     /// Those of the topic called `topic`.
-    pub fn of(topic: &'a str, track: &'a Track) -> Self {
+    pub fn of(topic: &'a str, track: &'a TopicRecord) -> Self {
         Self {
             topic,
             track,
@@ -39,8 +39,8 @@ impl<'a, T> Messages<'a, T> {
         }
     }
 
-    fn named(&self, number: u64, at: Time) -> Item<'_> {
-        Item {
+    fn named(&self, number: u64, at: Time) -> SeriesItem<'_> {
+        SeriesItem {
             of: self.topic,
             kind: "message",
             number,
@@ -50,18 +50,18 @@ impl<'a, T> Messages<'a, T> {
 }
 
 impl<T: Fields + Payload> Series for Messages<'_, T> {
-    type Computed = Tapped<T>;
+    type Computed = TapMessage<T>;
 
-    fn item(&self, index: usize) -> Option<Item<'_>> {
+    fn item(&self, index: usize) -> Option<SeriesItem<'_>> {
         let head = self.track.heads.get(index)?;
         Some(self.named(head.seq, head.stamp))
     }
 
-    fn item_of(&self, computed: &Tapped<T>) -> Item<'_> {
+    fn item_of(&self, computed: &TapMessage<T>) -> SeriesItem<'_> {
         self.named(computed.message.seq, computed.message.stamp)
     }
 
-    fn compare(&self, index: usize, computed: &Tapped<T>) -> Option<Difference> {
+    fn compare(&self, index: usize, computed: &TapMessage<T>) -> Option<Difference> {
         let message = &computed.message;
         let head = Head {
             stamp: message.stamp,
@@ -78,7 +78,7 @@ impl<T: Fields + Payload> Series for Messages<'_, T> {
     }
 }
 
-fn compare_heads(item: &Item, recorded: &Head, computed: &Head) -> Option<Difference> {
+fn compare_heads(item: &SeriesItem, recorded: &Head, computed: &Head) -> Option<Difference> {
     if recorded == computed {
         return None; // Almost always.
     }
@@ -94,7 +94,7 @@ fn compare_heads(item: &Item, recorded: &Head, computed: &Head) -> Option<Differ
 }
 
 fn compare_values<T: Fields>(
-    item: &Item,
+    item: &SeriesItem,
     recorded: &[f64],
     computed: &[f64],
 ) -> Option<Difference> {
@@ -115,12 +115,12 @@ pub struct Ticks<'a> {
     /// Its name.
     pub node: &'a str,
     /// Those that were recorded.
-    pub ticks: &'a [Ticked],
+    pub ticks: &'a [TickRecord],
 }
 
 impl Ticks<'_> {
-    fn named(&self, tick: &Ticked) -> Item<'_> {
-        Item {
+    fn named(&self, tick: &TickRecord) -> SeriesItem<'_> {
+        SeriesItem {
             of: self.node,
             kind: "tick",
             number: tick.number,
@@ -130,24 +130,24 @@ impl Ticks<'_> {
 }
 
 impl Series for Ticks<'_> {
-    type Computed = Ticked;
+    type Computed = TickRecord;
 
-    fn item(&self, index: usize) -> Option<Item<'_>> {
+    fn item(&self, index: usize) -> Option<SeriesItem<'_>> {
         self.ticks.get(index).map(|tick| self.named(tick))
     }
 
-    fn item_of(&self, computed: &Ticked) -> Item<'_> {
+    fn item_of(&self, computed: &TickRecord) -> SeriesItem<'_> {
         self.named(computed)
     }
 
-    fn compare(&self, index: usize, computed: &Ticked) -> Option<Difference> {
+    fn compare(&self, index: usize, computed: &TickRecord) -> Option<Difference> {
         let recorded = self.ticks.get(index)?;
         // How long a tick took is the wall's time, and not what comes again.
         let took = recorded.took;
-        if *recorded == (Ticked { took, ..*computed }) {
+        if *recorded == (TickRecord { took, ..*computed }) {
             return None;
         }
-        let parts = |tick: &Ticked| {
+        let parts = |tick: &TickRecord| {
             let late = |late: Duration| format!("{} ns", late.as_nanos());
             [
                 ("number", tick.number.to_string()),
@@ -162,7 +162,7 @@ impl Series for Ticks<'_> {
 
 /// The first of several parts that are not the same, each by its name.
 fn first_of<const N: usize>(
-    item: &Item,
+    item: &SeriesItem,
     recorded: [(&str, String); N],
     computed: [(&str, String); N],
 ) -> Option<Difference> {

@@ -1,11 +1,11 @@
 //! A line per group, a cell per control rate.
 
-use super::{Picture, growth_text, paint, shade};
+use super::{MapStyle, growth_text, level, paint};
 use crate::{
     dashboard::view::theme::Theme,
     sweep::{
-        shade::Shade,
-        survey::{Row, Survey},
+        summary::{RateSummary, SweepSummary},
+        survival_level::SurvivalLevel,
     },
 };
 
@@ -17,54 +17,59 @@ const GAP: usize = 2;
 
 /// What a cell says.
 pub fn key(theme: &Theme) -> String {
-    format!("{}; the digit is the share in tenths", Shade::key(theme))
+    format!(
+        "{}; the digit is the share in tenths",
+        SurvivalLevel::key(theme)
+    )
 }
 
 /// The map, in several pieces if it is too wide for one.
-pub fn lines(survey: &Survey, picture: &Picture) -> Vec<String> {
-    let cell = |row: &Row| paint(&cell(row, &picture.theme), shade(row), &picture.theme);
-    pieces(survey, picture, CELL, cell)
+pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
+    let cell = |row: &RateSummary| paint(&cell(row, &style.theme), level(row), &style.theme);
+    pieces(summary, style, CELL, cell)
 }
 
 /// What linear theory says of each cell, beside the map and not in it.
-pub fn growth(survey: &Survey, picture: &Picture) -> Vec<String> {
-    let texts = survey.rows().iter().map(|row| growth_text(row.growth));
+pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
+    let texts = summary.rows().iter().map(|row| growth_text(row.growth));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
-    let cell = |row: &Row| format!("{:>widest$} ", growth_text(row.growth));
-    pieces(survey, picture, widest + 1, cell)
+    let cell = |row: &RateSummary| format!("{:>widest$} ", growth_text(row.growth));
+    pieces(summary, style, widest + 1, cell)
 }
 
 /// A glyph, and where there are some and not all of them, tenths.
-fn cell(row: &Row, theme: &Theme) -> String {
-    let shade = shade(row);
-    let glyph = shade.glyph(theme);
-    match (shade, row.share()) {
-        (Shade::Unknown | Shade::None | Shade::All, _) | (_, None) => glyph.repeat(CELL),
+fn cell(row: &RateSummary, theme: &Theme) -> String {
+    let level = level(row);
+    let glyph = level.glyph(theme);
+    match (level, row.share()) {
+        (SurvivalLevel::Unknown | SurvivalLevel::None | SurvivalLevel::All, _) | (_, None) => {
+            glyph.repeat(CELL)
+        }
         (_, Some(share)) => format!("{glyph}{}", (share * 10.0) as u64),
     }
 }
 
 fn pieces(
-    survey: &Survey,
-    picture: &Picture,
+    summary: &SweepSummary,
+    style: &MapStyle,
     cell: usize,
-    text: impl Fn(&Row) -> String,
+    text: impl Fn(&RateSummary) -> String,
 ) -> Vec<String> {
-    let names: Vec<String> = survey.groups().map(|rows| name(survey, rows)).collect();
+    let names: Vec<String> = summary.groups().map(|rows| name(summary, rows)).collect();
     let wide = names.iter().map(String::len).max().unwrap_or(0);
     let wide = wide.max("control Hz".len());
-    let fit = (picture.width.saturating_sub(wide + GAP) / cell).max(1);
-    let rates = survey.sweep.control_hz.len();
+    let fit = (style.width.saturating_sub(wide + GAP) / cell).max(1);
+    let rates = summary.sweep.control_hz.len();
     let mut lines = Vec::new();
     for first in (0..rates).step_by(fit) {
         let piece = first..rates.min(first + fit);
         if first > 0 {
             lines.push(String::new());
         }
-        let labels = survey.sweep.control_hz[piece.clone()].iter();
+        let labels = summary.sweep.control_hz[piece.clone()].iter();
         let labels: Vec<String> = labels.map(|hz| hz.get().to_string()).collect();
         lines.extend(axis(&labels, wide, cell));
-        for (name, rows) in names.iter().zip(survey.groups()) {
+        for (name, rows) in names.iter().zip(summary.groups()) {
             let cells: String = rows[piece.clone()].iter().map(&text).collect();
             lines.push(
                 format!("{name:<wide$}{:GAP$}{cells}", "")
@@ -110,8 +115,8 @@ fn aligned(labels: &[String]) -> Vec<String> {
 }
 
 /// A group by what sets it apart from the others.
-fn name(survey: &Survey, rows: &[Row]) -> String {
-    let sweep = &survey.sweep;
+fn name(summary: &SweepSummary, rows: &[RateSummary]) -> String {
+    let sweep = &summary.sweep;
     let Some(cell) = rows.first().map(|row| &row.cell) else {
         return String::new();
     };

@@ -1,13 +1,13 @@
 //! One line per control rate: a bar and figures.
 
-use super::{growth_text, paint, shade};
-use crate::{dashboard::view::theme::Theme, sweep::survey::Row};
+use super::{growth_text, level, paint};
+use crate::{dashboard::view::theme::Theme, sweep::summary::RateSummary};
 
 /// Columns of a bar.
 const BAR: usize = 24;
 
 /// The rows of one group.
-pub fn lines(rows: &[Row], theory: bool, theme: &Theme) -> Vec<String> {
+pub fn lines(rows: &[RateSummary], theory: bool, theme: &Theme) -> Vec<String> {
     let most = rows.iter().map(|row| figure(row).len()).max().unwrap_or(0);
     let counts = most.max("balanced".len());
     let mut head = format!(
@@ -35,7 +35,7 @@ pub fn lines(rows: &[Row], theory: bool, theme: &Theme) -> Vec<String> {
     lines
 }
 
-fn figure(row: &Row) -> String {
+fn figure(row: &RateSummary) -> String {
     match row.runs {
         0 => "-".to_owned(),
         runs => format!("{} of {runs}", row.balanced),
@@ -43,21 +43,21 @@ fn figure(row: &Row) -> String {
 }
 
 /// As long as the share; only none is empty, and only all is full.
-fn bar(row: &Row, theme: &Theme) -> String {
+fn bar(row: &RateSummary, theme: &Theme) -> String {
     let share = row.share().unwrap_or(0.0);
     let full = match row.balanced {
         0 => 0,
         all if all == row.runs => BAR,
         _ => ((share * BAR as f64).round() as usize).clamp(1, BAR - 1),
     };
-    let shade = shade(row);
+    let level = level(row);
     let rest = if row.runs == 0 {
         " "
     } else {
         theme.glyph("·", ".")
     };
-    let text = shade.glyph(theme).repeat(full) + &rest.repeat(BAR - full);
-    paint(&text, shade, theme)
+    let text = level.glyph(theme).repeat(full) + &rest.repeat(BAR - full);
+    paint(&text, level, theme)
 }
 
 fn decimals(value: Option<f64>, places: usize) -> String {

@@ -5,10 +5,10 @@ use std::fmt::Display;
 use super::super::WeightsError;
 
 /// What becomes of one step through a pickle.
-pub(super) type Done<T = ()> = Result<T, WeightsError>;
+pub(super) type PickleResult<T = ()> = Result<T, WeightsError>;
 
 /// A pickle that makes no sense, and why.
-pub(super) fn nonsense<T>(why: impl Display) -> Done<T> {
+pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
     Err(WeightsError::Pickle(why.to_string()))
 }
 
@@ -17,7 +17,7 @@ pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {
     /// The next `count`.
-    pub(super) fn take(&mut self, count: usize) -> Done<&'a [u8]> {
+    pub(super) fn take(&mut self, count: usize) -> PickleResult<&'a [u8]> {
         match self.0.split_at_checked(count) {
             Some((taken, rest)) => {
                 self.0 = rest;
@@ -28,12 +28,12 @@ impl<'a> Bytes<'a> {
     }
 
     /// The next one.
-    pub(super) fn byte(&mut self) -> Done<u8> {
+    pub(super) fn byte(&mut self) -> PickleResult<u8> {
         self.array().map(|[byte]| byte)
     }
 
     /// The next `N`.
-    pub(super) fn array<const N: usize>(&mut self) -> Done<[u8; N]> {
+    pub(super) fn array<const N: usize>(&mut self) -> PickleResult<[u8; N]> {
         let taken = self.take(N)?;
         taken
             .try_into()
@@ -41,7 +41,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// A text to the end of its line.
-    pub(super) fn line(&mut self) -> Done<&'a str> {
+    pub(super) fn line(&mut self) -> PickleResult<&'a str> {
         let end = self.0.iter().position(|byte| *byte == b'\n');
         let line = self.take(end.map_or(usize::MAX, |end| end + 1))?;
         utf8(&line[..line.len() - 1])
@@ -49,6 +49,6 @@ impl<'a> Bytes<'a> {
 }
 
 /// These bytes as a text.
-pub(super) fn utf8(bytes: &[u8]) -> Done<&str> {
+pub(super) fn utf8(bytes: &[u8]) -> PickleResult<&str> {
     std::str::from_utf8(bytes).or_else(|_| nonsense("a string that is not UTF-8"))
 }

@@ -15,7 +15,7 @@ use zip::{ZipArchive, result::ZipError};
 
 use self::{
     pickle::Pickle,
-    value::{Kind, TensorView},
+    value::{ElementType, TensorView},
 };
 use super::{
     Mlp, WeightsError,
@@ -104,7 +104,7 @@ impl<'a> Checkpoint<'a> {
 
     /// The numbers that `view` shows of its storage.
     fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
-        let Kind::Float(float) = view.storage.kind else {
+        let ElementType::Float(float) = view.storage.kind else {
             let found = view.storage.kind.to_string();
             return Err(WeightsError::Kind { name, found });
         };

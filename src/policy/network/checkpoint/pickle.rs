@@ -12,15 +12,15 @@ use std::{collections::HashMap, fmt::Display};
 
 use super::{
     super::{WeightsError, error::quoted},
-    bytes::{Bytes, Done, nonsense, utf8},
-    value::{Callable, Place, Storage, TensorView, Value},
+    bytes::{Bytes, PickleResult, nonsense, utf8},
+    value::{Callable, Storage, TensorView, Value, ValueIndex},
 };
 
 /// What a pickle made.
 pub(super) struct Pickle<'a> {
     values: Vec<Value<'a>>,
     /// The pairs of the state dictionary.
-    state: Vec<(Place, Place)>,
+    state: Vec<(ValueIndex, ValueIndex)>,
 }
 
 impl<'a> Pickle<'a> {
@@ -38,7 +38,7 @@ impl<'a> Pickle<'a> {
 
     /// The tensor called `name`. As in Python, of several the last counts.
     pub(super) fn tensor(&self, name: &'static str) -> Result<&TensorView<'a>, WeightsError> {
-        let named = |place: &Place| match self.values.get(*place) {
+        let named = |place: &ValueIndex| match self.values.get(*place) {
             Some(Value::Text(text)) => Some(*text),
             _ => None,
         };
@@ -65,18 +65,18 @@ struct Machine<'a> {
     /// Instructions to come.
     rest: Bytes<'a>,
     values: Vec<Value<'a>>,
-    stack: Vec<Place>,
+    stack: Vec<ValueIndex>,
     /// How high the stack was at each mark.
     marks: Vec<usize>,
-    memo: HashMap<u32, Place>,
+    memo: HashMap<u32, ValueIndex>,
 }
 
-fn forbidden<T>(what: impl Display) -> Done<T> {
+fn forbidden<T>(what: impl Display) -> PickleResult<T> {
     Err(WeightsError::Forbidden(what.to_string()))
 }
 
 impl<'a> Machine<'a> {
-    fn run(mut self) -> Done<Pickle<'a>> {
+    fn run(mut self) -> PickleResult<Pickle<'a>> {
         loop {
             match self.rest.byte()? {
                 b'.' => break,
@@ -96,7 +96,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn step(&mut self, instruction: u8) -> Done {
+    fn step(&mut self, instruction: u8) -> PickleResult {
         match instruction {
             0x80 => self.rest.take(1).map(drop),         // PROTO
             0x95 => self.rest.take(8).map(drop),         // FRAME
@@ -127,7 +127,7 @@ impl<'a> Machine<'a> {
     }
 
     /// TUPLE, TUPLE1, TUPLE2, TUPLE3.
-    fn tuple(&mut self, instruction: u8) -> Done {
+    fn tuple(&mut self, instruction: u8) -> PickleResult {
         let items = match instruction {
             b't' => self.pop_mark()?,
             _ => {
@@ -139,7 +139,7 @@ impl<'a> Machine<'a> {
     }
 
     /// SETITEM, SETITEMS, APPEND, APPENDS.
-    fn fill(&mut self, instruction: u8) -> Done {
+    fn fill(&mut self, instruction: u8) -> PickleResult {
         let items = match instruction {
             b's' => self.pop_many(2)?,
             b'a' => self.pop_many(1)?,
@@ -160,7 +160,7 @@ impl<'a> Machine<'a> {
     }
 
     /// BINPUT, LONG_BINPUT, MEMOIZE, BINGET, LONG_BINGET.
-    fn remember(&mut self, instruction: u8) -> Done {
+    fn remember(&mut self, instruction: u8) -> PickleResult {
         let number = match instruction {
             b'q' | b'h' => u32::from(self.rest.byte()?),
             0x94 => self.memo.len() as u32,
@@ -179,7 +179,7 @@ impl<'a> Machine<'a> {
     }
 
     /// BININT1, BININT2, BININT, LONG1, BINFLOAT.
-    fn number(&mut self, instruction: u8) -> Done {
+    fn number(&mut self, instruction: u8) -> PickleResult {
         let value = match instruction {
             b'K' => i64::from(self.rest.byte()?),
             b'M' => i64::from(u16::from_le_bytes(self.rest.array()?)),
@@ -194,7 +194,7 @@ impl<'a> Machine<'a> {
     }
 
     /// An integer of a given number of bytes, with its sign in the last.
-    fn long(&mut self) -> Done<i64> {
+    fn long(&mut self) -> PickleResult<i64> {
         let size = usize::from(self.rest.byte()?);
         let given = self.rest.take(size)?;
         let sign = if given.last().is_some_and(|last| *last >= 0x80) {
@@ -211,7 +211,7 @@ impl<'a> Machine<'a> {
     }
 
     /// BINUNICODE, SHORT_BINUNICODE.
-    fn text(&mut self, instruction: u8) -> Done {
+    fn text(&mut self, instruction: u8) -> PickleResult {
         let size = match instruction {
             b'X' => u32::from_le_bytes(self.rest.array()?) as usize,
             _ => usize::from(self.rest.byte()?),
@@ -221,7 +221,7 @@ impl<'a> Machine<'a> {
     }
 
     /// GLOBAL, STACK_GLOBAL: the only way to name something to call.
-    fn name(&mut self, instruction: u8) -> Done {
+    fn name(&mut self, instruction: u8) -> PickleResult {
         let (module, name) = match instruction {
             b'c' => (self.rest.line()?, self.rest.line()?),
             _ => {
@@ -239,7 +239,7 @@ impl<'a> Machine<'a> {
     }
 
     /// BINPERSID: in a checkpoint, `("storage", type, key, device, size)`.
-    fn storage(&mut self) -> Done {
+    fn storage(&mut self) -> PickleResult {
         let given = self.pop()?;
         let parts = match &self.values[given] {
             Value::Tuple(parts) => parts.iter().map(|part| &self.values[*part]).collect(),
@@ -259,7 +259,7 @@ impl<'a> Machine<'a> {
     }
 
     /// REDUCE: calls a function with a tuple.
-    fn call(&mut self) -> Done {
+    fn call(&mut self) -> PickleResult {
         let given = self.pop_many(2)?;
         let Value::Callable(callable) = &self.values[given[0]] else {
             return forbidden(format!("a call of {}", self.values[given[0]].name()));
@@ -298,7 +298,7 @@ impl<'a> Machine<'a> {
 
     /// BUILD: gives an object its attributes. Dictionaries of tensors have some
     /// that say nothing about the tensors; nothing else may have any.
-    fn build(&mut self) -> Done {
+    fn build(&mut self) -> PickleResult {
         self.pop()?;
         let object = self.top()?;
         match &self.values[object] {
@@ -307,7 +307,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn sizes(&self, places: &[Place]) -> Done<Vec<usize>> {
+    fn sizes(&self, places: &[ValueIndex]) -> PickleResult<Vec<usize>> {
         let sizes = places.iter().map(|place| match &self.values[*place] {
             Value::Int(number) => size(*number),
             other => nonsense(format!("{} for a size", other.name())),
@@ -315,33 +315,33 @@ impl<'a> Machine<'a> {
         sizes.collect()
     }
 
-    fn push(&mut self, value: Value<'a>) -> Done {
+    fn push(&mut self, value: Value<'a>) -> PickleResult {
         self.stack.push(self.values.len());
         self.values.push(value);
         Ok(())
     }
 
-    fn top(&self) -> Done<Place> {
+    fn top(&self) -> PickleResult<ValueIndex> {
         self.stack
             .last()
             .copied()
             .map_or_else(|| nonsense("its stack is empty"), Ok)
     }
 
-    fn pop(&mut self) -> Done<Place> {
+    fn pop(&mut self) -> PickleResult<ValueIndex> {
         let top = self.top()?;
         self.stack.pop();
         Ok(top)
     }
 
-    fn pop_many(&mut self, count: usize) -> Done<Vec<Place>> {
+    fn pop_many(&mut self, count: usize) -> PickleResult<Vec<ValueIndex>> {
         match self.stack.len().checked_sub(count) {
             Some(rest) => Ok(self.stack.split_off(rest)),
             None => nonsense("its stack is too short"),
         }
     }
 
-    fn pop_mark(&mut self) -> Done<Vec<Place>> {
+    fn pop_mark(&mut self) -> PickleResult<Vec<ValueIndex>> {
         match self.marks.pop() {
             Some(mark) if mark <= self.stack.len() => Ok(self.stack.split_off(mark)),
             _ => nonsense("a mark is missing"),
@@ -349,7 +349,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-fn size(number: i64) -> Done<usize> {
+fn size(number: i64) -> PickleResult<usize> {
     usize::try_from(number).or_else(|_| nonsense(format!("{number} for a size")))
 }
 

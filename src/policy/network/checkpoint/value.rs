@@ -6,7 +6,7 @@ use super::super::tensor::Float;
 
 /// Where in the pickle's own list a value is. Values name each other by their
 /// places, so that one which contains itself, or itself twice, harms nobody.
-pub(super) type Place = usize;
+pub(super) type ValueIndex = usize;
 
 /// A value of the pickle.
 #[derive(Clone, Debug)]
@@ -16,9 +16,9 @@ pub(super) enum Value<'a> {
     Int(i64),
     Float,
     Text(&'a str),
-    Tuple(Vec<Place>),
-    List(Vec<Place>),
-    Dict(Vec<(Place, Place)>),
+    Tuple(Vec<ValueIndex>),
+    List(Vec<ValueIndex>),
+    Dict(Vec<(ValueIndex, ValueIndex)>),
     Callable(Callable),
     Storage(Storage<'a>),
     Tensor(Box<TensorView<'a>>),
@@ -49,7 +49,7 @@ pub(super) enum Callable {
     OrderedDict,
     RebuildTensor,
     RebuildParameter,
-    StorageOf(Kind),
+    StorageOf(ElementType),
 }
 
 impl Callable {
@@ -59,7 +59,7 @@ impl Callable {
             ("collections", "OrderedDict") => Some(Self::OrderedDict),
             ("torch._utils", "_rebuild_tensor_v2") => Some(Self::RebuildTensor),
             ("torch._utils", "_rebuild_parameter") => Some(Self::RebuildParameter),
-            ("torch", name) => Kind::of_storage(name).map(Self::StorageOf),
+            ("torch", name) => ElementType::of_storage(name).map(Self::StorageOf),
             _ => None,
         }
     }
@@ -67,13 +67,13 @@ impl Callable {
 
 /// Kinds of numbers in a storage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ElementType {
     Float(Float),
     /// Not read, but no harm in a tensor that nobody asks for.
     Other(&'static str),
 }
 
-impl Kind {
+impl ElementType {
     fn of_storage(name: &str) -> Option<Self> {
         Some(match name {
             "HalfStorage" => Self::Float(Float::F16),
@@ -91,7 +91,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ElementType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Float(Float::F16) => "float16",
@@ -105,7 +105,7 @@ impl fmt::Display for Kind {
 /// Numbers in an entry of the zip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Storage<'a> {
-    pub(super) kind: Kind,
+    pub(super) kind: ElementType,
     /// Name of the entry in the folder `data`.
     pub(super) key: &'a str,
 }

@@ -12,12 +12,12 @@ use ratatui::{
 
 use super::{
     list::List,
-    place::Layout,
+    place::GraphLayout,
     route::Route,
     wires::{Wires, level},
 };
 use crate::dashboard::{
-    picture::{Picture, TopicPicture},
+    frame::{FrameData, TopicData},
     view::{pane, theme::Theme},
 };
 
@@ -30,7 +30,7 @@ const OVERDUE: f64 = 1.5;
 
 /// One row of writing.
 #[derive(Clone, Copy, Debug)]
-enum Row {
+enum LabelRow {
     Name,
     Rate,
     RateAndDepth,
@@ -43,40 +43,45 @@ enum Row {
 
 /// Rows above and below a line, and the room they need; best first. What is
 /// last below may be left out.
-const WRITINGS: [(&[Row], &[Row], usize); 7] = [
+const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
     (
-        &[Row::Name, Row::RateAndDepth],
-        &[Row::Drops, Row::Age],
+        &[LabelRow::Name, LabelRow::RateAndDepth],
+        &[LabelRow::Drops, LabelRow::Age],
         WIDE,
     ),
     (
-        &[Row::Name, Row::Rate],
-        &[Row::Drops, Row::Depth, Row::Age],
+        &[LabelRow::Name, LabelRow::Rate],
+        &[LabelRow::Drops, LabelRow::Depth, LabelRow::Age],
         NARROW,
     ),
     (
-        &[Row::NameAndRate],
-        &[Row::Drops, Row::Depth, Row::Age],
+        &[LabelRow::NameAndRate],
+        &[LabelRow::Drops, LabelRow::Depth, LabelRow::Age],
         NARROW,
     ),
-    (&[Row::NameAndRate, Row::Drops], &[], NARROW),
+    (&[LabelRow::NameAndRate, LabelRow::Drops], &[], NARROW),
     (
         &[],
-        &[Row::NameAndRate, Row::Drops, Row::Depth, Row::Age],
+        &[
+            LabelRow::NameAndRate,
+            LabelRow::Drops,
+            LabelRow::Depth,
+            LabelRow::Age,
+        ],
         NARROW,
     ),
-    (&[Row::Short], &[], NARROW),
-    (&[], &[Row::Short], NARROW),
+    (&[LabelRow::Short], &[], NARROW),
+    (&[], &[LabelRow::Short], NARROW),
 ];
 
-/// The length of a line out of the picture that carries its name.
-pub(super) fn stub_width(name: &str) -> usize {
+/// The length of a dangling edge that carries its name.
+pub(super) fn dangling_width(name: &str) -> usize {
     pane::width(name) + 4
 }
 
 /// The length of such a line in so many columns, with or without its name.
-pub(super) fn stub(name: &str, room: usize) -> Option<usize> {
-    let full = stub_width(name);
+pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
+    let full = dangling_width(name);
     if room >= full {
         Some(full)
     } else {
@@ -86,9 +91,9 @@ pub(super) fn stub(name: &str, room: usize) -> Option<usize> {
 
 /// Writes about topics.
 pub(super) struct Labels<'a> {
-    picture: &'a Picture,
+    frame: &'a FrameData,
     theme: &'a Theme,
-    layout: &'a Layout,
+    layout: &'a GraphLayout,
     wires: &'a Wires,
     area: Rect,
 }
@@ -96,14 +101,14 @@ pub(super) struct Labels<'a> {
 impl<'a> Labels<'a> {
     /// What is needed to write in `area`.
     pub(super) fn new(
-        picture: &'a Picture,
+        frame: &'a FrameData,
         theme: &'a Theme,
-        layout: &'a Layout,
+        layout: &'a GraphLayout,
         wires: &'a Wires,
         area: Rect,
     ) -> Self {
         Self {
-            picture,
+            frame,
             theme,
             layout,
             wires,
@@ -114,19 +119,21 @@ impl<'a> Labels<'a> {
     /// Writes where there is room.
     pub(super) fn draw(&self, buf: &mut Buffer) {
         let mut rest = Vec::new();
-        let (stubs, read): (Vec<&Route>, Vec<&Route>) = self
+        let (dangling_edges, read): (Vec<&Route>, Vec<&Route>) = self
             .layout
             .routes
             .all
             .iter()
-            .partition(|route| route.is_stub());
+            .partition(|route| route.dangles());
         for route in read {
             if !self.layout.roomy || !self.write(route, buf) {
-                rest.push(&self.picture.topics[route.topic]);
+                rest.push(&self.frame.topics[route.topic]);
             }
         }
-        let unnamed = stubs.into_iter().filter(|route| !self.name(route, buf));
-        let unnamed: Vec<_> = unnamed.map(|r| &self.picture.topics[r.topic]).collect();
+        let unnamed = dangling_edges
+            .into_iter()
+            .filter(|route| !self.name(route, buf));
+        let unnamed: Vec<_> = unnamed.map(|r| &self.frame.topics[r.topic]).collect();
         let free = pane::rows(self.area, usize::from(self.layout.bottom), usize::MAX);
         // What nobody reads comes last, and only if that leaves out no other.
         let all = [&rest[..], &unnamed[..]].concat();
@@ -136,7 +143,7 @@ impl<'a> Labels<'a> {
             rest
         };
         if !list.is_empty() && blank(free, buf) {
-            List::new(&list, self.picture, self.theme, free).draw(buf);
+            List::new(&list, self.frame, self.theme, free).draw(buf);
         }
     }
 
@@ -150,13 +157,13 @@ impl<'a> Labels<'a> {
         Some((start, row, room))
     }
 
-    /// Writes the name into a line out of the picture.
+    /// Writes the name into a dangling edge.
     fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
-        let name = &self.picture.topics[route.topic].name;
+        let name = &self.frame.topics[route.topic].name;
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
-        if usize::from(room) < stub_width(name) {
+        if usize::from(room) < dangling_width(name) {
             return false;
         }
         let text = format!(" {} ", pane::plain(name, self.theme));
@@ -174,7 +181,7 @@ impl<'a> Labels<'a> {
 
     /// Writes above and below the line of `route`; whether there was room.
     fn write(&self, route: &Route, buf: &mut Buffer) -> bool {
-        let topic = &self.picture.topics[route.topic];
+        let topic = &self.frame.topics[route.topic];
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
@@ -198,7 +205,7 @@ impl<'a> Labels<'a> {
         };
         let rows = (row - up.len()..row).zip(*up);
         let rows = rows.chain((row + 1..=row + below).zip(*down));
-        let writer = Writer::new(topic, self.picture, self.theme, usize::from(room));
+        let writer = LabelWriter::new(topic, self.frame, self.theme, usize::from(room));
         for (row, what) in rows {
             writer.line(*what).render(at(row), buf);
         }
@@ -207,37 +214,37 @@ impl<'a> Labels<'a> {
 }
 
 /// Puts the figures of a topic into words.
-pub(super) struct Writer<'a> {
-    topic: &'a TopicPicture,
-    picture: &'a Picture,
+pub(super) struct LabelWriter<'a> {
+    topic: &'a TopicData,
+    frame: &'a FrameData,
     theme: &'a Theme,
     room: usize,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> LabelWriter<'a> {
     /// What is needed to write at most `room` columns about `topic`.
     pub(super) fn new(
-        topic: &'a TopicPicture,
-        picture: &'a Picture,
+        topic: &'a TopicData,
+        frame: &'a FrameData,
         theme: &'a Theme,
         room: usize,
     ) -> Self {
         Self {
             topic,
-            picture,
+            frame,
             theme,
             room,
         }
     }
 
-    fn line(&self, row: Row) -> Line<'static> {
+    fn line(&self, row: LabelRow) -> Line<'static> {
         let name = |room| Span::styled(self.name(room), self.theme.strong());
         match row {
-            Row::Name => Line::from(name(self.room)),
-            Row::Rate => Line::raw(self.rate()),
-            Row::Depth => Line::raw(format!("  {}", self.depth())),
-            Row::RateAndDepth => Line::raw(format!("{}  {}", self.rate(), self.depth())),
-            Row::Drops => {
+            LabelRow::Name => Line::from(name(self.room)),
+            LabelRow::Rate => Line::raw(self.rate()),
+            LabelRow::Depth => Line::raw(format!("  {}", self.depth())),
+            LabelRow::RateAndDepth => Line::raw(format!("{}  {}", self.rate(), self.depth())),
+            LabelRow::Drops => {
                 let (glyph, style) = self.verdict();
                 let count = count(self.topic.dropped);
                 let texts = [
@@ -248,8 +255,8 @@ impl<'a> Writer<'a> {
                 // Not a line in that style, which would be as long as the room.
                 Line::from(Span::styled(fitting(texts, self.room), style))
             }
-            Row::Age => self.age(),
-            Row::NameAndRate => {
+            LabelRow::Age => self.age(),
+            LabelRow::NameAndRate => {
                 let rate = self.rate();
                 match self.room.checked_sub(pane::width(&rate) + 1) {
                     Some(room) if room >= pane::width(&self.topic.name) => {
@@ -258,7 +265,7 @@ impl<'a> Writer<'a> {
                     _ => Line::from(name(self.room)),
                 }
             }
-            Row::Short => {
+            LabelRow::Short => {
                 let (glyph, style) = self.verdict();
                 let drops = format!(" {glyph}{}", count(self.topic.dropped));
                 let left = self.room.saturating_sub(pane::width(&drops));
@@ -322,7 +329,7 @@ impl<'a> Writer<'a> {
 
     fn overdue(&self, held: Duration) -> bool {
         let publishers = self.topic.publishers.iter();
-        let nodes = publishers.filter_map(|n| self.picture.nodes.get(*n));
+        let nodes = publishers.filter_map(|n| self.frame.nodes.get(*n));
         let periods = nodes.map(|node| node.hz.period());
         let shortest = periods.min();
         shortest.is_some_and(|period| held.as_secs_f64() > OVERDUE * period.as_secs_f64())

@@ -2,16 +2,16 @@
 
 use std::collections::VecDeque;
 
-use crate::dashboard::picture::Picture;
+use crate::dashboard::frame::FrameData;
 
-/// The nodes of `picture` by layer: a node stands one layer behind the last
+/// The nodes of `frame` by layer: a node stands one layer behind the last
 /// node whose messages it reads. Within a layer, a node stands about as high
 /// as what it reads, so that few lines cross.
 ///
 /// Where nodes wait for each other in a circle, the one that was added first
 /// is taken to come first.
-pub(super) fn layers(picture: &Picture) -> Vec<Vec<usize>> {
-    let flow = Flow::of(picture);
+pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
+    let flow = Flow::of(frame);
     let depths = flow.depths();
     let count = depths.iter().max().map_or(0, |deepest| deepest + 1);
     let mut layers = vec![Vec::new(); count];
@@ -33,15 +33,15 @@ struct Flow {
 }
 
 impl Flow {
-    fn of(picture: &Picture) -> Self {
-        let nodes = picture.nodes.len();
-        let all = nodes + picture.topics.len();
+    fn of(frame: &FrameData) -> Self {
+        let nodes = frame.nodes.len();
+        let all = nodes + frame.topics.len();
         let mut flow = Self {
             nodes,
             into: vec![Vec::new(); all],
             out: vec![Vec::new(); all],
         };
-        for (topic, vertex) in picture.topics.iter().zip(nodes..) {
+        for (topic, vertex) in frame.topics.iter().zip(nodes..) {
             for publisher in topic.publishers.iter().filter(|n| **n < nodes) {
                 flow.join(*publisher, vertex);
             }
@@ -158,27 +158,27 @@ mod tests {
         assert_eq!(layers(&sample::balanced()), [[0], [1], [2]]);
         let fan_out = layers(&sample::fan_out());
         assert_eq!(fan_out, [vec![0, 1], vec![2], vec![3], vec![4]]);
-        assert_eq!(layers(&sample::picture(vec![], vec![])).len(), 0);
+        assert_eq!(layers(&sample::frame_data(vec![], vec![])).len(), 0);
     }
 
     #[test]
     fn a_circle_begins_with_the_node_added_first() {
         let node = |name| sample::node(name, 50.0, 1, false);
-        let nodes = ["sink", "plant", "brain", "alone"].map(node).to_vec();
+        let nodes = ["sink", "plant", "logic", "alone"].map(node).to_vec();
         let topics = vec![
             sample::topic("/state", 1.0, 1, &[1], &[2, 1]),
             sample::topic("/action", 1.0, 1, &[2], &[1, 0]),
             sample::topic("/nobody", 1.0, 1, &[], &[2]),
         ];
-        let picture = sample::picture(nodes, topics);
-        assert_eq!(layers(&picture), [vec![1, 3], vec![2], vec![0]]);
+        let frame = sample::frame_data(nodes, topics);
+        assert_eq!(layers(&frame), [vec![1, 3], vec![2], vec![0]]);
     }
 
     #[test]
     fn indices_of_nothing_are_ignored() {
         let topics = vec![sample::topic("/t", 1.0, 1, &[0, 7], &[9])];
-        let picture = sample::picture(vec![sample::node("a", 1.0, 1, true)], topics);
-        assert_eq!(layers(&picture), [[0]]);
+        let frame = sample::frame_data(vec![sample::node("a", 1.0, 1, true)], topics);
+        assert_eq!(layers(&frame), [[0]]);
     }
 
     #[test]

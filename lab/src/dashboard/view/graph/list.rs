@@ -8,11 +8,11 @@ use ratatui::{
 };
 
 use super::{
-    label::{Writer, count},
+    label::{LabelWriter, count},
     route::Routes,
 };
 use crate::dashboard::{
-    picture::{Picture, TopicPicture},
+    frame::{FrameData, TopicData},
     view::{pane, theme::Theme},
 };
 
@@ -27,16 +27,16 @@ const LIST_AGE: usize = 15;
 const LIST_SPACE: usize = 3;
 
 /// Rows of a list of the topics of `routes` in so many columns.
-pub(super) fn rows(picture: &Picture, routes: &Routes, room: usize) -> usize {
-    let read = routes.all.iter().filter(|route| !route.is_stub());
-    let topics: Vec<&TopicPicture> = read.map(|r| &picture.topics[r.topic]).collect();
+pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
+    let read = routes.all.iter().filter(|route| !route.dangles());
+    let topics: Vec<&TopicData> = read.map(|r| &frame.topics[r.topic]).collect();
     topics.len().div_ceil(List::side_by_side(&topics, room))
 }
 
 /// Topics side by side and below each other.
 pub(super) struct List<'a> {
-    topics: &'a [&'a TopicPicture],
-    picture: &'a Picture,
+    topics: &'a [&'a TopicData],
+    frame: &'a FrameData,
     theme: &'a Theme,
     area: Rect,
 }
@@ -44,31 +44,31 @@ pub(super) struct List<'a> {
 impl<'a> List<'a> {
     /// A list of `topics` in `area`.
     pub(super) fn new(
-        topics: &'a [&'a TopicPicture],
-        picture: &'a Picture,
+        topics: &'a [&'a TopicData],
+        frame: &'a FrameData,
         theme: &'a Theme,
         area: Rect,
     ) -> Self {
         Self {
             topics,
-            picture,
+            frame,
             theme,
             area,
         }
     }
 
-    fn name_width(topics: &[&TopicPicture]) -> usize {
+    fn name_width(topics: &[&TopicData]) -> usize {
         let names = topics.iter().map(|topic| pane::width(&topic.name));
         names.max().unwrap_or(0).min(LIST_NAME)
     }
 
-    fn side_by_side(topics: &[&TopicPicture], room: usize) -> usize {
+    fn side_by_side(topics: &[&TopicData], room: usize) -> usize {
         let width = Self::name_width(topics) + LIST_FIGURES;
         ((room + LIST_SPACE) / (width + LIST_SPACE)).max(1)
     }
 
     /// How many entries fit into `area`.
-    pub(super) fn room(topics: &[&TopicPicture], area: Rect) -> usize {
+    pub(super) fn room(topics: &[&TopicData], area: Rect) -> usize {
         Self::side_by_side(topics, usize::from(area.width)) * usize::from(area.height)
     }
 
@@ -97,9 +97,9 @@ impl<'a> List<'a> {
         }
     }
 
-    fn entry(&self, topic: &TopicPicture, cell: Rect, buf: &mut Buffer) {
+    fn entry(&self, topic: &TopicData, cell: Rect, buf: &mut Buffer) {
         let room = usize::from(cell.width);
-        let writer = Writer::new(topic, self.picture, self.theme, room);
+        let writer = LabelWriter::new(topic, self.frame, self.theme, room);
         let name = Self::name_width(self.topics);
         let text = format!("{:name$}", writer.name(name));
         let (glyph, style) = writer.verdict();

@@ -11,32 +11,32 @@ mod wires;
 
 use ratatui::{buffer::Buffer, layout::Rect, text::Span};
 
-use self::{label::Labels, place::Layout, wires::Wires};
+use self::{label::Labels, place::GraphLayout, wires::Wires};
 use super::{pane, theme::Theme};
-use crate::dashboard::picture::Picture;
+use crate::dashboard::frame::FrameData;
 
 /// Draws the graph.
-pub fn render(picture: &Picture, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
+pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
     let inside = Rect {
         width: area.width.saturating_sub(2),
         height: area.height.saturating_sub(2),
         ..area
     };
-    let layout = Layout::of(picture, inside.as_size());
+    let layout = GraphLayout::of(frame, inside.as_size());
     let more = match layout.hidden {
         0 => String::new(),
         hidden => format!(" +{hidden} more "),
     };
     let more = Span::styled(more, theme.faint());
-    let inner = pane::frame("1 graph", more, theme, focused, area, buf);
+    let inner = pane::border("1 graph", more, theme, focused, area, buf);
     // Part of the area may lie outside the screen, then nothing fits as planned.
     if inner.as_size() != inside.as_size() {
         return;
     }
-    nodes::draw(picture, &layout, theme, inner, buf);
-    let wires = Wires::of(picture, &layout);
-    wires.draw(picture, theme, inner, buf);
-    Labels::new(picture, theme, &layout, &wires, inner).draw(buf);
+    nodes::draw(frame, &layout, theme, inner, buf);
+    let wires = Wires::of(frame, &layout);
+    wires.draw(frame, theme, inner, buf);
+    Labels::new(frame, theme, &layout, &wires, inner).draw(buf);
 }
 
 #[cfg(test)]

@@ -10,10 +10,10 @@ use ratatui::{
 
 use super::{
     label::{count, fitting},
-    place::Layout,
+    place::GraphLayout,
 };
 use crate::dashboard::{
-    picture::{NodePicture, Picture},
+    frame::{FrameData, NodeData},
     view::{pane, theme::Theme},
 };
 
@@ -22,16 +22,13 @@ const ROOM: usize = 14;
 
 /// Draws the boxes of all nodes shown.
 pub(super) fn draw(
-    picture: &Picture,
-    layout: &Layout,
+    frame: &FrameData,
+    layout: &GraphLayout,
     theme: &Theme,
     area: Rect,
     buf: &mut Buffer,
 ) {
-    let boxes = layout
-        .boxes
-        .iter()
-        .map(|b| (&picture.nodes[b.node], b.rect));
+    let boxes = layout.boxes.iter().map(|b| (&frame.nodes[b.node], b.rect));
     // All show their rate or none does, otherwise one looks like a mistake.
     let with_rate = boxes.clone().all(|(node, rect)| {
         let text = format!("{} {}", node.name, hz(node));
@@ -53,7 +50,7 @@ pub(super) fn draw(
 }
 
 /// A node with name, rate and overruns, and whether it ticks.
-fn full(node: &NodePicture, theme: &Theme, rect: Rect, buf: &mut Buffer) {
+fn full(node: &NodeData, theme: &Theme, rect: Rect, buf: &mut Buffer) {
     let room = usize::from(rect.width.saturating_sub(2));
     let name = match room.checked_sub(2) {
         Some(less) if pane::width(&node.name) <= less => format!(" {} ", node.name),
@@ -83,7 +80,7 @@ fn pill_room(rect: Rect) -> usize {
 }
 
 /// A node in one row.
-fn pill(node: &NodePicture, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
+fn pill(node: &NodeData, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
     let room = pill_room(rect);
     let rate = if with_rate { hz(node) } else { String::new() };
     let left = room.saturating_sub(pane::width(&rate));
@@ -101,7 +98,7 @@ fn pill(node: &NodePicture, theme: &Theme, with_rate: bool, rect: Rect, buf: &mu
 }
 
 /// The tick marker and the rate; overruns behind it if they have no row.
-fn rate(node: &NodePicture, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
+fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
     let (glyph, style) = tick(node, theme);
     let glyph = Span::styled(glyph, style);
     let hz = hz(node);
@@ -119,7 +116,7 @@ fn rate(node: &NodePicture, theme: &Theme, room: usize, with_overruns: bool) -> 
     line
 }
 
-fn overruns(node: &NodePicture, theme: &Theme, room: usize) -> Line<'static> {
+fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
     let count = count(node.overruns);
     if node.overruns == 0 {
         let text = fitting(
@@ -143,7 +140,7 @@ fn overruns(node: &NodePicture, theme: &Theme, room: usize) -> Line<'static> {
     Line::from(Span::styled(fitting(texts, room), theme.alarm()))
 }
 
-fn tick(node: &NodePicture, theme: &Theme) -> (&'static str, Style) {
+fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {
     if node.lit {
         (theme.glyph("●", "*"), theme.active())
     } else {
@@ -152,7 +149,7 @@ fn tick(node: &NodePicture, theme: &Theme) -> (&'static str, Style) {
 }
 
 /// The rate to as many digits as matter: "50 Hz", "7.5 Hz", "0.001 Hz".
-fn hz(node: &NodePicture) -> String {
+fn hz(node: &NodeData) -> String {
     let hz = node.hz.get();
     let decimals = if hz >= 100.0 {
         1

@@ -9,7 +9,7 @@ use super::{
     list,
     route::{Route, Routes},
 };
-use crate::dashboard::{picture::Picture, view::pane};
+use crate::dashboard::{frame::FrameData, view::pane};
 
 /// The narrowest box: a rate must fit.
 const LEAST_BOX: usize = 8;
@@ -33,7 +33,7 @@ pub(super) struct Placed {
 
 /// Where everything is.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct GraphLayout {
     /// The nodes shown.
     pub(super) boxes: Vec<Placed>,
     /// The ways of the topics shown.
@@ -50,26 +50,26 @@ pub(super) struct Layout {
     pub(super) hidden: usize,
 }
 
-impl Layout {
-    /// Lays out `picture` in a room of `size`.
-    pub(super) fn of(picture: &Picture, size: Size) -> Self {
+impl GraphLayout {
+    /// Lays out `frame` in a room of `size`.
+    pub(super) fn of(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
-        let layers = layers(picture);
-        match Plan::best(picture, &layers, room) {
-            Some(plan) => plan.lay_out(picture, room),
-            None => Self::nothing(picture),
+        let layers = layers(frame);
+        match Plan::best(frame, &layers, room) {
+            Some(plan) => plan.lay_out(frame, room),
+            None => Self::nothing(frame),
         }
     }
 
-    fn nothing(picture: &Picture) -> Self {
+    fn nothing(frame: &FrameData) -> Self {
         Self {
             boxes: Vec::new(),
-            routes: Routes::of(picture, &[]),
+            routes: Routes::of(frame, &[]),
             gaps: Vec::new(),
             lanes: 0,
             roomy: false,
             bottom: 0,
-            hidden: picture.nodes.len(),
+            hidden: frame.nodes.len(),
         }
     }
 
@@ -94,7 +94,7 @@ impl Layout {
         let there = self.routes.all.iter().filter(|r| ends(r).contains(&node));
         let mut there: Vec<&Route> = there.collect();
         // What comes from or goes to a lane is lowest, as the lanes are.
-        there.sort_by_key(|r| (r.lane.is_some(), r.is_stub()));
+        there.sort_by_key(|r| (r.lane.is_some(), r.dangles()));
         let order = there.iter().position(|r| r.topic == route.topic)?;
         let first = rect.y + u16::from(rect.height > 2);
         let rows = usize::from(rect.height.saturating_sub(2)).max(1);
@@ -155,20 +155,20 @@ impl Look {
 impl Plan {
     /// The roomiest plan that shows everything, or else the one that shows
     /// most.
-    fn best(picture: &Picture, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
+    fn best(frame: &FrameData, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
         if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
             return None;
         }
-        let names = picture.nodes.iter().map(|node| pane::width(&node.name));
+        let names = frame.nodes.iter().map(|node| pane::width(&node.name));
         let name = names.max().unwrap_or(0).min(LONGEST_NAME);
         let looks = Look::all(name);
         if layers.len() <= room[0] {
             for look in looks {
-                let plan = Self::new(picture, layers.to_vec(), look);
+                let plan = Self::new(frame, layers.to_vec(), look);
                 let list = if look.roomy {
                     0
                 } else {
-                    list::rows(picture, &plan.routes, room[0])
+                    list::rows(frame, &plan.routes, room[0])
                 };
                 let plan = Self { list, ..plan };
                 if plan.fits(room) {
@@ -178,14 +178,14 @@ impl Plan {
         }
         let [.., tight, tightest] = looks;
         let parts = [tight, tightest].into_iter();
-        let parts = parts.filter_map(|look| Self::part(picture, layers, look, room));
+        let parts = parts.filter_map(|look| Self::part(frame, layers, look, room));
         // The taller one comes first and is kept if both show as much.
         parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
     }
 
-    fn new(picture: &Picture, columns: Vec<Vec<usize>>, look: Look) -> Self {
+    fn new(frame: &FrameData, columns: Vec<Vec<usize>>, look: Look) -> Self {
         Self {
-            routes: Routes::of(picture, &columns),
+            routes: Routes::of(frame, &columns),
             columns,
             look,
             list: 0,
@@ -194,7 +194,7 @@ impl Plan {
 
     /// As much of the graph as fits, from the sources on.
     fn part(
-        picture: &Picture,
+        frame: &FrameData,
         layers: &[Vec<usize>],
         look: Look,
         room: [usize; 2],
@@ -202,15 +202,15 @@ impl Plan {
         let most = (room[0] + look.gap) / (LEAST_BOX + look.gap);
         (1..=most).rev().find_map(|count| {
             let rows = room[1] / look.height;
-            let mut plan = Self::new(picture, columns(layers, count, rows), look);
+            let mut plan = Self::new(frame, columns(layers, count, rows), look);
             let lanes = plan.routes.lanes.min(room[1] / 2);
             if plan.tallest() * look.height + lanes > room[1] {
                 let rows = (room[1] - lanes) / look.height;
-                plan = Self::new(picture, columns(layers, count, rows), look);
+                plan = Self::new(frame, columns(layers, count, rows), look);
             }
             plan.routes
                 .keep_lanes(room[1].saturating_sub(plan.tallest() * look.height));
-            let wanted = list::rows(picture, &plan.routes, room[0]);
+            let wanted = list::rows(frame, &plan.routes, room[0]);
             plan.list = wanted.min(room[1].saturating_sub(plan.rows()));
             (plan.shown() > 0 && plan.fits(room)).then_some(plan)
         })
@@ -244,8 +244,8 @@ impl Plan {
         least <= self.across(room) && self.rows() + self.list <= room[1]
     }
 
-    fn lay_out(self, picture: &Picture, room: [usize; 2]) -> Layout {
-        let (width, gaps) = self.spread(picture, room);
+    fn lay_out(self, frame: &FrameData, room: [usize; 2]) -> GraphLayout {
+        let (width, gaps) = self.spread(frame, room);
         let height = self.look.height;
         let tallest = self.tallest();
         let spare = room[1] - self.list - self.rows();
@@ -269,27 +269,31 @@ impl Plan {
             }
         }
         let lanes = top + stack(tallest) + away;
-        Layout {
+        GraphLayout {
             boxes,
             gaps: gaps.iter().map(|gap| gap.map(pane::clamp)).collect(),
             lanes: pane::clamp(lanes),
             roomy: self.look.roomy,
             bottom: pane::clamp(lanes + self.routes.lanes),
-            hidden: picture.nodes.len() - self.shown(),
+            hidden: frame.nodes.len() - self.shown(),
             routes: self.routes,
         }
     }
 
     /// The width of boxes, and where gaps begin and end.
-    fn spread(&self, picture: &Picture, room: [usize; 2]) -> (usize, Vec<[usize; 2]>) {
+    fn spread(&self, frame: &FrameData, room: [usize; 2]) -> (usize, Vec<[usize; 2]>) {
         let count = self.columns.len();
         let across = self.across(room);
         let least = (count - 1) * self.least_gap();
         let width = self.look.width[0].min((across - least) / count);
         let mut spare = across - count * width;
-        let stub = self.stub(picture);
-        let stub = if spare >= least + stub { stub } else { 0 };
-        spare -= stub;
+        let dangling = self.dangling(frame);
+        let dangling = if spare >= least + dangling {
+            dangling
+        } else {
+            0
+        };
+        spare -= dangling;
         let [left, right] = self.routes.margins();
         let mut at = left;
         let mut gaps = vec![[0, at]];
@@ -302,19 +306,19 @@ impl Plan {
             gaps.push([at, at + part]);
             at += part + width;
         }
-        gaps.push([at, (at + stub.max(right)).min(room[0])]);
+        gaps.push([at, (at + dangling.max(right)).min(room[0])]);
         (width, gaps)
     }
 
     /// What a line out of the last column needs to carry its name.
-    fn stub(&self, picture: &Picture) -> usize {
+    fn dangling(&self, frame: &FrameData) -> usize {
         let last = self.columns.len();
-        let stubs = self
+        let dangling_edges = self
             .routes
             .all
             .iter()
-            .filter(|r| r.is_stub() && r.gaps.contains(&last));
-        let names = stubs.map(|r| label::stub_width(&picture.topics[r.topic].name));
+            .filter(|r| r.dangles() && r.gaps.contains(&last));
+        let names = dangling_edges.map(|r| label::dangling_width(&frame.topics[r.topic].name));
         names.max().unwrap_or(0)
     }
 }

@@ -6,7 +6,7 @@
 //! not, the topic runs below all boxes from gap to gap, in a lane: so do topics
 //! that skip a column and topics that lead back.
 
-use crate::dashboard::picture::Picture;
+use crate::dashboard::frame::FrameData;
 
 /// The way of a topic.
 #[derive(Debug)]
@@ -24,8 +24,8 @@ pub(super) struct Route {
 }
 
 impl Route {
-    /// Whether it leads out of the picture: nobody reads it here.
-    pub(super) fn is_stub(&self) -> bool {
+    /// Whether it dangles: its other end is not drawn.
+    pub(super) fn dangles(&self) -> bool {
         self.readers.is_empty()
     }
 
@@ -48,14 +48,14 @@ pub(super) struct Routes {
 
 impl Routes {
     /// Finds the ways through `columns`.
-    pub(super) fn of(picture: &Picture, columns: &[Vec<usize>]) -> Self {
-        let column = column_of(picture.nodes.len(), columns);
+    pub(super) fn of(frame: &FrameData, columns: &[Vec<usize>]) -> Self {
+        let column = column_of(frame.nodes.len(), columns);
         let mut routes = Self {
             all: Vec::new(),
             lanes: 0,
             columns: columns.len(),
         };
-        for (topic, view) in picture.topics.iter().enumerate() {
+        for (topic, view) in frame.topics.iter().enumerate() {
             let publishers = shown(&view.publishers, &column);
             let readers = shown(&view.readers, &column);
             if publishers.is_empty() {
@@ -84,7 +84,7 @@ impl Routes {
         let wide = self
             .all
             .iter_mut()
-            .filter(|r| r.gaps.len() > 1 && !r.is_stub());
+            .filter(|r| r.gaps.len() > 1 && !r.dangles());
         let mut wide: Vec<&mut Route> = wide.collect();
         wide.sort_by_key(|route| route.gaps[0]);
         // Up to where each lane is taken.
@@ -111,7 +111,7 @@ impl Routes {
 
     /// The topics that go up or down in gap `gap`.
     pub(super) fn bends_in(&self, gap: usize) -> usize {
-        let here = self.all.iter().filter(|r| r.bends() && !r.is_stub());
+        let here = self.all.iter().filter(|r| r.bends() && !r.dangles());
         here.filter(|route| route.gaps.contains(&gap)).count()
     }
 

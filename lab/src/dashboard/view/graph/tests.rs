@@ -5,7 +5,7 @@ use ratatui::buffer::Buffer;
 
 use super::render;
 use crate::dashboard::{
-    picture::Picture,
+    frame::FrameData,
     view::{
         pane::testing::{POOR, RICH, screen, styled, text, torture},
         sample,
@@ -13,20 +13,20 @@ use crate::dashboard::{
     },
 };
 
-fn buffer(picture: &Picture, theme: &Theme, width: u16, height: u16) -> Buffer {
+fn buffer(frame: &FrameData, theme: &Theme, width: u16, height: u16) -> Buffer {
     screen(width, height, |area, buf| {
-        render(picture, theme, true, area, buf)
+        render(frame, theme, true, area, buf)
     })
 }
 
-fn rich(picture: &Picture, width: u16, height: u16) -> String {
-    text(&buffer(picture, &RICH, width, height))
+fn rich(frame: &FrameData, width: u16, height: u16) -> String {
+    text(&buffer(frame, &RICH, width, height))
 }
 
 /// A circle, two topics between the same nodes, and one that skips a node.
-fn circle() -> Picture {
+fn circle() -> FrameData {
     let node = |name| sample::node(name, 50.0, 320, true);
-    let nodes = ["sensor", "brain", "actuator"].map(node).to_vec();
+    let nodes = ["sensor", "logic", "actuator"].map(node).to_vec();
     let topics = vec![
         sample::topic("/obs", 50.0, 320, &[0], &[1]),
         sample::topic("/debug", 50.0, 320, &[0], &[2]),
@@ -34,15 +34,15 @@ fn circle() -> Picture {
         sample::topic("/note", 50.0, 320, &[1], &[2]),
         sample::topic("/state", 50.0, 320, &[2], &[0]),
     ];
-    sample::picture(nodes, topics)
+    sample::frame_data(nodes, topics)
 }
 
 /// A thousand nodes that all publish to the same topic.
-fn crowd() -> Picture {
+fn crowd() -> FrameData {
     let node = |_| sample::node("node", 50.0, 320, true);
     let all: Vec<usize> = (0..1_000).collect();
     let topics = vec![sample::topic("/all", 50.0, 320, &all, &[3])];
-    sample::picture((0..1_000).map(node).collect(), topics)
+    sample::frame_data((0..1_000).map(node).collect(), topics)
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn circles_lead_back_below() {
     assert_snapshot!(rich(&circle(), 100, 12), @"
     ┌1 graph───────────────────────────────────────────────────────────────────────────────────────────┐
     │                   /obs  50.0/s                           /action  50.0/s                         │
-    │   ┌ sensor ─────┐ ✓ 0 dropped            ┌ brain ──────┐ ✓ 0 dropped           ┌ actuator ───┐   │
+    │   ┌ sensor ─────┐ ✓ 0 dropped            ┌ logic ──────┐ ✓ 0 dropped           ┌ actuator ───┐   │
     │ ┌►│● 50 Hz      │──•─────•─────•─────•──►│● 50 Hz      │──•─────•─────•───┌•──►│● 50 Hz      │─┐ │
     │ │ │  0 overruns │──•─────•─────•─────•┐  │  0 overruns │──•─────•─────•───┘ ┌•►│  0 overruns │ • │
     │ │ └─────────────┘ /debug  50.0/s      │  └─────────────┘ /note  50.0/s      │  └─────────────┘ │ │
@@ -195,7 +195,7 @@ fn ascii() {
 
 #[test]
 fn alarms_are_where_messages_are_lost() {
-    let letters = |picture: &Picture, style| styled(&buffer(picture, &RICH, 80, 8), style);
+    let letters = |frame: &FrameData, style| styled(&buffer(frame, &RICH, 80, 8), style);
     let (good, alarm) = (RICH.good(), RICH.alarm());
     assert_eq!(letters(&sample::balanced(), alarm), "");
     assert_eq!(letters(&sample::balanced(), good), "✓ 0 dropped✓ 0 dropped");
@@ -206,9 +206,9 @@ fn alarms_are_where_messages_are_lost() {
 
 #[test]
 fn losses_of_the_past_are_no_alarm() {
-    let mut picture = sample::broken();
-    picture.topics[0].dropped_lately = 0;
-    let buf = buffer(&picture, &RICH, 80, 8);
+    let mut frame = sample::broken();
+    frame.topics[0].dropped_lately = 0;
+    let buf = buffer(&frame, &RICH, 80, 8);
     assert_eq!(styled(&buf, RICH.alarm()), "✖ 2 overruns");
     assert!(text(&buf).contains("  37 dropped"));
 }
@@ -216,9 +216,9 @@ fn losses_of_the_past_are_no_alarm() {
 #[test]
 fn old_messages_are_marked() {
     let aged = |ms| {
-        let mut picture = sample::broken();
-        picture.topics[1].held = Some(std::time::Duration::from_millis(ms));
-        rich(&picture, 80, 8)
+        let mut frame = sample::broken();
+        frame.topics[1].held = Some(std::time::Duration::from_millis(ms));
+        rich(&frame, 80, 8)
     };
     // At 5 Hz the next message is overdue by half after 300 ms.
     assert!(aged(300).contains("  held  300 ms"));
@@ -229,9 +229,9 @@ fn old_messages_are_marked() {
 #[test]
 fn messages_travel_one_cell_at_a_time() {
     let dots = |published| {
-        let mut picture = sample::balanced();
-        picture.topics[0].published = published;
-        let drawn = rich(&picture, 120, 11);
+        let mut frame = sample::balanced();
+        frame.topics[0].published = published;
+        let drawn = rich(&frame, 120, 11);
         let line = drawn
             .lines()
             .find(|line| line.contains('•'))
@@ -252,11 +252,11 @@ fn messages_travel_one_cell_at_a_time() {
 #[test]
 fn nothing_moves_but_messages_while_counts_grow() {
     let places = |drops: u64, rate: f64, held: u64| {
-        let mut picture = sample::balanced();
-        let topic = &mut picture.topics[0];
+        let mut frame = sample::balanced();
+        let topic = &mut frame.topics[0];
         (topic.dropped, topic.dropped_lately, topic.per_second) = (drops, drops, rate);
         topic.held = Some(std::time::Duration::from_millis(held));
-        let drawn = rich(&picture, 80, 8);
+        let drawn = rich(&frame, 80, 8);
         let column = |line: &str, word| line.find(word).map(|at| line[..at].chars().count());
         ["/s", "depth", " ms"].map(|word| drawn.lines().find_map(|line| column(line, word)))
     };
@@ -266,13 +266,13 @@ fn nothing_moves_but_messages_while_counts_grow() {
 
 #[test]
 fn any_size_will_do() {
-    for picture in [
+    for frame in [
         sample::broken(),
         sample::fan_out(),
         circle(),
         sample::chain(40),
     ] {
-        torture(|theme, area, buf| render(&picture, theme, false, area, buf));
+        torture(|theme, area, buf| render(&frame, theme, false, area, buf));
     }
     for (width, height) in [(0, 0), (8, 3), (9, 4), (40, 200), (400, 3), (300, 100)] {
         rich(&crowd(), width, height);

@@ -11,11 +11,11 @@ use ratatui::{
 
 use super::{
     label,
-    place::Layout,
+    place::GraphLayout,
     route::{Route, column_of},
 };
 use crate::dashboard::{
-    picture::{Picture, TopicPicture},
+    frame::{FrameData, TopicData},
     view::{pane, theme::Theme},
 };
 
@@ -52,8 +52,8 @@ pub(super) struct Wires {
 
 impl Wires {
     /// Finds the cells of all lines.
-    pub(super) fn of(picture: &Picture, layout: &Layout) -> Self {
-        let router = Router::new(picture, layout);
+    pub(super) fn of(frame: &FrameData, layout: &GraphLayout) -> Self {
+        let router = Router::new(frame, layout);
         let routes = layout.routes.all.iter().enumerate();
         let mut wires: Vec<Wire> = routes.map(|(n, route)| router.wire(n, route)).collect();
         wires.iter_mut().for_each(Wire::measure);
@@ -70,10 +70,10 @@ impl Wires {
     }
 
     /// Draws them; an alarm is never hidden below another line.
-    pub(super) fn draw(&self, picture: &Picture, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    pub(super) fn draw(&self, frame: &FrameData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         for alarming in [false, true] {
             for wire in &self.wires {
-                let topic = &picture.topics[wire.topic];
+                let topic = &frame.topics[wire.topic];
                 if topic.alarming() == alarming {
                     wire.draw(topic, theme, area, buf);
                 }
@@ -125,7 +125,7 @@ impl Wire {
         }
     }
 
-    fn draw(&self, topic: &TopicPicture, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    fn draw(&self, topic: &TopicData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         let alarm = topic.alarming();
         let (line, mark, glyph) = if alarm {
             let line = theme.alarm().remove_modifier(Modifier::REVERSED);
@@ -200,8 +200,8 @@ struct Passage {
 
 /// Knows where in each gap topics go up and down.
 struct Router<'a> {
-    picture: &'a Picture,
-    layout: &'a Layout,
+    frame: &'a FrameData,
+    layout: &'a GraphLayout,
     /// Column of each node.
     column: Vec<Option<usize>>,
     /// Where route number `.1` goes up or down in gap number `.0`.
@@ -209,15 +209,15 @@ struct Router<'a> {
 }
 
 impl<'a> Router<'a> {
-    fn new(picture: &'a Picture, layout: &'a Layout) -> Self {
+    fn new(frame: &'a FrameData, layout: &'a GraphLayout) -> Self {
         let mut columns = vec![Vec::new(); layout.gaps.len()];
         for placed in &layout.boxes {
             columns[placed.column].push(placed.node);
         }
         let mut router = Self {
-            picture,
+            frame,
             layout,
-            column: column_of(picture.nodes.len(), &columns),
+            column: column_of(frame.nodes.len(), &columns),
             tracks: BTreeMap::new(),
         };
         for gap in 0..layout.gaps.len() {
@@ -251,7 +251,7 @@ impl<'a> Router<'a> {
     /// What goes up or down in `gap`.
     fn bends(&self, gap: usize) -> Vec<Passage> {
         let routes = self.layout.routes.all.iter().enumerate();
-        let here = routes.filter(|(_, r)| r.gaps.contains(&gap) && !r.is_stub());
+        let here = routes.filter(|(_, r)| r.gaps.contains(&gap) && !r.dangles());
         let passages = here.map(|(number, route)| Passage {
             route: number,
             from: self.from(route, gap),
@@ -294,8 +294,8 @@ impl<'a> Router<'a> {
         let lane = route.lane.map(|lane| self.layout.lanes + pane::clamp(lane));
         let mut turns = Vec::new();
         for gap in &route.gaps {
-            if route.is_stub() {
-                self.stub(&mut wire, route, *gap);
+            if route.dangles() {
+                self.dangling(&mut wire, route, *gap);
                 continue;
             }
             let [start, end] = self.layout.gaps[*gap];
@@ -326,7 +326,7 @@ impl<'a> Router<'a> {
         wire
     }
 
-    /// Whether a line out of the picture would lie on top of another one.
+    /// Whether a line out of the frame would lie on top of another one.
     fn taken(&self, route: &Route, gap: usize, row: u16) -> bool {
         let others = self
             .layout
@@ -334,15 +334,15 @@ impl<'a> Router<'a> {
             .all
             .iter()
             .filter(|r| r.topic != route.topic);
-        let mut before = others.filter(|r| !r.is_stub() || r.topic < route.topic);
+        let mut before = others.filter(|r| !r.dangles() || r.topic < route.topic);
         before.any(|other| self.from(other, gap).contains(&row))
     }
 
-    /// A short line out of the picture.
-    fn stub(&self, wire: &mut Wire, route: &Route, gap: usize) {
+    /// A short line out of the frame.
+    fn dangling(&self, wire: &mut Wire, route: &Route, gap: usize) {
         let [start, _] = self.layout.gaps[gap];
         let room = usize::from(self.limit(gap).saturating_sub(start));
-        let Some(length) = label::stub(&self.picture.topics[route.topic].name, room) else {
+        let Some(length) = label::dangling(&self.frame.topics[route.topic].name, room) else {
             return;
         };
         for row in self.from(route, gap) {

@@ -1,0 +1,185 @@
+//! What every exercise promises to measure, from one file.
+
+use std::{collections::BTreeMap, fmt};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::{Brief, Measurement};
+
+/// The bands of all exercises, as they stand in `bands.toml`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expectations {
+    /// Where figures come from, by the word that bands use for it.
+    pub sources: BTreeMap<String, String>,
+    /// By exercise, then by measurement.
+    pub exercises: BTreeMap<String, BTreeMap<String, Expectation>>,
+}
+
+/// Where a measurement must lie. All that is given must hold.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expectation {
+    /// It is exactly this.
+    pub equals: Option<f64>,
+    /// Written with as many decimals, it reads exactly like this.
+    pub reads: Option<String>,
+    /// It is this or more.
+    pub at_least: Option<f64>,
+    /// It is this or less.
+    pub at_most: Option<f64>,
+    /// Where the figure comes from: one of [`Expectations::sources`].
+    pub source: String,
+}
+
+/// A measurement checked against its band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What is measured.
+    pub name: String,
+    /// What was measured; `None` if the exercise no longer measures it.
+    pub measured: Option<f64>,
+    /// Where it must lie; `None` if the file does not say.
+    pub band: Option<Expectation>,
+}
+
+/// A file of bands that cannot be used.
+#[derive(Clone, Debug, Error)]
+pub enum ExpectationsError {
+    /// It is not a file of bands.
+    #[error("bands.toml cannot be read: {0}")]
+    Unreadable(String),
+    /// A band that says nothing.
+    #[error("the band of {0:?} holds for every value: give it equals, reads, at_least or at_most")]
+    Boundless(String),
+    /// A band without provenance.
+    #[error("the band of {name:?} comes from {from:?}, which is none of the sources: add it there")]
+    UnknownSource {
+        /// The measurement.
+        name: String,
+        /// The word.
+        from: String,
+    },
+    /// An exercise without bands.
+    #[error("exercise {0:?} has no bands: add [exercises.{0}] to bands.toml")]
+    NoExercise(String),
+}
+
+impl Expectations {
+    /// The bands that come with the exercises.
+    ///
+    /// # Errors
+    /// [`ExpectationsError`] if the file was damaged.
+    pub fn load() -> Result<Self, ExpectationsError> {
+        Self::parse(include_str!("../../bands.toml"))
+    }
+
+    /// The bands in `text`.
+    ///
+    /// # Errors
+    /// [`ExpectationsError`] if it is none, or a band has no bounds or no source.
+    pub fn parse(text: &str) -> Result<Self, ExpectationsError> {
+        let bands: Self = toml::from_str(text)
+            .map_err(|error| ExpectationsError::Unreadable(error.to_string()))?;
+        for (name, band) in bands.exercises.values().flatten() {
+            if *band == Expectation::boundless(&band.source) {
+                return Err(ExpectationsError::Boundless(name.clone()));
+            }
+            if !bands.sources.contains_key(&band.source) {
+                let (name, from) = (name.clone(), band.source.clone());
+                return Err(ExpectationsError::UnknownSource { name, from });
+            }
+        }
+        Ok(bands)
+    }
+
+    /// Puts the measurements of an exercise beside their bands: all of the
+    /// former, and those of the latter that were not measured.
+    ///
+    /// # Errors
+    /// [`ExpectationsError::NoExercise`] if the file does not know the exercise.
+    pub fn compare(
+        &self,
+        exercise: &Brief,
+        measurements: &[Measurement],
+    ) -> Result<Vec<Check>, ExpectationsError> {
+        let bands = self.exercises.get(exercise.name);
+        let bands = bands.ok_or_else(|| ExpectationsError::NoExercise(exercise.name.to_owned()))?;
+        let measured = measurements.iter().map(|measurement| Check {
+            name: measurement.name.clone(),
+            measured: Some(measurement.value),
+            band: bands.get(&measurement.name).cloned(),
+        });
+        let is_measured = |name: &str| measurements.iter().any(|m| m.name == name);
+        let missing = bands.iter().filter(|(name, _)| !is_measured(name));
+        let missing = missing.map(|(name, band)| Check {
+            name: name.clone(),
+            measured: None,
+            band: Some(band.clone()),
+        });
+        Ok(measured.chain(missing).collect())
+    }
+}
+
+impl Expectation {
+    fn boundless(source: &str) -> Self {
+        Self {
+            equals: None,
+            reads: None,
+            at_least: None,
+            at_most: None,
+            source: source.to_owned(),
+        }
+    }
+
+    /// Whether `value` lies in it.
+    pub fn holds(&self, value: f64) -> bool {
+        let reads = |text: &str| {
+            let decimals = text
+                .split_once('.')
+                .map_or(0, |(_, decimals)| decimals.len());
+            format!("{value:.decimals$}") == text
+        };
+        value.is_finite()
+            && self.equals.is_none_or(|exact| value == exact)
+            && self.reads.as_deref().is_none_or(reads)
+            && self.at_least.is_none_or(|least| value >= least)
+            && self.at_most.is_none_or(|most| value <= most)
+    }
+}
+
+impl fmt::Display for Expectation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bounds = [
+            self.equals.map(|value| format!("exactly {value}")),
+            self.reads.clone(),
+            self.at_least.map(|value| format!("at least {value}")),
+            self.at_most.map(|value| format!("at most {value}")),
+        ];
+        let bounds: Vec<String> = bounds.into_iter().flatten().collect();
+        f.write_str(&bounds.join(", "))
+    }
+}
+
+impl Check {
+    /// Whether the measurement was made, has a band, and lies in it.
+    pub fn holds(&self) -> bool {
+        let both = self.band.as_ref().zip(self.measured);
+        both.is_some_and(|(band, measured)| band.holds(measured))
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.name)?;
+        match (self.measured, &self.band) {
+            (Some(measured), Some(band)) => {
+                write!(f, "{measured}, expected {band} ({})", band.source)
+            }
+            (None, Some(band)) => write!(f, "not measured, expected {band} ({})", band.source),
+            (Some(measured), None) => write!(f, "{measured}, for which there is no band"),
+            (None, None) => f.write_str("not measured"),
+        }
+    }
+}

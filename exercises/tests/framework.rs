@@ -1,0 +1,381 @@
+//! Predictions, answers, bands and what is said about them.
+
+use exercises::{
+    ALL,
+    framework::{
+        Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings, Kind,
+        Measurement, Prediction, Range, Table,
+    },
+};
+
+const BRIEF: Brief = Brief {
+    number: 9,
+    name: "nine",
+    title: "Nine",
+    kind: Kind::Investigation,
+    objective: "Nothing.",
+    question: "How many?",
+    unit: "Hz",
+    range: Range {
+        least: 0.0,
+        most: 100.0,
+        whole: false,
+    },
+};
+
+fn predict(text: &str) -> Prediction {
+    Prediction::read(text, &BRIEF).expect(text)
+}
+
+fn refused(text: &str, brief: &Brief) -> String {
+    let refused = Prediction::read(text, brief).expect_err(text);
+    refused.to_string()
+}
+
+fn brief(number: u32) -> &'static Brief {
+    exercises::find(number).expect("an exercise").brief()
+}
+
+#[test]
+fn a_prediction_is_a_number_and_a_reason_in_any_words() {
+    for (text, number, reason) in [
+        ("8 because it is slow", 8.0, "it is slow"),
+        ("8 Hz because it is slow", 8.0, "it is slow"),
+        ("8 Hz: Because it is slow", 8.0, "it is slow"),
+        ("  7.5Hz, because it is slow. ", 7.5, "it is slow."),
+        ("7,5 because it is slow", 7.5, "it is slow"),
+        ("8, because it is slow", 8.0, "it is slow"),
+        ("1e1 hertz so it seems", 10.0, "so it seems"),
+        ("0.01 kHz so it seems", 10.0, "so it seems"),
+        ("10: the pole needs a tenth", 10.0, "the pole needs a tenth"),
+        ("8 weil es reicht", 8.0, "weil es reicht"),
+        ("8因为它很慢", 8.0, "因为它很慢"),
+        ("0, 5 Hz is too slow", 0.0, "5 Hz is too slow"),
+        ("+.5 for no reason", 0.5, "for no reason"),
+    ] {
+        let prediction = predict(text);
+        assert_eq!(
+            (prediction.number(), prediction.reason()),
+            (number, reason),
+            "{text}"
+        );
+        assert_eq!(predict(&prediction.to_string()), prediction);
+    }
+}
+
+#[test]
+fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
+    let none = "no prediction yet: expected a number in Hz and a reason, as in N because …";
+    let bare = "8 Hz is a number without a reason: add one, as in 8 Hz because …";
+    for (text, said) in [
+        ("", none),
+        ("  ", none),
+        (
+            "because",
+            "\"because\": expected a number in Hz and a reason, as in N because …",
+        ),
+        ("8", bare),
+        ("8 because", bare),
+        ("8 ...", bare),
+        ("8 Hz", bare),
+        ("8 Hz, because", bare),
+        ("8 because Hz", bare),
+        ("8 because 8", bare),
+    ] {
+        assert_eq!(refused(text, &BRIEF), said, "{text}");
+    }
+    assert!(Prediction::new(f64::NAN, "it is none").is_err());
+}
+
+#[test]
+fn a_prediction_of_several_numbers_is_refused() {
+    for text in [
+        "5-10 so",
+        "5 - 10 so",
+        "5–10 Hz so",
+        "5 10 so",
+        "8/10 so",
+        "1.000,5 so",
+        "5 Hz-10 Hz so",
+    ] {
+        let said = refused(text, &BRIEF);
+        assert!(
+            said.contains("expected a number in Hz and a reason"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_time_may_be_given_in_any_unit_of_time() {
+    for (text, seconds) in [
+        ("0.7 because so", 0.7),
+        ("0,7 s because so", 0.7),
+        ("700 ms because so", 0.7),
+        ("700ms so it seems", 0.7),
+        ("700000 µs because so", 0.7),
+        ("0.1 min because so", 6.0),
+    ] {
+        let read = Prediction::read(text, brief(5)).expect(text);
+        assert_eq!(read.number(), seconds, "{text}");
+    }
+    let read = Prediction::read("0.0299 s because so", brief(3)).expect("read");
+    assert!((read.number() - 29.9).abs() < 1e-9);
+}
+
+#[test]
+fn a_unit_of_something_else_is_refused() {
+    for (number, text, said) in [
+        (
+            1,
+            "8 s because so",
+            "\"s\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            1,
+            "8kg because so",
+            "\"kg\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            1,
+            "8x because so",
+            "\"x\" is not a unit here: expected a number in Hz",
+        ),
+        (
+            2,
+            "2 Hz because so",
+            "\"Hz\" is not a unit here: expected a number",
+        ),
+        (
+            5,
+            "5 % because so",
+            "\"%\" is not a unit here: expected a number in s",
+        ),
+    ] {
+        assert_eq!(refused(text, brief(number)), said);
+    }
+}
+
+#[test]
+fn a_number_that_the_exercise_cannot_come_to_is_refused() {
+    for (number, text, said) in [
+        (1, "1e400", "inf Hz is impossible here: expected 0 to 50 Hz"),
+        (
+            1,
+            "-1 because so",
+            "-1 Hz is impossible here: expected 0 to 50 Hz",
+        ),
+        (
+            2,
+            "-1 because so",
+            "-1 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            2,
+            "10 of three",
+            "10 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            2,
+            "1.5 because so",
+            "1.5 is impossible here: expected a whole number, 0 to 3",
+        ),
+        (
+            4,
+            "4 because so",
+            "4 Hz is impossible here: expected a whole number, 5 to 12 Hz",
+        ),
+        (
+            5,
+            "700 because so",
+            "700 s is impossible here: expected 0 to 10 s",
+        ),
+    ] {
+        assert_eq!(refused(text, brief(number)), said);
+    }
+    for runs in ["0", "1", "2", "3", "3 runs", "3.0"] {
+        let text = format!("{runs} because so");
+        Prediction::read(&text, brief(2)).expect(&text);
+    }
+}
+
+#[test]
+fn every_exercise_reads_a_number_in_its_own_unit() {
+    for exercise in ALL {
+        let brief = exercise.brief();
+        for number in [brief.range.least, brief.range.most] {
+            let text = format!("{number} {} because so", brief.unit);
+            let read = Prediction::read(&text, brief).expect(&text);
+            assert_eq!(read.number(), number);
+        }
+    }
+}
+
+#[test]
+fn answers_are_kept_in_their_file_until_they_are_forgotten() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("answers.toml");
+    let mut answers = Answers::load(&path).expect("no file is no answers");
+    assert!(
+        ALL.iter()
+            .all(|exercise| answers.get(exercise.brief()).is_none())
+    );
+    let odd = predict("8 because \"quotes\"\nand lines = [odd]");
+    answers.set(&BRIEF, odd.clone());
+    answers.set(ALL[0].brief(), predict("5.5 because of it"));
+    answers.save(&path).expect("saved");
+    let mut again = Answers::load(&path).expect("loaded");
+    assert_eq!(again, answers);
+    assert_eq!(again.get(&BRIEF), Some(&odd));
+    again.clear(&BRIEF);
+    again.save(&path).expect("saved over it");
+    assert_eq!(Answers::load(&path).expect("loaded").get(&BRIEF), None);
+    assert_eq!(folder.path().read_dir().expect("folder").count(), 1);
+}
+
+#[test]
+fn a_file_that_holds_no_answers_is_refused_by_name_and_left_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("answers.toml");
+    for text in [
+        "nonsense",
+        "[nine]\nnumber = 8.0\nreason = \"\"",
+        "[nine]\nnumber = nan\nreason = \"it is none\"",
+        "[nine]\nnumber = 8.0",
+    ] {
+        std::fs::write(&path, text).expect("written");
+        let refused = Answers::load(&path).expect_err(text).to_string();
+        assert!(refused.contains("answers.toml"), "{refused}");
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), text);
+    }
+    let new = folder.path().join("new/answers.toml");
+    Answers::default().save(&new).expect("in a new folder");
+    let nowhere = path.join("answers.toml");
+    assert!(Answers::default().save(&nowhere).is_err());
+}
+
+fn band(text: &str) -> Result<Expectation, ExpectationsError> {
+    let text = format!("[sources]\nus = \"\"\n[exercises.nine]\nx = {{ {text} }}");
+    let bands = Expectations::parse(&text)?;
+    Ok(bands.exercises["nine"]["x"].clone())
+}
+
+#[test]
+fn a_band_holds_for_what_it_says_and_for_nothing_else() {
+    for (text, inside, outside) in [
+        ("equals = 501", vec![501.0], vec![500.999, f64::NAN]),
+        (
+            "reads = \"59.7206\"",
+            vec![59.72055888, 59.72064],
+            vec![59.7207, 59.7205],
+        ),
+        ("reads = \"-0.49\"", vec![-0.4902], vec![0.49, -0.48]),
+        ("reads = \"3\"", vec![3.2], vec![3.6]),
+        (
+            "at_least = 1, at_most = 2",
+            vec![1.0, 1.5, 2.0],
+            vec![0.9, 2.1, f64::NAN],
+        ),
+        ("at_most = 2", vec![-9.0], vec![f64::NEG_INFINITY, 3.0]),
+        ("equals = 3, reads = \"3.0\"", vec![3.0], vec![3.01]),
+    ] {
+        let band = band(&format!("{text}, source = \"us\"")).expect(text);
+        assert!(inside.iter().all(|value| band.holds(*value)), "{text}");
+        assert!(!outside.iter().any(|value| band.holds(*value)), "{text}");
+    }
+}
+
+#[test]
+fn a_band_without_bounds_or_source_is_refused() {
+    let refused = |text| band(text).expect_err(text);
+    assert!(matches!(
+        refused("source = \"us\""),
+        ExpectationsError::Boundless(_)
+    ));
+    let unknown = refused("equals = 1, source = \"them\"");
+    assert!(matches!(unknown, ExpectationsError::UnknownSource { .. }));
+    assert!(matches!(
+        refused("equals = 1"),
+        ExpectationsError::Unreadable(_)
+    ));
+    let misspelt = refused("equal = 1, source = \"us\"");
+    assert!(matches!(misspelt, ExpectationsError::Unreadable(_)));
+}
+
+#[test]
+fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
+    let text = "[sources]\nus = \"\"\n[exercises.nine]\n\
+                known = { equals = 1, source = \"us\" }\n\
+                forgotten = { equals = 1, source = \"us\" }";
+    let bands = Expectations::parse(text).expect("bands");
+    let measured = [Measurement::new("known", 1.0), Measurement::new("new", 1.0)];
+    let checks = bands.compare(&BRIEF, &measured).expect("claims");
+    let holds: Vec<(&str, bool)> = checks.iter().map(|c| (&*c.name, c.holds())).collect();
+    assert_eq!(
+        holds,
+        [("known", true), ("new", false), ("forgotten", false)]
+    );
+    let unknown = bands.compare(ALL[0].brief(), &measured);
+    assert!(matches!(unknown, Err(ExpectationsError::NoExercise(_))));
+}
+
+fn findings(answer: Answer) -> Findings {
+    Findings {
+        table: Table::default(),
+        answer,
+        meaning: "So it is.".to_owned(),
+        measurements: Vec::new(),
+    }
+}
+
+fn reconciled(answer: Answer, prediction: &str) -> String {
+    findings(answer).reconcile(&BRIEF, &predict(prediction))
+}
+
+#[test]
+fn a_prediction_is_put_beside_the_measurement() {
+    assert_eq!(
+        reconciled(Answer::Exactly(9.98004), "10 because it is half."),
+        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. Close: 0.02 Hz above it.\n\n\
+         So it is."
+    );
+    let turn = Answer::Between {
+        held: 10.0,
+        failed: 5.0,
+    };
+    for (predicted, judged) in [
+        ("5", "You called it."),
+        ("8", "You called it."),
+        ("10", "Just missed: at 10 Hz all was still well."),
+        ("10.5", "Close: 0.5 Hz above it."),
+        ("25", "You were 15 Hz above it."),
+        ("1", "You were 4 Hz below it."),
+    ] {
+        let text = reconciled(turn, &format!("{predicted} because so"));
+        assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
+        assert!(text.contains(judged), "{text}");
+        let prediction = predict(&format!("{predicted} because so"));
+        let (hit, _) = findings(turn).judge(&BRIEF, &prediction);
+        assert_eq!(hit, judged == "You called it.", "{predicted}");
+    }
+    let zero = reconciled(Answer::Exactly(0.0), "2 because so");
+    assert!(zero.contains("You were 2 Hz above it."), "{zero}");
+}
+
+#[test]
+fn a_table_is_as_wide_as_its_widest_cells() {
+    let mut table = Table::new(["a", "angle"]);
+    table.row(["50 Hz".to_owned(), "1°".to_owned()]);
+    assert_eq!(table.to_string(), "    a  angle\n50 Hz     1°\n");
+}
+
+#[test]
+fn every_table_has_a_cell_for_each_of_its_headers() {
+    for exercise in ALL {
+        let table = exercise.run().expect("measured").table;
+        assert!(!table.rows.is_empty());
+        for row in &table.rows {
+            assert_eq!(row.len(), table.headers.len());
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! What one frame of the dashboard shows: plain figures, no locks, no handles.
+//!
+//! It is read once per frame from the library's counters and is never changed
+//! afterwards, so it can be drawn, kept for looking back, and compared with that
+//! of the next frame to see whether anything needs to be drawn at all.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{
+    cartpole::Pose,
+    runtime::{
+        Hz, Time,
+        telemetry::{Distribution, Status},
+    },
+};
+
+/// Everything that is on the screen but keys and layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameData {
+    /// Run time.
+    pub now: Time,
+    /// Wall time since the run began, in whole seconds.
+    pub wall_s: u64,
+    /// Clock, speed, and whether run time stands still.
+    pub status: Status,
+    /// Seed of the start.
+    pub seed: u64,
+    /// Name of the policy.
+    pub policy: String,
+    /// The nodes of the graph, in the order in which they were added.
+    pub nodes: Vec<NodeData>,
+    /// The topics of the graph.
+    pub topics: Vec<TopicData>,
+    /// Sense→act latency.
+    pub latency: LatencyData,
+    /// The plant after the newest control step; `None` before the first.
+    pub plant: Option<PlantData>,
+    /// How it stands, or how it ended.
+    pub verdict: VerdictData,
+    /// Control steps that came too fast for the dashboard.
+    pub telemetry_lost: u64,
+}
+
+impl FrameData {
+    /// Whether `other` is this frame, seen a little later.
+    pub fn differs_in_wall_time_only(&self, other: &Self) -> bool {
+        let wall_s = other.wall_s;
+        Self {
+            wall_s,
+            ..self.clone()
+        } == *other
+    }
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeData {
+    /// Its name.
+    pub name: Arc<str>,
+    /// The rate in force.
+    pub hz: Hz,
+    /// Ticks so far.
+    pub ticks: u64,
+    /// Periods skipped because it was still busy.
+    pub overruns: u64,
+    /// Whether it ticked a moment ago.
+    pub lit: bool,
+    /// How late its ticks began (real clock only).
+    pub lateness: Quantiles,
+    /// How long its ticks took.
+    pub tick_time: Quantiles,
+}
+
+/// A topic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TopicData {
+    /// Its name.
+    pub name: Arc<str>,
+    /// How many messages it keeps.
+    pub depth: usize,
+    /// Messages published so far.
+    pub published: u64,
+    /// Messages per second over the last second of run time.
+    pub per_second: f64,
+    /// Messages per second over the whole run.
+    pub average: f64,
+    /// Messages lost unread so far, over all readers.
+    pub dropped: u64,
+    /// Messages lost unread in the last second or so of run time.
+    pub dropped_lately: u64,
+    /// Nodes that publish, as indices into [`FrameData::nodes`].
+    pub publishers: Vec<usize>,
+    /// Nodes that read, as indices into [`FrameData::nodes`].
+    pub readers: Vec<usize>,
+    /// How old messages were when they were read.
+    pub age: Quantiles,
+    /// Age of the message that readers hold now; `None` before the first.
+    pub held: Option<Duration>,
+}
+
+impl TopicData {
+    /// Whether messages are being lost right now.
+    pub fn alarming(&self) -> bool {
+        self.dropped_lately > 0
+    }
+}
+
+/// A distribution in four figures; empty if there were no samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quantiles {
+    /// Samples.
+    pub count: u64,
+    /// Mean.
+    pub mean: Duration,
+    /// Median.
+    pub p50: Duration,
+    /// What one in a hundred exceeds.
+    pub p99: Duration,
+    /// The longest.
+    pub max: Duration,
+}
+
+impl Quantiles {
+    /// The figures of `distribution`.
+    pub fn of(distribution: &Distribution) -> Self {
+        let mean = distribution.mean_s().unwrap_or(0.0);
+        Self {
+            count: distribution.count(),
+            mean: Duration::from_secs_f64(mean),
+            p50: distribution.quantile(0.5).unwrap_or_default(),
+            p99: distribution.quantile(0.99).unwrap_or_default(),
+            max: distribution.max().unwrap_or_default(),
+        }
+    }
+}
+
+/// Sense→act latency.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LatencyData {
+    /// Its figures.
+    pub figures: Quantiles,
+    /// How often it was how long: equal bins of [`LatencyData::bin`], the
+    /// last one counting everything beyond.
+    pub bins: Vec<u64>,
+    /// Width of a bin.
+    pub bin: Duration,
+    /// That of the newest actuation.
+    pub newest: Option<Duration>,
+    /// The control period, as a reference.
+    pub control_period: Duration,
+}
+
+/// The plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantData {
+    /// Where cart and pole are.
+    pub pose: Pose,
+    /// The action in force, −1 to 1.
+    pub action: f32,
+    /// Control steps so far.
+    pub steps: u64,
+}
+
+/// How it stands, or how it ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerdictData {
+    /// What kind of verdict it is.
+    pub kind: VerdictKind,
+    /// One line, such as "BALANCED so far" or "FELL at 0.84 s".
+    pub headline: String,
+    /// Why, in a line or two; empty where there is nothing to explain.
+    pub why: Vec<String>,
+}
+
+/// Kinds of verdict, each with a glyph and a colour of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VerdictKind {
+    /// The pole is up.
+    Good,
+    /// The run ended with the pole up.
+    Done,
+    /// The pole fell, or the cart left the rail.
+    Lost,
+}
+
+/// The pole's angle over time, for the chart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// Run time (s) and angle from upright (degrees), oldest first.
+    pub points: Vec<(f64, f64)>,
+    /// Run times (s) at which a knob was turned, with a short text.
+    pub marks: Vec<(f64, String)>,
+}

@@ -1,0 +1,56 @@
+//! The presets through which keys move a knob.
+
+/// Rates in Hz: dense where the pole falls.
+pub const RATES: [f64; 27] = [
+    1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0,
+    60.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 500.0, 750.0, 1000.0,
+];
+
+/// Queue depths in messages.
+pub const DEPTHS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
+
+/// Speeds of virtual time against wall time.
+pub const SPEEDS: [f64; 10] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+
+/// The direction in which a key moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// To the next higher preset.
+    Up,
+    /// To the next lower preset.
+    Down,
+}
+
+/// The preset next to `value`, which may itself lie between presets; `None` at the
+/// end of them.
+pub fn next(presets: &[f64], value: f64, direction: Direction) -> Option<f64> {
+    match direction {
+        Direction::Up => presets.iter().copied().find(|preset| *preset > value),
+        Direction::Down => presets.iter().rev().copied().find(|preset| *preset < value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_between_presets_moves_to_its_neighbours() {
+        assert_eq!(next(&RATES, 7.5, Direction::Up), Some(8.0));
+        assert_eq!(next(&RATES, 7.5, Direction::Down), Some(7.0));
+    }
+
+    #[test]
+    fn the_ends_of_the_presets_lead_nowhere() {
+        assert_eq!(next(&RATES, 1.0, Direction::Down), None);
+        assert_eq!(next(&RATES, 5000.0, Direction::Up), None);
+        assert_eq!(next(&RATES, 5000.0, Direction::Down), Some(1000.0));
+    }
+
+    #[test]
+    fn presets_ascend() {
+        for presets in [&RATES[..], &DEPTHS, &SPEEDS] {
+            assert!(presets.is_sorted_by(|a, b| a < b));
+        }
+    }
+}

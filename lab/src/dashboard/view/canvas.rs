@@ -1,0 +1,235 @@
+//! Line drawings in a part of the screen, in several styles.
+//!
+//! ratatui's canvas knows colours but neither bold nor dim, and one drawing
+//! hides the other where they share a cell. Here each drawing has a style, dots
+//! of Braille in the same cell add up, and nothing is drawn but the dots.
+
+use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+
+use super::theme::Theme;
+
+/// The first of the 256 Braille patterns; the others follow in such an order
+/// that dots add up by "or".
+const BRAILLE: u32 = 0x2800;
+
+/// The bit of each dot of a pattern, by row and column.
+const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
+
+/// How far out of sight a line may end, in widths and heights of the canvas.
+const FAR: f64 = 20.0;
+
+/// A straight line: x and y of one end, x and y of the other.
+pub type Stroke = [f64; 4];
+
+/// What lines are drawn with.
+#[derive(Clone, Copy, Debug)]
+pub struct Pen {
+    /// Their style.
+    pub style: Style,
+    /// What they consist of where there is only ASCII.
+    pub ascii: char,
+}
+
+/// A part of the screen with coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct BrailleCanvas {
+    area: Rect,
+    x: [f64; 2],
+    y: [f64; 2],
+    ascii: bool,
+}
+
+impl BrailleCanvas {
+    /// `area` with `x` from left to right and `y` from bottom to top; the
+    /// bounds are the middles of the outermost dots.
+    pub fn new(area: Rect, x: [f64; 2], y: [f64; 2], theme: &Theme) -> Self {
+        let ascii = theme.ascii;
+        Self { area, x, y, ascii }
+    }
+
+    /// How many dots fit across and down `area`.
+    pub fn dots(area: Rect, theme: &Theme) -> (f64, f64) {
+        let (across, down) = if theme.ascii { (1, 1) } else { (2, 4) };
+        let dots = |cells: u16, each: u32| f64::from(u32::from(cells) * each);
+        (dots(area.width, across), dots(area.height, down))
+    }
+
+    /// The column of the screen at `x`, if it is in sight.
+    pub fn column(&self, x: f64) -> Option<u16> {
+        let place = (x - self.x[0]) / (self.x[1] - self.x[0]);
+        Self::cell(place, self.area.width, if self.ascii { 1 } else { 2 }).map(|c| self.area.x + c)
+    }
+
+    /// The row of the screen at `y`, if it is in sight.
+    pub fn row(&self, y: f64) -> Option<u16> {
+        let place = (self.y[1] - y) / (self.y[1] - self.y[0]);
+        Self::cell(place, self.area.height, if self.ascii { 1 } else { 4 }).map(|c| self.area.y + c)
+    }
+
+    fn cell(place: f64, cells: u16, dots_each: u16) -> Option<u16> {
+        let last = f64::from(cells) * f64::from(dots_each) - 1.0;
+        let dot = (place * last).round();
+        // Also false for what is not a number.
+        (0.0..=last)
+            .contains(&dot)
+            .then(|| (dot / f64::from(dots_each)) as u16)
+    }
+
+    /// A horizontal line at `y`, `on` of `of` dots of Braille long, or half as
+    /// many letters of ASCII. In whole dots, so that all dashes look the same.
+    pub fn level(&self, y: f64, on: u32, of: u32) -> Vec<Stroke> {
+        let dashes = self.dashes(self.x, self.area.width * 2, 2, on, of);
+        dashes.map(|(from, to)| [from, y, to, y]).collect()
+    }
+
+    /// A vertical line at `x`, as [`BrailleCanvas::level`].
+    pub fn upright(&self, x: f64, on: u32, of: u32) -> Vec<Stroke> {
+        let dashes = self.dashes(self.y, self.area.height * 4, 4, on, of);
+        dashes.map(|(from, to)| [x, from, x, to]).collect()
+    }
+
+    fn dashes(
+        &self,
+        [from, to]: [f64; 2],
+        dots: u16,
+        each: u32,
+        on: u32,
+        of: u32,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let scale = if self.ascii { each } else { 1 };
+        let dots = u32::from(dots) / scale;
+        let (on, of) = ((on / scale).max(1), (of / scale).max(1));
+        let last = f64::from(dots.max(2) - 1);
+        let place = move |dot: u32| from + (to - from) * f64::from(dot.min(dots - 1)) / last;
+        (0..dots.div_ceil(of)).map(move |dash| (place(dash * of), place(dash * of + on - 1)))
+    }
+
+    /// Draws `strokes`, over what is there already.
+    pub fn draw(&self, pen: Pen, strokes: impl IntoIterator<Item = Stroke>, buf: &mut Buffer) {
+        for stroke in strokes {
+            if stroke.iter().all(|figure| figure.is_finite()) {
+                self.stroke(pen, stroke, buf);
+            }
+        }
+    }
+
+    /// Draws a line dot by dot, as many as it is long in the longer direction.
+    fn stroke(&self, pen: Pen, [x1, y1, x2, y2]: Stroke, buf: &mut Buffer) {
+        let (from, to) = (self.dot(x1, y1), self.dot(x2, y2));
+        let (across, down) = (to.0 - from.0, to.1 - from.1);
+        let length = across.abs().max(down.abs()).ceil().max(1.0);
+        for step in 0..=length as u32 {
+            let share = f64::from(step) / length;
+            self.put(pen, from.0 + across * share, from.1 + down * share, buf);
+        }
+    }
+
+    /// The dot at `x`, `y`, counted from the upper left. What is far out of
+    /// sight is brought near, so that no line takes for ever to draw.
+    fn dot(&self, x: f64, y: f64) -> (f64, f64) {
+        let (across, down) = self.dots_each();
+        let place = |share: f64, cells: u16, each: u16| {
+            share.clamp(-FAR, FAR) * (f64::from(cells) * f64::from(each) - 1.0).max(0.0)
+        };
+        let right = (x - self.x[0]) / (self.x[1] - self.x[0]);
+        let below = (self.y[1] - y) / (self.y[1] - self.y[0]);
+        (
+            place(right, self.area.width, across).round(),
+            place(below, self.area.height, down).round(),
+        )
+    }
+
+    /// Dots in a cell, across and down.
+    fn dots_each(&self) -> (u16, u16) {
+        if self.ascii { (1, 1) } else { (2, 4) }
+    }
+
+    /// Sets one dot, if it is in sight.
+    fn put(&self, pen: Pen, right: f64, below: f64, buf: &mut Buffer) {
+        let (across, down) = self.dots_each();
+        let seen = |dot: f64, cells: u16, each: u16| {
+            let dots = f64::from(cells) * f64::from(each);
+            (0.0..dots)
+                .contains(&dot.round())
+                .then_some(dot.round() as u16)
+        };
+        let Some((x, y)) =
+            seen(right, self.area.width, across).zip(seen(below, self.area.height, down))
+        else {
+            return;
+        };
+        let place = (self.area.x + x / across, self.area.y + y / down);
+        if let Some(cell) = buf.cell_mut(place) {
+            let there = if self.ascii {
+                ' '
+            } else {
+                pattern(cell.symbol())
+            };
+            let dot = DOTS[usize::from(y % down)][usize::from(x % across)];
+            let sum = char::from_u32(u32::from(there) | dot).filter(|_| !self.ascii);
+            cell.reset();
+            cell.set_char(sum.unwrap_or(pen.ascii)).set_style(pen.style);
+        }
+    }
+}
+
+/// The pattern that is there already, or the one without dots.
+fn pattern(symbol: &str) -> char {
+    let there = symbol.chars().next();
+    there
+        .filter(|there| (BRAILLE..BRAILLE + 256).contains(&u32::from(*there)))
+        .unwrap_or('\u{2800}')
+}
+
+/// `stroke` in `count` dashes, as long as the gaps between them.
+pub fn dashed(stroke: Stroke, count: u32) -> impl Iterator<Item = Stroke> {
+    let [x1, y1, x2, y2] = stroke;
+    let at = move |share: f64| (x1 + (x2 - x1) * share, y1 + (y2 - y1) * share);
+    let length = 1.0 / f64::from((2 * count).max(2) - 1);
+    (0..count).map(move |dash| {
+        let begin = f64::from(2 * dash) * length;
+        let ((a, b), (c, d)) = (at(begin), at(begin + length));
+        [a, b, c, d]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::{layout::Rect, style::Style};
+
+    use super::{BrailleCanvas, Pen, dashed};
+    use crate::dashboard::view::pane::testing::{RICH, screen, text};
+
+    #[test]
+    fn dots_of_two_drawings_add_up() {
+        let pen = Pen {
+            style: Style::new(),
+            ascii: '*',
+        };
+        let buf = screen(2, 1, |area, buf| {
+            let canvas = BrailleCanvas::new(area, [0.0, 3.0], [0.0, 3.0], &RICH);
+            canvas.draw(pen, [[0.0, 0.0, 3.0, 0.0]], buf);
+            canvas.draw(pen, [[0.0, 0.0, 0.0, 3.0]], buf);
+            canvas.draw(pen, [[f64::NAN, 0.0, 0.0, 3.0]], buf);
+        });
+        insta::assert_snapshot!(text(&buf), @"⣇⣀");
+    }
+
+    #[test]
+    fn places_are_found() {
+        let canvas = BrailleCanvas::new(Rect::new(5, 2, 10, 4), [0.0, 1.0], [-1.0, 1.0], &RICH);
+        assert_eq!(
+            (canvas.column(0.0), canvas.column(1.0)),
+            (Some(5), Some(14))
+        );
+        assert_eq!((canvas.row(1.0), canvas.row(-1.0)), (Some(2), Some(5)));
+        assert_eq!((canvas.column(1.2), canvas.row(f64::NAN)), (None, None));
+    }
+
+    #[test]
+    fn dashes_end_where_the_line_ends() {
+        let dashes: Vec<_> = dashed([0.0, 0.0, 3.0, 0.0], 2).collect();
+        assert_eq!(dashes, [[0.0, 0.0, 1.0, 0.0], [2.0, 0.0, 3.0, 0.0]]);
+        assert_eq!(dashed([0.0; 4], 0).count(), 0);
+    }
+}

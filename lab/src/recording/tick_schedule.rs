@@ -1,0 +1,131 @@
+//! How many ticks a node has made by some run time, as its rates have it.
+
+use std::collections::VecDeque;
+
+use ratelab::runtime::{
+    Command, Hz, Rate, Time,
+    telemetry::{Event, EventKind, NodeTopology},
+};
+
+/// The ticks of a node under the virtual clock, followed through run time from
+/// its first rate and the changes of it. Costs the same for an hour and for a year.
+pub struct TickSchedule {
+    rate: Rate,
+    /// Ticks that were due before the next one.
+    ticks: u64,
+    /// Changes not reached yet, in the order in which they were made.
+    ahead: VecDeque<(Time, Hz)>,
+    /// By how many ticks a count may be off: one, and one for each change of rate,
+    /// so that a recording outlives a change in how rates are changed.
+    slack: u64,
+}
+
+impl TickSchedule {
+    /// That of `node` in a run with these `events`.
+    pub fn new(node: &NodeTopology, events: &[Event]) -> Self {
+        let changes = events.iter().filter_map(|event| match &event.what {
+            EventKind::Applied {
+                command: Command::SetRate { node: name, hz },
+                ..
+            } if *name == node.name => Some((event.at, *hz)),
+            _ => None,
+        });
+        let ahead: VecDeque<_> = changes.collect();
+        Self {
+            rate: Rate::new(node.hz, Time::ZERO),
+            ticks: 0,
+            slack: 1 + ahead.len() as u64,
+            ahead,
+        }
+    }
+
+    /// Whether tick `number` may have been at `at`, which is not before the last
+    /// one asked for.
+    pub fn allows(&mut self, number: u64, at: Time) -> bool {
+        self.ticks_before(at).abs_diff(number) <= self.slack
+    }
+
+    /// Whether run time may have come to `at` without a tick after tick `last`.
+    pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
+        let due = self.ticks_before(at).saturating_sub(self.slack);
+        due <= last.saturating_add(1)
+    }
+
+    fn ticks_before(&mut self, at: Time) -> u64 {
+        while let Some((change, hz)) = self.ahead.pop_front_if(|(change, _)| *change <= at) {
+            self.advance_to(change);
+            self.rate.set_hz(hz, change);
+        }
+        self.advance_to(at);
+        self.ticks
+    }
+
+    fn advance_to(&mut self, at: Time) {
+        if self.rate.due() < at {
+            let skipped = self.rate.advance_past(at);
+            self.ticks = self.ticks.saturating_add(skipped).saturating_add(1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab::runtime::{
+        Command, Hz, Time,
+        telemetry::{Event, EventKind, NodeTopology},
+    };
+
+    use super::TickSchedule;
+
+    fn hz(hz: f64) -> Hz {
+        Hz::new(hz).expect("a rate")
+    }
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    /// 50 Hz, and 10 Hz from half a second on.
+    fn schedule() -> TickSchedule {
+        let node = NodeTopology {
+            name: "policy".to_owned(),
+            priority: 1,
+            hz: hz(50.0),
+            meters: Vec::new(),
+        };
+        let what = EventKind::Applied {
+            command: Command::SetRate {
+                node: "policy".to_owned(),
+                hz: hz(10.0),
+            },
+            was: None,
+        };
+        TickSchedule::new(&node, &[Event { at: ms(500), what }])
+    }
+
+    #[test]
+    fn ticks_are_where_the_rates_have_them() {
+        // Of every 20 ms before the change; then 0.58 s, 0.68 s and so on.
+        for (at, ticks) in [
+            (0, 0),
+            (1, 1),
+            (480, 24),
+            (500, 25),
+            (580, 25),
+            (581, 26),
+            (1580, 35),
+        ] {
+            assert_eq!(schedule().ticks_before(ms(at)), ticks, "{at} ms");
+        }
+        let mut schedule = schedule();
+        assert!(schedule.allows(24, ms(480)) && schedule.allows(35, ms(1580)));
+        assert!(!schedule.allows(1 << 62, ms(1_000_000_000_000)));
+    }
+
+    #[test]
+    fn nothing_rests_for_longer_than_its_rates_have_it() {
+        assert!(schedule().may_rest(25, ms(680)));
+        assert!(!schedule().may_rest(25, ms(10_000)));
+        assert!(!schedule().may_rest(25, Time::MAX));
+    }
+}

@@ -1,0 +1,102 @@
+//! How many of some runs stayed up, as a glyph and a colour.
+
+use ratatui::style::Style;
+
+use crate::dashboard::view::theme::Theme;
+
+/// How many of some runs stayed up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurvivalLevel {
+    /// Not known yet.
+    Unknown,
+    /// None of them.
+    None,
+    /// Less than a third.
+    Few,
+    /// About half.
+    Half,
+    /// More than two thirds.
+    Most,
+    /// Every one.
+    All,
+}
+
+impl SurvivalLevel {
+    /// That of `balanced` of `runs`.
+    pub fn of(balanced: usize, runs: usize) -> Self {
+        match (balanced, runs) {
+            (_, 0) => Self::Unknown,
+            (0, _) => Self::None,
+            (balanced, runs) if balanced >= runs => Self::All,
+            (balanced, runs) if 3 * balanced < runs => Self::Few,
+            (balanced, runs) if 3 * balanced <= 2 * runs => Self::Half,
+            _ => Self::Most,
+        }
+    }
+
+    /// The darker, the more.
+    pub fn glyph(self, theme: &Theme) -> &'static str {
+        match self {
+            Self::Unknown => " ",
+            Self::None => theme.glyph("·", "."),
+            Self::Few => theme.glyph("░", "-"),
+            Self::Half => theme.glyph("▒", "="),
+            Self::Most => theme.glyph("▓", "+"),
+            Self::All => theme.glyph("█", "#"),
+        }
+    }
+
+    /// What the glyphs mean.
+    pub fn key(theme: &Theme) -> String {
+        let glyph = |level: Self| level.glyph(theme);
+        format!(
+            "{} none balanced, {} {} {} some, {} all",
+            glyph(Self::None),
+            glyph(Self::Few),
+            glyph(Self::Half),
+            glyph(Self::Most),
+            glyph(Self::All)
+        )
+    }
+
+    /// Whether it is rather up than down; `None` if not known.
+    pub fn is_good(self) -> Option<bool> {
+        match self {
+            Self::Unknown => None,
+            Self::None | Self::Few => Some(false),
+            Self::Half | Self::Most | Self::All => Some(true),
+        }
+    }
+
+    /// Blue where most stay up, orange where they do not.
+    pub fn style(self, theme: &Theme) -> Style {
+        match self.is_good() {
+            None => theme.faint(),
+            Some(true) => theme.good(),
+            Some(false) => theme.alarm_line(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SurvivalLevel;
+
+    #[test]
+    fn only_all_is_all_and_only_none_is_none() {
+        let levels = [0, 1, 66, 67, 100, 133, 134, 199, 200].map(|b| SurvivalLevel::of(b, 200));
+        let expected = [
+            SurvivalLevel::None,
+            SurvivalLevel::Few,
+            SurvivalLevel::Few,
+            SurvivalLevel::Half,
+            SurvivalLevel::Half,
+            SurvivalLevel::Half,
+            SurvivalLevel::Most,
+            SurvivalLevel::Most,
+            SurvivalLevel::All,
+        ];
+        assert_eq!(levels, expected);
+        assert_eq!(SurvivalLevel::of(0, 0), SurvivalLevel::Unknown);
+    }
+}

@@ -1,0 +1,230 @@
+//! A policy by name: built in, or in a file.
+
+use std::{fmt, io, path::Path, str::FromStr, sync::Arc};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    Digest, LARGEST_FILE, Lqr, LqrError, Policy, PolicyFile, PolicyKind, Random, Scripted,
+    UnknownPolicy, Zero,
+    network::{Mlp, Network, WeightsError, read_weights},
+    onnx::{Model, OnnxError, is_onnx},
+};
+use crate::{file::FileError, runtime::Hz};
+
+/// Which policy decides. As text: the name of one that is built in, or else
+/// the path of a file; a file that is called like a built-in is `./scripted`.
+///
+/// ```
+/// use ratelab::policy::{PolicyKind, PolicySpec};
+///
+/// assert_eq!("lqr".parse(), Ok(PolicySpec::BuiltIn(PolicyKind::Lqr)));
+/// let file: PolicySpec = "policies/swing.safetensors".parse()?;
+/// assert_eq!(file.name(), "swing.safetensors");
+/// # Ok::<(), ratelab::policy::UnknownPolicy>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PolicySpec {
+    /// One that needs no file.
+    BuiltIn(PolicyKind),
+    /// The weights of a network.
+    File(PolicyFile),
+}
+
+impl PolicySpec {
+    /// A short name: that of the policy, or that of the file without its folder.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::BuiltIn(kind) => kind.name(),
+            Self::File(file) => {
+                let name = Path::new(file.path()).file_name();
+                name.and_then(|name| name.to_str()).unwrap_or(file.path())
+            }
+        }
+    }
+
+    /// Whether it tries to keep the pole up, as far as is known.
+    pub fn balances(&self) -> bool {
+        match self {
+            Self::BuiltIn(kind) => kind.balances(),
+            Self::File(_) => true,
+        }
+    }
+
+    /// Reads what it needs.
+    ///
+    /// # Errors
+    /// [`PolicyError`] names the file, what was expected and what was found. No
+    /// other policy ever takes its place.
+    pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
+        match self {
+            Self::BuiltIn(kind) => Ok(LoadedPolicy {
+                spec: self.clone(),
+                content: Content::BuiltIn(*kind),
+            }),
+            Self::File(file) => load(file).map_err(|kind| PolicyError {
+                spec: file.path().to_owned(),
+                kind,
+            }),
+        }
+    }
+
+    /// The same policy and no other: a file is pinned to the content that it has
+    /// now, and refused once that is another one.
+    ///
+    /// # Errors
+    /// [`PolicyError`] as for [`load`](Self::load).
+    pub fn pinned(&self) -> Result<Self, PolicyError> {
+        self.load().map(|loaded| loaded.spec)
+    }
+}
+
+fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyErrorKind> {
+    let (content, digest) = file.read()?;
+    let content = if is_onnx(&content) {
+        Content::Graph(Model::open(&content)?)
+    } else {
+        Content::Network(Arc::new(read_weights(&content)?))
+    };
+    let spec = PolicySpec::File(PolicyFile::new(file.path(), Some(digest)));
+    Ok(LoadedPolicy { spec, content })
+}
+
+impl From<PolicyKind> for PolicySpec {
+    fn from(kind: PolicyKind) -> Self {
+        Self::BuiltIn(kind)
+    }
+}
+
+impl fmt::Display for PolicySpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BuiltIn(kind) => kind.fmt(f),
+            Self::File(file) => file.fmt(f),
+        }
+    }
+}
+
+impl FromStr for PolicySpec {
+    type Err = UnknownPolicy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
+        match text.parse() {
+            Ok(kind) => Ok(Self::BuiltIn(kind)),
+            Err(unknown) if text.trim().is_empty() => Err(unknown),
+            Err(_) => Ok(Self::File(PolicyFile::parse(text))),
+        }
+    }
+}
+
+/// What a policy may depend on beside what it observes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PolicyContext {
+    /// The seed of the run.
+    pub seed: u64,
+    /// How often the policy decides when the run begins.
+    pub control_hz: Hz,
+}
+
+/// A policy with all that it needs in memory; copies share it.
+#[derive(Clone, Debug)]
+pub struct LoadedPolicy {
+    spec: PolicySpec,
+    content: Content,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    BuiltIn(PolicyKind),
+    Network(Arc<Mlp>),
+    Graph(Model),
+}
+
+impl LoadedPolicy {
+    /// Which policy it is; a file is pinned to the content that was read.
+    pub fn spec(&self) -> &PolicySpec {
+        &self.spec
+    }
+
+    /// The policy itself, as it is when a run begins.
+    ///
+    /// # Errors
+    /// [`PolicyError`] if the regulator cannot be worked out for the control rate.
+    pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
+        Ok(match &self.content {
+            Content::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
+            Content::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
+            Content::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
+            Content::BuiltIn(PolicyKind::Lqr) => {
+                let lqr = Lqr::at(context.control_hz).map_err(|why| PolicyError {
+                    spec: self.spec.to_string(),
+                    kind: why.into(),
+                })?;
+                Box::new(lqr)
+            }
+            Content::Graph(model) => model.policy(self.spec.name()),
+            Content::Network(weights) => Box::new(Network::new(self.spec.name(), weights.clone())),
+        })
+    }
+}
+
+/// A policy that cannot be had.
+#[derive(Debug, Error)]
+#[error("{spec}: {kind}")]
+pub struct PolicyError {
+    /// Its name or its path.
+    pub spec: String,
+    /// Why.
+    #[source]
+    pub kind: PolicyErrorKind,
+}
+
+/// Why a policy cannot be had.
+#[derive(Debug, Error)]
+pub enum PolicyErrorKind {
+    /// There is neither a policy nor a file of that name.
+    #[error(
+        "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor a \
+         file of that name"
+    )]
+    Missing,
+    /// It is something else than a file.
+    #[error("expected a file of weights, found {0}")]
+    NoFile(&'static str),
+    /// The system does not let it be read.
+    #[error("expected a file of weights, found one that cannot be read: {0}")]
+    Unreadable(io::Error),
+    /// It is larger than any policy.
+    #[error("expected a file of weights of {LARGEST_FILE} bytes at most, found {0} bytes")]
+    TooLarge(u64),
+    /// It is another file by now.
+    #[error("expected the content with the SHA-256 {expected}, found another one: {found}")]
+    Changed {
+        /// The content that was meant.
+        expected: Digest,
+        /// The content that is there.
+        found: Digest,
+    },
+    /// Its content is no policy for this robot.
+    #[error(transparent)]
+    Weights(#[from] WeightsError),
+    /// Its content is no graph for this robot, or there is nothing to run it.
+    #[error(transparent)]
+    Onnx(#[from] OnnxError),
+    /// The regulator could not be worked out.
+    #[error(transparent)]
+    Lqr(#[from] LqrError),
+}
+
+impl From<FileError> for PolicyErrorKind {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::NoFile(what) => Self::NoFile(what),
+            FileError::TooLarge(bytes) => Self::TooLarge(bytes),
+            FileError::Unreadable(why) if why.kind() == io::ErrorKind::NotFound => Self::Missing,
+            FileError::Unreadable(why) => Self::Unreadable(why),
+        }
+    }
+}

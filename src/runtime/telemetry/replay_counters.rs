@@ -1,0 +1,250 @@
+//! The counters of a run, replayed from a record for the same observers.
+
+use std::time::Duration;
+
+use super::{
+    Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, Shared,
+    Status, SubscriptionEntry, TopicEntry, TopicTopology, Topology,
+};
+use crate::runtime::{
+    command::Command,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+        lock,
+    },
+    tap::TickRecord,
+    time::Time,
+    topic::TopicCounters,
+};
+
+/// The counters of a run, moved by a record of it and not by nodes.
+///
+/// Given all ticks, messages and events in the order in which they happened, its
+/// [`Observer`] reads what that of the run itself did: at every moment of a run
+/// on the virtual clock, and but for microseconds in how old messages were when
+/// they were read on the real one, where a read is as exact as its tick.
+///
+/// Among what happened at the same run time a tick comes before what was
+/// published in it, and nodes come by priority. What a queue lost when it was
+/// made shallower shows with the next message, or with what was [`lost`](Self::lost)
+/// at the end.
+pub struct ReplayCounters {
+    shared: Arc<Shared>,
+    nodes: Vec<ReplayNode>,
+    topics: Vec<ReplayTopic>,
+}
+
+struct ReplayNode {
+    entry: NodeEntry,
+    lateness: MeterRecorder,
+    tick_time: MeterRecorder,
+    meters: Vec<MeterRecorder>,
+}
+
+struct ReplayTopic {
+    entry: TopicEntry,
+    /// How old messages were when each subscription read them.
+    ages: Vec<MeterRecorder>,
+    /// Messages lost by the newest one; `None` before the first.
+    dropped: Option<u64>,
+    /// When the queue was last made shallower.
+    shrunk: Time,
+}
+
+impl ReplayCounters {
+    /// Counters at zero for a graph of this `topology`, run as `status` says.
+    pub fn new(topology: &Topology, status: Status) -> Self {
+        Self {
+            shared: Arc::new(Shared {
+                now: AtomicU64::new(0),
+                status: Mutex::new(status),
+                log: EventLog::default(),
+            }),
+            nodes: topology.nodes.iter().map(ReplayNode::new).collect(),
+            topics: topology.topics.iter().map(ReplayTopic::new).collect(),
+        }
+    }
+
+    /// Reads the counters as they stand.
+    pub fn observer(&self) -> Observer {
+        Observer {
+            shared: self.shared.clone(),
+            nodes: self.nodes.iter().map(|node| node.entry.clone()).collect(),
+            topics: self.topics.iter().map(|t| t.entry.clone()).collect(),
+        }
+    }
+
+    /// Run time has come to `now`.
+    pub fn advance_to(&self, now: Time) {
+        self.shared.advance_to(now);
+    }
+
+    /// The node with index `node` ticked; it read the newest message of every
+    /// topic that it reads.
+    pub fn tick(&mut self, node: usize, tick: &TickRecord) {
+        self.advance_to(tick.at);
+        for topic in &mut self.topics {
+            topic.read_by(node, tick.at);
+        }
+        if let Some(node) = self.nodes.get_mut(node) {
+            node.tick(tick);
+        }
+    }
+
+    /// Message number `seq` was published to the topic with index `topic` at
+    /// `stamp`, when `dropped` of its messages had been lost unread.
+    pub fn message(&mut self, topic: usize, seq: u64, stamp: Time, dropped: u64) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            topic.publish(seq, stamp, dropped);
+        }
+    }
+
+    /// The run is over, and `dropped` messages of the topic with index `topic` were
+    /// lost unread in all of it.
+    pub fn lost(&mut self, topic: usize, dropped: u64) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            // Without another message only a shallower queue loses one.
+            topic.lose(topic.shrunk, dropped);
+        }
+    }
+
+    /// The node with index `node` measured `sample` under `meter`.
+    pub fn sample(&mut self, node: usize, meter: &str, sample: Duration) {
+        let Some(node) = self.nodes.get_mut(node) else {
+            return;
+        };
+        let meters = node.entry.meters.iter().zip(&mut node.meters);
+        for (_, recorder) in meters.filter(|((name, _), _)| name == meter) {
+            recorder.record(sample);
+        }
+    }
+
+    /// Something happened to the run.
+    pub fn event(&mut self, event: &Event) {
+        self.advance_to(event.at);
+        if let EventKind::Applied { command, .. } = &event.what {
+            self.apply(event.at, command);
+        }
+        self.shared.log.note(event.at, event.what.clone());
+    }
+
+    fn apply(&mut self, at: Time, command: &Command) {
+        let mut status = lock(&self.shared.status);
+        match command {
+            Command::SetRate { node, hz } => {
+                let known = self.nodes.iter().find(|n| *n.entry.name == **node);
+                if let Some(node) = known {
+                    node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+                }
+            }
+            Command::SetDepth { topic, depth } => {
+                let known = self.topics.iter_mut().find(|t| *t.entry.name == **topic);
+                if let Some(topic) = known {
+                    let counters = &topic.entry.counters;
+                    let before = counters.depth.swap(depth.get(), Ordering::Relaxed);
+                    if depth.get() < before {
+                        topic.shrunk = at;
+                    }
+                }
+            }
+            Command::Pause | Command::Step => status.paused = true,
+            Command::Resume => status.paused = false,
+            Command::Speed(speed) => status.speed = *speed,
+            Command::HandOver(clock) => status.clock = *clock,
+            Command::Send { .. } | Command::Stop => {}
+        }
+    }
+}
+
+impl ReplayNode {
+    fn new(topology: &NodeTopology) -> Self {
+        let (lateness, lateness_meter) = Meter::new();
+        let (tick_time, tick_time_meter) = Meter::new();
+        let meters = topology.meters.iter().map(|name| (name, Meter::new()));
+        let (entries, meters) = meters
+            .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
+            .unzip();
+        Self {
+            entry: NodeEntry {
+                name: topology.name.as_str().into(),
+                priority: topology.priority,
+                ticks: Arc::default(),
+                overruns: Arc::default(),
+                busy: Arc::default(),
+                micro_hz: Arc::new(AtomicU64::new(topology.hz.as_micro())),
+                lateness: lateness_meter,
+                tick_time: tick_time_meter,
+                meters: entries,
+            },
+            lateness,
+            tick_time,
+            meters,
+        }
+    }
+
+    fn tick(&mut self, tick: &TickRecord) {
+        let ticks = tick.number.saturating_add(1);
+        self.entry.ticks.store(ticks, Ordering::Relaxed);
+        self.entry.overruns.store(tick.overruns, Ordering::Relaxed);
+        if let Some(lateness) = tick.lateness {
+            self.lateness.record(lateness);
+        }
+        if let Some(took) = tick.took {
+            self.tick_time.record(took);
+        }
+    }
+}
+
+impl ReplayTopic {
+    fn new(topology: &TopicTopology) -> Self {
+        let readers = topology.readers.iter().map(|&node| {
+            let (recorder, ages) = Meter::new();
+            let mark = Arc::default();
+            (recorder, SubscriptionEntry { node, mark, ages })
+        });
+        let (ages, subscriptions) = readers.unzip();
+        Self {
+            entry: TopicEntry {
+                name: topology.name.as_str().into(),
+                counters: Arc::new(TopicCounters::new(topology.depth)),
+                publishers: topology.publishers.clone(),
+                subscriptions,
+            },
+            ages,
+            dropped: None,
+            shrunk: Time::ZERO,
+        }
+    }
+
+    fn publish(&mut self, seq: u64, stamp: Time, dropped: u64) {
+        let counters = &self.entry.counters;
+        let published = seq.saturating_add(1);
+        counters.published.store(published, Ordering::Relaxed);
+        counters.note(stamp);
+        self.lose(stamp, dropped);
+    }
+
+    /// By `at` so many messages were lost.
+    fn lose(&mut self, at: Time, dropped: u64) {
+        // A record knows the losses of all readers together.
+        if let Some(reader) = self.entry.subscriptions.first() {
+            reader.mark.dropped.store(dropped, Ordering::Relaxed);
+            // What was lost before the record begins, was lost then.
+            let lost = dropped.saturating_sub(self.dropped.unwrap_or(dropped));
+            let lost = u32::try_from(lost).unwrap_or(u32::MAX);
+            reader.mark.drops.count_many(at, lost);
+        }
+        self.dropped = Some(dropped);
+    }
+
+    fn read_by(&mut self, node: usize, now: Time) {
+        let Some(newest) = self.entry.counters.newest() else {
+            return;
+        };
+        let subscriptions = self.entry.subscriptions.iter().zip(&mut self.ages);
+        for (_, ages) in subscriptions.filter(|(subscription, _)| subscription.node == node) {
+            ages.record(now.since(newest));
+        }
+    }
+}

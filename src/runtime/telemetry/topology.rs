@@ -1,0 +1,64 @@
+//! The topology of a graph: nodes, topics and their edges, without figures.
+
+use serde::{Deserialize, Serialize};
+
+use super::Observer;
+use crate::runtime::{depth::Depth, sync::atomic::Ordering, time::Hz};
+
+/// Nodes and topics, and who publishes and reads what: enough to draw a graph
+/// or to replay its run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Topology {
+    /// The nodes, in the order in which they were added.
+    pub nodes: Vec<NodeTopology>,
+    /// The topics, in the order in which nodes were given their ends.
+    pub topics: Vec<TopicTopology>,
+}
+
+/// A node of a [`Topology`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NodeTopology {
+    /// Its name.
+    pub name: String,
+    /// Its place among nodes that are due at the same instant, lowest first.
+    pub priority: u32,
+    /// Its rate.
+    pub hz: Hz,
+    /// Names of what it measures of its own.
+    pub meters: Vec<String>,
+}
+
+/// A topic of a [`Topology`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TopicTopology {
+    /// Its name.
+    pub name: String,
+    /// How many messages it keeps.
+    pub depth: Depth,
+    /// The nodes that publish to it, as indices into [`Topology::nodes`].
+    pub publishers: Vec<usize>,
+    /// Those that read from it.
+    pub readers: Vec<usize>,
+}
+
+impl Observer {
+    /// The graph as it stands now.
+    pub fn topology(&self) -> Topology {
+        let nodes = self.nodes.iter().map(|node| NodeTopology {
+            name: node.name.to_string(),
+            priority: node.priority,
+            hz: Hz::from_micro(node.micro_hz.load(Ordering::Relaxed)),
+            meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
+        });
+        let topics = self.topics.iter().map(|topic| TopicTopology {
+            name: topic.name.to_string(),
+            depth: Depth::known(topic.counters.depth.load(Ordering::Relaxed)),
+            publishers: topic.publishers.clone(),
+            readers: topic.subscriptions.iter().map(|s| s.node).collect(),
+        });
+        Topology {
+            nodes: nodes.collect(),
+            topics: topics.collect(),
+        }
+    }
+}

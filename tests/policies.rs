@@ -1,0 +1,383 @@
+//! A policy is the one that was asked for or none: files are read for their
+//! numbers alone, and what is no policy is refused by name.
+
+mod support;
+
+use std::{fs, path::Path, path::PathBuf};
+
+use rand_pcg::rand_core::RngCore;
+use ratelab::{
+    cartpole::{Observation, generator},
+    experiment::Experiment,
+    experiment::{
+        Config, SetupError,
+        sweep::{Axis, Sweep, all_cores},
+    },
+    policy::{Policy, PolicyContext, PolicyKind, PolicySpec},
+};
+use support::hz;
+use tempfile::TempDir;
+
+/// Observations whose answers are known; see `tests/fixtures/policies/make.py`.
+const OBSERVATIONS: usize = 1_000;
+
+fn fixture(name: &str) -> String {
+    format!(
+        "{}/tests/fixtures/policies/{name}",
+        env!("CARGO_MANIFEST_DIR")
+    )
+}
+
+fn context() -> PolicyContext {
+    Config::default().policy_context()
+}
+
+fn spec(text: &str) -> PolicySpec {
+    text.parse().expect("a policy")
+}
+
+fn policy(text: &str) -> Box<dyn Policy> {
+    let loaded = spec(text).load().expect(text);
+    loaded.policy(context()).expect(text)
+}
+
+/// What numpy's `default_rng(0).uniform(-1, 1, (1000, 5))` is.
+fn observations() -> Vec<Observation> {
+    let mut numbers = generator(&[0]);
+    let mut uniform = || {
+        let unit = (numbers.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        (-1.0 + 2.0 * unit) as f32
+    };
+    let mut observation = || Observation {
+        cart_position: uniform(),
+        cart_velocity: uniform(),
+        cos_theta: uniform(),
+        sin_theta: uniform(),
+        pole_velocity: uniform(),
+    };
+    (0..OBSERVATIONS).map(|_| observation()).collect()
+}
+
+fn answers(name: &str) -> Vec<f32> {
+    let mut policy = policy(&fixture(name));
+    let observations = observations();
+    observations.iter().map(|seen| policy.act(seen).0).collect()
+}
+
+#[test]
+fn a_network_answers_as_double_precision_does_to_a_millionth() {
+    let expected = include_str!("fixtures/policies/answers.txt").lines();
+    let expected: Vec<f64> = expected.map(|line| line.parse().expect("number")).collect();
+    assert_eq!(expected.len(), OBSERVATIONS);
+    let answers = answers("actor.safetensors");
+    let errors = answers.iter().zip(expected);
+    let worst = errors.map(|(ours, exact)| (f64::from(*ours) - exact).abs());
+    let worst = worst.fold(0.0, f64::max);
+    println!("largest difference: {worst:e}");
+    assert!(worst < 1e-6, "{worst:e}");
+}
+
+#[test]
+fn the_same_weights_are_the_same_policy_from_any_kind_of_file() {
+    let bits = |name| {
+        answers(name)
+            .into_iter()
+            .map(f32::to_bits)
+            .collect::<Vec<_>>()
+    };
+    let expected = bits("actor.safetensors");
+    assert_eq!(bits("actor.pt"), expected);
+    // Float64, column by column, in one storage, as parameters, protocol 4.
+    assert_eq!(bits("parameters.pt"), expected);
+}
+
+#[test]
+fn half_precision_is_read_as_far_as_it_goes() {
+    let pairs = answers("half.pt").into_iter().zip(answers("actor.pt"));
+    let worst = pairs
+        .map(|(half, single)| (half - single).abs())
+        .fold(0.0, f32::max);
+    assert!(worst > 0.0 && worst < 0.02, "{worst}");
+}
+
+#[test]
+fn a_policy_is_called_like_its_file() {
+    assert_eq!(policy(&fixture("actor.pt")).name(), "actor.pt");
+    assert_eq!(spec("./scripted").name(), "scripted");
+    assert!(matches!(spec("./scripted"), PolicySpec::File(_)));
+}
+
+#[test]
+fn a_policy_that_is_written_is_read_again() {
+    let pinned = spec(&fixture("actor.pt")).pinned().expect("a policy");
+    let built_in = PolicyKind::ALL.map(PolicySpec::from);
+    for spec in built_in
+        .into_iter()
+        .chain([spec("some where/x.pt"), pinned])
+    {
+        assert_eq!(spec.to_string().parse(), Ok(spec.clone()));
+        let json = serde_json::to_string(&spec).expect("JSON");
+        assert_eq!(
+            serde_json::from_str::<PolicySpec>(&json).expect(&json),
+            spec
+        );
+    }
+    // As recordings of earlier versions have it.
+    let old: PolicySpec = serde_json::from_str("\"Scripted\"").expect("JSON");
+    assert_eq!(old, PolicyKind::Scripted.into());
+}
+
+#[test]
+fn a_pinned_file_that_changes_is_refused() {
+    let folder = TempDir::new().expect("folder");
+    let path = folder.path().join("actor.pt");
+    fs::copy(fixture("actor.pt"), &path).expect("copy");
+    let pinned = spec(path.to_str().expect("UTF-8"))
+        .pinned()
+        .expect("a policy");
+    assert!(pinned.load().is_ok());
+    fs::copy(fixture("half.pt"), &path).expect("copy");
+    let error = pinned.load().expect_err("another file").to_string();
+    assert!(
+        error.contains("actor.pt") && error.contains("SHA-256"),
+        "{error}"
+    );
+    fs::remove_file(&path).expect("gone");
+    let config = Config {
+        policy: pinned,
+        ..Config::default()
+    };
+    assert!(matches!(
+        Experiment::new(&config),
+        Err(SetupError::Policy(_))
+    ));
+}
+
+/// Why `text` is no policy.
+fn refusal(text: &str) -> String {
+    let error = spec(text).load().expect_err(text).to_string();
+    assert!(error.starts_with(text), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    error
+}
+
+#[test]
+fn what_is_no_file_of_weights_is_refused_with_what_was_expected_and_found() {
+    let folder = TempDir::new().expect("folder");
+    let file = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, content).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let whole = fs::read(fixture("actor.pt")).expect("fixture");
+    let safe = fs::read(fixture("actor.safetensors")).expect("fixture");
+    let huge = folder.path().join("huge.pt");
+    let made = fs::File::create(&huge).expect("file");
+    made.set_len(1 << 40).expect("a terabyte of nothing");
+    let cases = [
+        (
+            "skripted".to_owned(),
+            "scripted, zero, random, lqr or a file",
+        ),
+        (folder.path().display().to_string(), "found a directory"),
+        ("/dev/zero".to_owned(), "no ordinary file"),
+        (huge.display().to_string(), "1099511627776 bytes"),
+        (file("empty.pt", b""), "0 bytes are all there is"),
+        (file("text.pt", b"no weights at all"), "found none"),
+        (
+            file("half.pt", &whole[..whole.len() / 2]),
+            "found a zip that is none",
+        ),
+        (
+            file("half.safetensors", &safe[..safe.len() / 2]),
+            "found none of them",
+        ),
+        (fixture("asks.pt"), "asks for \"posix.system\""),
+        (fixture("legacy.pt"), "before 1.6"),
+    ];
+    for (text, found) in cases {
+        let error = refusal(&text);
+        assert!(
+            error.contains("expected") || error.contains("never code"),
+            "{error}"
+        );
+        assert!(error.contains(found), "{error}");
+    }
+}
+
+/// Name and shape of a float32 tensor, and the number that it is full of.
+type Filled<'t> = (&'t str, &'t [usize], f32);
+
+/// A safetensors file of these tensors.
+fn safetensors(folder: &Path, tensors: &[Filled]) -> String {
+    use safetensors::{Dtype, serialize, tensor::TensorView};
+    let bytes = |shape: &[usize], value: f32| -> Vec<u8> {
+        (0..shape.iter().product())
+            .flat_map(|_| value.to_le_bytes())
+            .collect()
+    };
+    let data: Vec<_> = tensors
+        .iter()
+        .map(|(_, shape, value)| bytes(shape, *value))
+        .collect();
+    let views = tensors.iter().zip(&data).map(|((name, shape, _), data)| {
+        (
+            *name,
+            TensorView::new(Dtype::F32, shape.to_vec(), data).expect("a tensor"),
+        )
+    });
+    let path = folder.join("made.safetensors");
+    fs::write(&path, serialize(views, None).expect("a file")).expect("written");
+    path.to_str().expect("UTF-8").to_owned()
+}
+
+#[test]
+fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
+    let folder = TempDir::new().expect("folder");
+    let weight = |shape: &'static [usize], value| ("actor_mean.0.weight", shape, value);
+    let bias = |shape: &'static [usize], value| ("actor_mean.0.bias", shape, value);
+    let cases: [(&[Filled], &str); 7] = [
+        (
+            &[("critic", &[1], 0.0)],
+            "expected a tensor \"actor_mean.0.weight\", found \"critic\"",
+        ),
+        (&[], "found no tensors"),
+        (
+            &[weight(&[8, 4], 0.0)],
+            "of shape [width, 5] with a width of 1 to 1024, found [8, 4]",
+        ),
+        (&[weight(&[2000, 5], 0.0)], "found [2000, 5]"),
+        (
+            &[weight(&[8, 5], 0.0), bias(&[7], 0.0)],
+            "\"actor_mean.0.bias\" of shape [8], found [7]",
+        ),
+        (
+            &[weight(&[8, 5], f32::NAN)],
+            "found NaN in \"actor_mean.0.weight\" at 0",
+        ),
+        (
+            &[weight(&[8, 5], 0.0), bias(&[8], f32::INFINITY)],
+            "found inf in \"actor_mean.0.bias\"",
+        ),
+    ];
+    for (tensors, found) in cases {
+        let error = refusal(&safetensors(folder.path(), tensors));
+        assert!(error.contains(found), "{error}");
+    }
+}
+
+/// How many of seeds 0 to 99 a policy balances at 50 Hz for ten seconds.
+fn balanced(spec: &PolicySpec) -> usize {
+    let sweep = Sweep {
+        policies: vec![spec.clone()],
+        seeds: "0..99".parse::<Axis<u64>>().expect("seeds").into(),
+        ..Sweep::of(Config::default())
+    };
+    let swept = sweep.run(all_cores(), |_, _| std::ops::ControlFlow::Continue(()));
+    let swept = swept.expect("a sweep");
+    swept.survival().map(|survival| survival.balanced).sum()
+}
+
+#[test]
+fn the_regulator_balances_every_start() {
+    assert_eq!(balanced(&PolicyKind::Lqr.into()), 100);
+}
+
+#[test]
+fn every_policy_in_policies_balances_every_start_and_is_small() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("policies");
+    let files = fs::read_dir(folder)
+        .expect("policies")
+        .map(|entry| entry.expect("entry").path());
+    let specs: Vec<_> = files
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "safetensors")
+        })
+        .collect();
+    assert!(!specs.is_empty());
+    for path in specs {
+        let size = fs::metadata(&path).expect("file").len();
+        assert!(size < 100_000, "{}: {size} bytes", path.display());
+        let spec = spec(path.to_str().expect("UTF-8"));
+        assert_eq!(balanced(&spec), 100, "{spec}");
+    }
+}
+
+/// An agent that was trained by the course, in all its formats: its folder.
+fn course() -> Option<PathBuf> {
+    let folder = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("SKIPPED: set RATELAB_FIXTURES to the folder of ppo_agent.pt");
+    }
+    folder
+}
+
+/// The formats of it that can be run here.
+fn formats() -> Vec<&'static str> {
+    let mut formats = vec!["pt", "safetensors"];
+    if cfg!(feature = "onnx") && std::env::var_os("ORT_DYLIB_PATH").is_some() {
+        formats.push("onnx");
+    } else {
+        eprintln!("SKIPPED in part: set ORT_DYLIB_PATH to an ONNX Runtime library");
+    }
+    formats
+}
+
+/// Steps that the agent makes before it falls, seeds 0 to 9.
+const COURSE_STEPS: [u64; 10] = [293, 164, 263, 280, 195, 172, 246, 165, 163, 228];
+
+#[test]
+fn an_agent_trained_by_the_course_runs_as_it_does_there() {
+    let Some(folder) = course() else { return };
+    let steps = |format: &str, rate: f64| -> Vec<u64> {
+        let path = folder.join(format!("ppo_agent.{format}"));
+        let config = |seed| Config {
+            seed,
+            control_hz: hz(rate),
+            policy: spec(path.to_str().expect("UTF-8")),
+            ..Config::default()
+        };
+        let run = |seed| {
+            let experiment = Experiment::new(&config(seed)).expect("experiment");
+            experiment.run().expect("run").steps
+        };
+        (0..10).map(run).collect()
+    };
+    for format in formats() {
+        assert_eq!(steps(format, 50.0), COURSE_STEPS, "{format}");
+        assert_eq!(steps(format, 25.0), steps("pt", 25.0), "{format}");
+    }
+}
+
+#[test]
+fn an_agent_trained_by_the_course_answers_the_same_from_any_format() {
+    let Some(folder) = course() else { return };
+    let answers = |format: &str| -> Vec<f32> {
+        let path = folder.join(format!("ppo_agent.{format}"));
+        let mut policy = policy(path.to_str().expect("UTF-8"));
+        observations()
+            .iter()
+            .map(|seen| policy.act(seen).0)
+            .collect()
+    };
+    for format in formats() {
+        let pairs = answers(format).into_iter().zip(answers("pt"));
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        println!("{format}: largest difference {worst:e}");
+        assert!(worst < 1e-6, "{format}: {worst:e}");
+    }
+}
+
+#[test]
+fn an_onnx_file_that_cannot_be_run_is_refused_with_what_it_takes() {
+    let folder = TempDir::new().expect("folder");
+    let path = folder.path().join("broken.onnx");
+    fs::write(&path, b"\x08\x08\x12\x07pytorch and no more").expect("written");
+    let error = refusal(path.to_str().expect("UTF-8"));
+    assert!(error.contains("ONNX Runtime"), "{error}");
+    if error.contains("was not found") {
+        assert!(error.contains("pip install onnxruntime"), "{error}");
+        assert!(error.contains("ORT_DYLIB_PATH"), "{error}");
+    }
+}

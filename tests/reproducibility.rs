@@ -1,0 +1,213 @@
+//! A session executed again is the same to the bit: what was commanded is logged
+//! with the run time at which it took effect, and that is all there is to it.
+
+mod support;
+
+use std::{thread, time::Duration};
+
+use crossbeam_channel::Sender;
+use proptest::prelude::*;
+use ratelab::{
+    cartpole::{
+        ACTUATOR, Actuator, POLICY, Plant, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    },
+    experiment::{ACTION, Config, Experiment, OBS, STATE},
+    policy::PolicyKind,
+    runtime::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event},
+};
+use support::{
+    RunBytes, applied, collect, hz, message_bytes, messages_of, policy, run_bytes, run_virtual,
+    secs, send_to, set_depth, set_rate, ticks,
+};
+
+/// Runs an experiment as configured while `person` gives commands.
+fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {
+    let experiment = Experiment::new(config).expect("experiment");
+    let commander = experiment.commands();
+    thread::scope(|scope| {
+        scope.spawn(|| person(commander));
+        collect(experiment)
+    })
+}
+
+/// Every message of the cart-pole under `timed` commands, headless.
+fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
+    let plant = SharedPlant::new(Plant::new(config.seed).expect("plant"));
+    let observations = Topic::new(OBS, config.queue_depth);
+    let actions = Topic::new(ACTION, config.queue_depth);
+    let steps = Topic::new(STATE, Depth::ONE);
+    let mut graph = Graph::new();
+    let sensor = graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
+        plant: plant.clone(),
+        observations: wiring.publisher(&observations),
+    });
+    let policy = graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
+        policy: policy(config),
+        observations: wiring.subscription(&observations),
+        actions: wiring.publisher(&actions),
+    });
+    let actuator = graph.node(ACTUATOR, hz(50.0), 2, |wiring| Actuator {
+        plant: plant.clone(),
+        actions: wiring.subscription(&actions),
+        steps: wiring.publisher(&steps),
+        sense_to_act: wiring.meter(SENSE_TO_ACT),
+    });
+    sensor.and(policy).and(actuator).expect("graph");
+    let room = 1_000_000;
+    let taps = (
+        graph.tap(&observations, room),
+        graph.tap(&actions, room),
+        graph.tap(&steps, room),
+    );
+    run_virtual(&mut graph, timed, config.end);
+    drop((graph, observations, actions, steps));
+    message_bytes(
+        &messages_of(&taps.0),
+        &messages_of(&taps.1),
+        &messages_of(&taps.2),
+    )
+}
+
+fn replayable(events: &[Event]) -> Vec<TimedCommand> {
+    events.iter().filter_map(Event::replayable).collect()
+}
+
+fn live_config() -> Config {
+    Config {
+        speed: Speed::times(100.0).expect("speed"),
+        end: secs(4.0),
+        ..Config::default()
+    }
+}
+
+fn any_command() -> impl Strategy<Value = Command> {
+    let node = prop_oneof![Just(SENSOR), Just(POLICY), Just(ACTUATOR)];
+    let policy = prop_oneof![
+        Just("scripted"),
+        Just("lqr"),
+        Just("random"),
+        Just("no policy")
+    ];
+    let topic = prop_oneof![Just(OBS), Just(ACTION), Just(STATE)];
+    prop_oneof![
+        3 => (node, 10.0..200.0f64).prop_map(|(node, rate)| set_rate(node, rate)),
+        2 => policy.prop_map(|policy| send_to(POLICY, policy)),
+        2 => (topic, 1..20usize).prop_map(|(topic, messages)| set_depth(topic, messages)),
+        1 => Just(Command::Pause),
+        2 => Just(Command::Resume),
+        2 => Just(Command::Step),
+        1 => (30.0..100.0f64).prop_map(|f| Command::Speed(Speed::times(f).expect("speed"))),
+    ]
+}
+
+proptest! {
+    // A case depends on when its commands arrive, so it is not worth keeping.
+    #![proptest_config(ProptestConfig {
+        cases: 24,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn a_session_executed_again_is_the_same_to_the_bit(
+        script in proptest::collection::vec((any_command(), 0..4_000u64), 1..30),
+        seed in 0..100u64,
+        policy in prop_oneof![Just(PolicyKind::Scripted), Just(PolicyKind::Random)],
+    ) {
+        let config = Config { seed, policy: policy.into(), ..live_config() };
+        let live = run_live(&config, |commander| {
+            for (command, pause_us) in script {
+                thread::sleep(Duration::from_micros(pause_us));
+                // The run may be over by now.
+                let _ = commander.send(command);
+            }
+            let _ = commander.send(Command::Resume);
+        });
+        let again = replay(&config, replayable(&live.summary.events));
+        prop_assert!(live.bytes() == again, "{:?}", live.summary.events);
+    }
+}
+
+#[test]
+fn a_session_that_was_stopped_ends_at_the_same_message_when_executed_again() {
+    let live = run_live(&live_config(), |commander| {
+        for command in [set_rate(POLICY, 20.0), set_depth(OBS, 3), Command::Stop] {
+            thread::sleep(Duration::from_millis(5));
+            let _ = commander.send(command);
+        }
+    });
+    let timed = replayable(&live.summary.events);
+    assert!(live.bytes() == replay(&live_config(), timed));
+}
+
+#[test]
+fn timed_knobs_and_live_commands_replay_together() {
+    let config = Config {
+        knobs: vec![
+            "1 control-hz 20".parse().expect("knob"),
+            "2 queue-depth 5".parse().expect("knob"),
+        ],
+        ..live_config()
+    };
+    let live = run_live(&config, |commander| {
+        for rate in [100.0, 25.0, 60.0] {
+            thread::sleep(Duration::from_millis(8));
+            let _ = commander.send(set_rate(SENSOR, rate));
+        }
+    });
+    let events = &live.summary.events;
+    assert!(applied(events).contains(&(secs(1.0), set_rate(POLICY, 20.0))));
+    assert!(live.bytes() == replay(&live_config(), replayable(events)));
+}
+
+#[test]
+fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
+    let config = Config {
+        control_hz: hz(15.0),
+        ..Config::default()
+    };
+    assert!(run_bytes(&config).bytes() == replay(&config, Vec::new()));
+}
+
+#[test]
+fn the_pace_of_a_run_does_not_change_it() {
+    let paced = Config {
+        control_hz: hz(15.0),
+        ..live_config()
+    };
+    let flat_out = Config {
+        speed: Speed::Unlimited,
+        ..paced.clone()
+    };
+    let paced = run_bytes(&paced).bytes();
+    assert!(!paced.is_empty());
+    assert!(paced == run_bytes(&flat_out).bytes());
+}
+
+#[test]
+fn single_stepping_through_a_whole_run_is_the_run() {
+    let config = Config {
+        control_hz: hz(15.0),
+        end: secs(1.0),
+        ..Config::default()
+    };
+    let whole = run_bytes(&config);
+    let total: u64 = whole.summary.nodes.iter().map(|node| node.ticks).sum();
+    let experiment = Experiment::new(&config).expect("experiment");
+    let (commander, observer) = (experiment.commands(), experiment.observer());
+    commander.send(Command::Pause).expect("open");
+    let stepped = thread::scope(|scope| {
+        scope.spawn(move || {
+            for done in 0..total {
+                assert_eq!(ticks(&observer), done, "one step is one tick");
+                commander.send(Command::Step).expect("the run goes on");
+                while ticks(&observer) == done {
+                    thread::yield_now();
+                }
+            }
+        });
+        collect(experiment)
+    });
+    assert!(stepped.bytes() == whole.bytes());
+    assert_eq!(stepped.summary.verdict, whole.summary.verdict);
+}

@@ -1,0 +1,243 @@
+//! What several tests need: short names, nodes that note their ticks, and a run
+//! with everything it said.
+#![allow(dead_code)] // Each test uses its own part.
+
+use std::sync::{Arc, Mutex};
+
+use ratelab::{
+    cartpole::{Action, ControlStep, Observation},
+    experiment::{Config, Experiment, Summary},
+    policy::{Policy, PolicyCache, SwappablePolicy},
+    runtime::{
+        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Message, Observer, Tap,
+        TapMessage, Tick, Time, TimedCommand, VirtualClock,
+        telemetry::{Event, EventKind},
+    },
+};
+
+/// A rate that is one.
+pub fn hz(hz: f64) -> Hz {
+    Hz::new(hz).expect("a rate")
+}
+
+/// A depth that is one.
+pub fn depth(messages: usize) -> Depth {
+    Depth::new(messages).expect("a depth")
+}
+
+/// The moment so many seconds into a run.
+pub fn secs(seconds: f64) -> Time {
+    Time::from_secs_f64(seconds).expect("a time")
+}
+
+/// `command`, to be given so many seconds into a run.
+pub fn at(seconds: f64, command: Command) -> TimedCommand {
+    let at = secs(seconds);
+    TimedCommand { at, command }
+}
+
+pub fn set_rate(node: &str, rate: f64) -> Command {
+    let (node, hz) = (node.to_owned(), hz(rate));
+    Command::SetRate { node, hz }
+}
+
+pub fn set_depth(topic: &str, messages: usize) -> Command {
+    let (topic, depth) = (topic.to_owned(), depth(messages));
+    Command::SetDepth { topic, depth }
+}
+
+/// Sends `text` to `node`.
+pub fn send_to(node: &str, text: &str) -> Command {
+    let (node, text) = (node.to_owned(), text.to_owned());
+    Command::Send { node, text }
+}
+
+/// Runs `graph` with these commands and no way to give others.
+pub fn run_timed(
+    clock: &mut impl Clock,
+    graph: &mut Graph,
+    timed: Vec<TimedCommand>,
+    until: Time,
+) -> ClockExit {
+    let (_, mut inbox) = Inbox::new(timed);
+    clock.run(graph, &mut inbox, until).expect("no fault")
+}
+
+/// The same on the virtual clock.
+pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> ClockExit {
+    run_timed(&mut VirtualClock, graph, timed, until)
+}
+
+/// The commands of a run that took effect, and when.
+pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
+    let applied = events.iter().filter_map(|event| match &event.what {
+        EventKind::Applied { command, .. } => Some((event.at, command.clone())),
+        _ => None,
+    });
+    applied.collect()
+}
+
+/// The commands of a run that were refused, and why.
+pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
+    let refused = events.iter().filter_map(|event| match &event.what {
+        EventKind::Refused { command, reason } => Some((command.clone(), reason.clone())),
+        _ => None,
+    });
+    refused.collect()
+}
+
+/// The ticks of all nodes so far.
+pub fn ticks(observer: &Observer) -> u64 {
+    observer
+        .snapshot()
+        .nodes
+        .iter()
+        .map(|node| node.ticks)
+        .sum()
+}
+
+/// The ticks of nodes in the order in which they happened.
+#[derive(Clone, Default)]
+pub struct TickLog(Arc<Mutex<Vec<(&'static str, Time)>>>);
+
+impl TickLog {
+    /// Adds a node that notes its ticks and does nothing else.
+    pub fn node(&self, graph: &mut Graph, name: &'static str, rate: f64, priority: u32) {
+        self.node_that(graph, name, rate, priority, |_| GO_ON);
+    }
+
+    /// Adds a node that notes its ticks and then works.
+    pub fn node_that(
+        &self,
+        graph: &mut Graph,
+        name: &'static str,
+        rate: f64,
+        priority: u32,
+        mut work: impl FnMut(Time) -> Tick + Send + 'static,
+    ) {
+        let log = self.0.clone();
+        let node = move |now| {
+            log.lock().expect("log").push((name, now));
+            work(now)
+        };
+        let added = graph.node(name, hz(rate), priority, |_| node);
+        added.expect("a name of its own");
+    }
+
+    /// All ticks so far.
+    pub fn all(&self) -> Vec<(&'static str, Time)> {
+        self.0.lock().expect("log").clone()
+    }
+
+    /// When the node called `name` ticked.
+    pub fn of(&self, name: &str) -> Vec<Time> {
+        let all = self.all();
+        let its = all.iter().filter(|(node, _)| *node == name);
+        its.map(|(_, at)| *at).collect()
+    }
+}
+
+/// One node at 10 Hz.
+pub fn metronome() -> (TickLog, Graph) {
+    let (log, mut graph) = (TickLog::default(), Graph::new());
+    log.node(&mut graph, "a", 10.0, 0);
+    (log, graph)
+}
+
+/// The policy of `config` as a policy of its own.
+pub fn policy(config: &Config) -> Box<dyn Policy> {
+    let policy = SwappablePolicy::new(
+        &config.policy,
+        PolicyCache::default(),
+        config.policy_context(),
+    );
+    Box::new(policy.expect("a policy"))
+}
+
+/// Every message of a run, and its summary.
+pub struct RunBytes {
+    pub summary: Summary,
+    pub observations: Vec<Message<Observation>>,
+    pub actions: Vec<Message<Action>>,
+    pub steps: Vec<Message<ControlStep>>,
+}
+
+impl RunBytes {
+    /// All messages as bytes, to be compared between runs.
+    pub fn bytes(&self) -> Vec<u8> {
+        message_bytes(&self.observations, &self.actions, &self.steps)
+    }
+}
+
+/// All messages as bytes, to be compared between runs.
+pub fn message_bytes(
+    observations: &[Message<Observation>],
+    actions: &[Message<Action>],
+    steps: &[Message<ControlStep>],
+) -> Vec<u8> {
+    let observations = observations.iter().flat_map(|message| {
+        let values = message.data.to_array().map(f32::to_le_bytes);
+        stamped(message, values.as_flattened())
+    });
+    let actions = actions
+        .iter()
+        .flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+    let steps = steps.iter().flat_map(step_bytes);
+    observations.chain(actions).chain(steps).collect()
+}
+
+fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
+    let origin = message.origin.map_or(u64::MAX, |origin| origin.as_nanos());
+    let head = [message.stamp.as_nanos(), message.seq, origin].map(u64::to_le_bytes);
+    [head.as_flattened(), payload].concat()
+}
+
+/// Runs `config` with a tap on every topic.
+pub fn run_bytes(config: &Config) -> RunBytes {
+    collect(Experiment::new(config).expect("experiment"))
+}
+
+/// Runs `experiment` with a tap on every topic.
+pub fn collect(experiment: Experiment) -> RunBytes {
+    let capacity = 16;
+    let observations = experiment.taps().observations(capacity);
+    let actions = experiment.taps().actions(capacity);
+    let steps = experiment.taps().steps(capacity);
+    std::thread::scope(|scope| {
+        let observations = scope.spawn(|| messages_of(&observations));
+        let actions = scope.spawn(|| messages_of(&actions));
+        let steps = scope.spawn(|| messages_of(&steps));
+        RunBytes {
+            summary: experiment.run().expect("run"),
+            observations: observations.join().expect("collected"),
+            actions: actions.join().expect("collected"),
+            steps: steps.join().expect("collected"),
+        }
+    })
+}
+
+/// Every message that a tap gets until its topic is gone.
+pub fn messages_of<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
+    tap.items().iter().map(|tapped| tapped.message).collect()
+}
+
+/// A control step in the layout of the reference hashes; see
+/// `tests/golden/reference.py`.
+pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
+    let step = &message.data;
+    let latency = step.latency.map_or(-1, |latency| latency.as_nanos() as i64);
+    let mut bytes = Vec::with_capacity(80);
+    bytes.extend(step.step.to_le_bytes());
+    bytes.extend(message.stamp.as_nanos().to_le_bytes());
+    bytes.extend(
+        step.observation
+            .to_array()
+            .map(f32::to_le_bytes)
+            .as_flattened(),
+    );
+    bytes.extend(step.action.0.to_le_bytes());
+    bytes.extend(latency.to_le_bytes());
+    bytes.extend(step.qpos.map(f64::to_le_bytes).as_flattened());
+    bytes.extend(step.qvel.map(f64::to_le_bytes).as_flattened());
+    bytes
+}
