@@ -15,8 +15,8 @@ use ratelab::{
 use thiserror::Error;
 
 use crate::{
-    dashboard::LabError,
-    recording::{ReadError, RecordError, VerifyError},
+    dashboard::error::LabError,
+    recording::{ReadError, RecordError, Recording, VerifyError},
 };
 
 /// Why the command ends without having done what it was asked.
@@ -112,6 +112,18 @@ impl Error {
             _ => format!("{why}: choose a place that can be written to"),
         };
         Self::BadInput(format!("{option} {}: {what}", path.display()))
+    }
+
+    /// The error of a file that was read as far as it is intact; none for a whole
+    /// one.
+    pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
+        match recording.defect() {
+            Some(defect) => {
+                let file = recording.path.display();
+                Err(Self::BadInput(format!("{file}: {defect}")))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Whether Ctrl-C ended a verification.

@@ -5,22 +5,20 @@
 
 mod bins;
 mod cli;
-mod completions;
+mod commands;
 mod csv;
 mod dashboard;
 mod error;
-mod exercise;
-mod lab;
-mod man;
 mod metrics;
 mod options;
 mod output;
+mod predictions;
 mod printable;
 mod recording;
-mod replay;
 mod report;
-mod review;
-mod run;
+mod rescue;
+mod results;
+mod screen;
 mod signals;
 mod sweep;
 mod version;
@@ -35,17 +33,17 @@ fn main() -> ExitCode {
     signals::outlive_size_limit();
     let outcome = match Cli::try_parse() {
         Ok(cli) => match &cli.command {
-            None => lab::lab(&cli.lab),
-            Some(Command::Lab(args)) => lab::lab(args),
-            Some(Command::Run(args)) => run::run(args),
-            Some(Command::Sweep(args)) => sweep::sweep(args),
-            Some(Command::Replay(args)) => replay::replay(args),
-            Some(Command::Info(args)) => review::info(&args.file),
-            Some(Command::Verify(args)) => review::verify_all(&args.files),
-            Some(Command::Exercise(args)) => exercise::exercise(args),
-            Some(Command::Keys) => lab::keys(),
-            Some(Command::Completions { shell }) => completions::completions(*shell),
-            Some(Command::Man { folder }) => man::man(folder.as_deref()),
+            None => commands::lab(&cli.lab),
+            Some(Command::Lab(args)) => commands::lab(args),
+            Some(Command::Run(args)) => commands::run(args),
+            Some(Command::Sweep(args)) => commands::sweep(args),
+            Some(Command::Replay(args)) => commands::replay(args),
+            Some(Command::Info(args)) => commands::info(&args.file),
+            Some(Command::Verify(args)) => commands::verify(&args.files),
+            Some(Command::Exercise(args)) => commands::exercise(args),
+            Some(Command::Keys) => commands::print_keys(),
+            Some(Command::Completions { shell }) => commands::completions(*shell),
+            Some(Command::Man { folder }) => commands::man(folder.as_deref()),
         },
         Err(error) => cli::explain(&error),
     };

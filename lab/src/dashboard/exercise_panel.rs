@@ -9,7 +9,10 @@ use exercises::{
 };
 
 use super::view::TextPage;
-use crate::exercise::{RESCUE, answers_file, judge_file, predicted};
+use crate::{
+    predictions::{answers_file, predicted},
+    rescue::{RESCUE, judge_file},
+};
 
 /// Lines that PgUp and PgDn move by.
 const JUMP: usize = 10;

@@ -8,7 +8,7 @@
 mod app;
 mod cause;
 mod cliff;
-mod error;
+pub mod error;
 mod exercise_panel;
 mod figures;
 mod focus;
@@ -16,6 +16,8 @@ pub mod frame;
 mod history;
 mod jobs;
 pub mod keys;
+mod marks;
+mod model;
 mod player;
 mod presets;
 mod sampler;
@@ -44,43 +46,14 @@ use app::App;
 pub use app::LabOutcome;
 pub use error::LabError;
 use jobs::Turn;
+use model::Model;
 use player::Player;
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
-use view::{ScreenState, theme::Theme};
+use view::theme::Theme;
 
 use crate::{output, recording::Recording, signals};
-
-/// What a dashboard is of, and how keys change it.
-trait Model {
-    /// Looks at it; says whether there is something new to draw.
-    ///
-    /// # Errors
-    /// [`LabError`] if what is looked at failed.
-    fn sample(&mut self) -> Result<bool, LabError>;
-
-    /// What is on the screen; `None` before the first sample.
-    fn screen(&self) -> Option<ScreenState<'_>>;
-
-    /// Does what a key asks for.
-    ///
-    /// # Errors
-    /// [`LabError`] if it cannot be done and nothing else can.
-    fn key(&mut self, key: &KeyEvent) -> Result<(), LabError>;
-
-    /// Takes pasted text.
-    fn paste(&mut self, text: &str);
-
-    /// Rests before the program is stopped.
-    fn rest(&mut self);
-
-    /// Goes on after the program was stopped.
-    fn go_on(&mut self);
-
-    /// Whether the person has left.
-    fn wants_quit(&self) -> bool;
-}
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]

@@ -13,11 +13,12 @@ use ratelab::{
 };
 
 use super::{
-    LabError, Model,
-    app::{TRACE_S, marks},
+    error::LabError,
     focus::Pane,
     frame::{FrameData, Trace},
     keys::{REPLAY, ReplayAction},
+    marks::{TRACE_S, marks},
+    model::Model,
     presets::{self, Direction},
     sampler::{RunSource, Sampler},
     view::{Footer, ScreenState, Scrubber, StatusExtra},

@@ -8,9 +8,10 @@ use ratelab::runtime::{
 use super::{
     content::DAMAGED_ROW,
     limits::is_sound,
-    reader::{Recording, TopicRecord},
+    reader::Recording,
     schema::{RecordingEnd, RunStatus},
     tick_schedule::TickSchedule,
+    topic_record::TopicRecord,
 };
 
 impl Recording {

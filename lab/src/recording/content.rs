@@ -5,12 +5,12 @@ use rerun::log::Chunk;
 
 use super::{
     limits::check_graph,
-    reader::TopicRecord,
     rows,
     schema::{
         CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, UNTIL, node_entity,
         topic_entity,
     },
+    topic_record::TopicRecord,
 };
 
 /// What a row is that cannot be what was recorded.

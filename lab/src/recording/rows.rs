@@ -8,9 +8,9 @@ use serde::de::DeserializeOwned;
 
 use super::{
     printable::make_printable,
-    reader::Head,
     schema::{JSON, message, tick},
     timeline::RUN_TIME,
+    topic_record::Head,
     tracks::NANOS_PER_MICRO,
 };
 

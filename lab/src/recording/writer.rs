@@ -25,9 +25,9 @@ use super::{
     file::RecordingFile,
     progress::Progress,
     properties,
-    recorder::{Source, StopReason},
     scene::{Batch, Scene},
     schema::{self, APPLICATION, CHECKPOINT, END, EVENTS, JSON, RecordingEnd, UNTIL},
+    source::{Source, StopReason},
     timeline::Stamps,
     tracks::{TapQueue, name_fields, write_messages, write_ticks},
 };

@@ -3,7 +3,6 @@
 mod cliff;
 mod exercises;
 mod knobs;
-mod marks;
 mod policies;
 #[cfg(test)]
 mod probe;
@@ -23,7 +22,6 @@ use ratelab::{
 use restart::Next;
 
 use super::{
-    Model,
     cliff::CliffMap,
     error::LabError,
     exercise_panel::ExercisePanel,
@@ -31,14 +29,14 @@ use super::{
     frame::{FrameData, Trace},
     history::FrameHistory,
     keys::{LAB, LabAction, MAP},
+    marks::{TRACE_S, marks},
+    model::Model,
     presets::Direction,
     sampler::{RunSource, Sampler},
     session::{Session, SessionResult, Setup},
     view::{Footer, ScreenState, StatusExtra},
 };
 use crate::recording::{Destination, RecordError, Recorded, Recorder};
-
-pub use marks::{TRACE_S, marks};
 
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.

@@ -11,7 +11,7 @@ use ratelab::{
 };
 
 use super::{Dice, folder, read, record, recording, verify};
-use crate::recording::{Recording, VerifyError, reader::TopicRecord, schema::RunStatus};
+use crate::recording::{Recording, VerifyError, schema::RunStatus, topic_record::TopicRecord};
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {

@@ -24,8 +24,9 @@ use super::{
     topology,
 };
 use crate::recording::{
-    reader::{Recording, TopicRecord},
+    reader::Recording,
     schema::{RecordingEnd, RunStatus},
+    topic_record::TopicRecord,
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that

@@ -5,7 +5,7 @@ use std::{marker::PhantomData, time::Duration};
 use ratelab::runtime::{Fields, Payload, TapMessage, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
-use crate::recording::reader::{Head, TopicRecord};
+use crate::recording::topic_record::{Head, TopicRecord};
 
 /// What was recorded, to be compared with what a tap gives when it is run again.
 pub trait Series {

@@ -17,12 +17,12 @@ const TEMPLATE: &str = "{wide_bar} {percent} % of {msg}  {eta} left";
 
 /// A bar on standard error over the run time of a recording; hidden where nobody
 /// looks.
-pub struct Watch {
+pub struct Progress {
     bar: ProgressBar,
     stop: Arc<AtomicBool>,
 }
 
-impl Watch {
+impl Progress {
     /// Of a recording that ends at `until`.
     pub fn new(until: Time, stop: &Arc<AtomicBool>) -> Self {
         let bar = if stderr().is_terminal() {
@@ -49,7 +49,7 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

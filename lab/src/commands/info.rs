@@ -1,29 +1,21 @@
-//! `ratelab info` and `ratelab verify`: what is in a recording, and whether it
-//! comes again.
+//! `ratelab info`: what is in a recording.
 
-mod watch;
-
-use std::{
-    path::{Path, PathBuf},
-    sync::{Arc, atomic::AtomicBool},
-};
+use std::{path::Path, sync::Arc};
 
 use ratelab::runtime::Time;
 
 use crate::{
     error::Error,
-    output::{self, print_line},
-    recording::{Origin, Recording, RecordingEnd, Replay, schema::RunStatus, verify},
+    output::print_line,
+    recording::{Origin, Recording, RecordingEnd, Replay, schema::RunStatus},
     report::{self, ReportContext},
-    signals,
 };
-use watch::Watch;
 
 /// Prints what a recording is of and what the run came to.
 pub fn info(file: &Path) -> Result<(), Error> {
     let recording = Arc::new(Recording::read(file)?);
     print_line(&overview(&recording))?;
-    defect(&recording)
+    Error::if_damaged(&recording)
 }
 
 fn overview(recording: &Arc<Recording>) -> String {
@@ -84,61 +76,5 @@ fn lost(outcome: Option<&RecordingEnd>) -> String {
             format!(", {} more came too fast", outcome.lost)
         }
         Some(_) => String::new(),
-    }
-}
-
-/// Runs recordings again and compares; says of each what came of it. Ctrl-C ends
-/// it in order.
-pub fn verify_all(files: &[PathBuf]) -> Result<(), Error> {
-    let asked = signals::stop_flag();
-    let [file] = files else {
-        return verify_several(files, &asked);
-    };
-    verify_one(file, &asked)
-}
-
-fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Error> {
-    let mut failed = 0;
-    for file in files {
-        match verify_one(file, asked) {
-            Ok(()) => {}
-            Err(stopped) if stopped.is_stop() => return Err(stopped),
-            Err(error) => {
-                output::error(&error);
-                failed += 1;
-            }
-        }
-    }
-    match failed {
-        0 => Ok(()),
-        failed => Err(Error::Failed {
-            failed,
-            of: files.len(),
-        }),
-    }
-}
-
-fn verify_one(file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
-    let recording = Recording::read(file)?;
-    let name = file.display();
-    let watch = Watch::new(recording.until, asked);
-    let verified = verify(&recording, |now| watch.look(now));
-    drop(watch);
-    let identical = verified.map_err(|why| Error::Unverified {
-        file: name.to_string(),
-        why,
-    })?;
-    print_line(&format!("{name}: {identical}"))?;
-    defect(&recording)
-}
-
-/// What is wrong with a file that was shown as far as it is good.
-pub fn defect(recording: &Recording) -> Result<(), Error> {
-    match recording.defect() {
-        Some(defect) => {
-            let file = recording.path.display();
-            Err(Error::BadInput(format!("{file}: {defect}")))
-        }
-        None => Ok(()),
     }
 }

@@ -10,10 +10,9 @@ use crate::{
     cli::ReplayArgs,
     dashboard,
     error::Error,
-    lab::{need_terminal, screen},
     output::note,
     recording::{ReadError, Recording},
-    review::defect,
+    screen::{need_terminal, screen},
 };
 
 /// The viewer's command.
@@ -32,7 +31,7 @@ pub fn replay(args: &ReplayArgs) -> Result<(), Error> {
     } else {
         view(&args.file)?;
     }
-    defect(&recording)
+    Error::if_damaged(&recording)
 }
 
 fn view(file: &Path) -> Result<(), Error> {

@@ -1,24 +1,21 @@
 //! `ratelab exercise`: predict, run, check.
 
-mod answers;
-mod judge;
 mod learner;
 
 use std::path::Path;
 
 use exercises::{
     ALL,
-    framework::{Answers, Brief, Exercise},
+    framework::{Answers, Exercise},
 };
 
-pub use self::{
-    answers::answers_file,
-    judge::{RESCUE, judge_file},
-};
 use crate::{
     cli::{ExerciseArgs, Wanted},
     error::Error,
     output::print_line,
+    predictions::{answers_file, predicted},
+    recording::Recording,
+    rescue::{RESCUE, is_shipped, judge_recording},
 };
 
 /// Columns of text.
@@ -33,7 +30,7 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
         (Some(Wanted::Exercise(number)), None) => match &args.session {
             Some(session) => {
                 let exercise = find(number)?;
-                judge::judge_command(exercise, session)
+                judge_session(exercise, session)
             }
             None => learner::learn(find(number)?, args, &file),
         },
@@ -89,13 +86,6 @@ fn list(answers: &Answers, file: &Path) -> String {
     )
 }
 
-/// What was predicted in an exercise, in words, if it was.
-pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
-    let prediction = answers.get(brief)?;
-    let number = brief.in_unit(prediction.number());
-    Some(format!("you predicted {number}"))
-}
-
 /// Measures again what each of `exercises` promises, and tells how the prediction
 /// came out. Only measurements can fail.
 fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
@@ -135,4 +125,29 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
         0 => Ok(()),
         n => Err(Error::Broken(n)),
     }
+}
+
+/// Judges the session in `file`, and prints the verdict.
+fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
+    let brief = exercise.brief();
+    if brief.number != RESCUE {
+        return Err(Error::BadInput(format!(
+            "--session is for exercise {RESCUE}: {} is not done in a session",
+            brief.title
+        )));
+    }
+    let recording = Recording::read(file)?;
+    let name = file.display();
+    let refused = match judge_recording(&recording) {
+        Ok(rescued) if is_shipped(file) => {
+            format!("comes with ratelab, record your own ({rescued})")
+        }
+        Ok(rescued) => {
+            print_line(&format!("✓ {name}: {rescued}"))?;
+            return Error::if_damaged(&recording);
+        }
+        Err(failure) => format!("not a rescue yet: {failure}"),
+    };
+    print_line(&format!("✖ {name}: {refused}"))?;
+    Err(Error::NotRescued(name.to_string()))
 }

@@ -3,13 +3,14 @@
 use ratelab::runtime::{ClockKind, Speed, Time};
 
 use crate::{
-    cli::{LabArgs, ScreenArgs},
-    dashboard::{self, LabError, Options, Setup, keys, view::theme::Theme},
+    cli::LabArgs,
+    dashboard::{self, LabError, Setup},
     error::Error,
     options::{self, Defaults},
-    output::{Outputs, print_line, print_recorded, record_error},
+    output::{Outputs, print_recorded, record_error},
     recording::Destination,
-    run::{plan, print_results},
+    results::{plan, print_results},
+    screen::{need_terminal, screen},
 };
 
 /// What is done here can be done again, so virtual time is what it starts with.
@@ -41,15 +42,6 @@ pub fn lab(args: &LabArgs) -> Result<(), Error> {
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Refuses with `why` if there is nothing to draw on.
-pub fn need_terminal(why: &str) -> Result<(), Error> {
-    if dashboard::terminal_is_there() {
-        Ok(())
-    } else {
-        Err(Error::BadInput(why.to_owned()))
-    }
-}
-
 /// Files that cannot be made are the fault of what was asked for.
 fn refusal(args: &LabArgs, error: LabError) -> Error {
     match (error, &args.run.csv) {
@@ -57,32 +49,4 @@ fn refusal(args: &LabArgs, error: LabError) -> Error {
         (LabError::Csv(why), Some(path)) => Error::unwritable("--csv", path, &why),
         (error, _) => error.into(),
     }
-}
-
-/// How a dashboard is drawn.
-pub fn screen(args: &ScreenArgs) -> Options {
-    Options {
-        fps: args.fps,
-        theme: theme(args.ascii),
-    }
-}
-
-/// Colours unless the person wants none (<https://no-color.org>).
-pub fn theme(ascii: bool) -> Theme {
-    let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    Theme {
-        colour: !no_color,
-        ascii,
-    }
-}
-
-/// Prints the keys of the lab.
-pub fn keys() -> Result<(), Error> {
-    let replay = keys::REPLAY.text();
-    print_line(&format!(
-        "{}\nwhile the cliff map is open:\n{}\nwhile a recording plays:\n{}",
-        keys::LAB.text(),
-        keys::MAP.text(),
-        replay.trim_end()
-    ))
 }

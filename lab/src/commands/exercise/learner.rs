@@ -9,7 +9,7 @@ use std::{
 use exercises::framework::{Answers, Brief, Exercise, Prediction};
 
 use super::WIDTH;
-use crate::{cli::ExerciseArgs, error::Error, output::print_line};
+use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE};
 
 /// Does `exercise` with the learner whose predictions are in `file`.
 pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
@@ -102,7 +102,7 @@ fn in_unit(unit: &str) -> String {
 
 /// What to do when this is done.
 fn next(brief: &Brief) -> Option<String> {
-    if brief.number == super::judge::RESCUE {
+    if brief.number == RESCUE {
         let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
                    ratelab exercise 5 --session rescue.rrd";
         return Some(how.to_owned());

@@ -1,4 +1,4 @@
-//! Where a learner's predictions are kept.
+//! A learner's predictions: where they are kept, and how they read.
 
 use std::{
     env,
@@ -6,6 +6,7 @@ use std::{
 };
 
 use directories::ProjectDirs;
+use exercises::framework::{Answers, Brief};
 
 /// Name of the file.
 const FILE: &str = "answers.toml";
@@ -36,4 +37,11 @@ fn in_the_clone() -> Option<PathBuf> {
 fn of_the_user() -> Option<PathBuf> {
     let folders = ProjectDirs::from("", "", "ratelab")?;
     Some(folders.data_dir().join(FILE))
+}
+
+/// What was predicted in an exercise, in words, if it was.
+pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
+    let prediction = answers.get(brief)?;
+    let number = brief.in_unit(prediction.number());
+    Some(format!("you predicted {number}"))
 }

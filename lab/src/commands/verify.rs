@@ -1,0 +1,61 @@
+//! `ratelab verify`: recordings run again and compared, bit for bit.
+
+mod progress;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use crate::{
+    error::Error,
+    output::{self, print_line},
+    recording::{Recording, verify as run_again},
+    signals,
+};
+use progress::Progress;
+
+/// Runs recordings again and compares; prints of each what came of it. Ctrl-C ends
+/// it in order.
+pub fn verify(files: &[PathBuf]) -> Result<(), Error> {
+    let asked = signals::stop_flag();
+    let [file] = files else {
+        return verify_several(files, &asked);
+    };
+    verify_one(file, &asked)
+}
+
+fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Error> {
+    let mut failed = 0;
+    for file in files {
+        match verify_one(file, asked) {
+            Ok(()) => {}
+            Err(stopped) if stopped.is_stop() => return Err(stopped),
+            Err(error) => {
+                output::error(&error);
+                failed += 1;
+            }
+        }
+    }
+    match failed {
+        0 => Ok(()),
+        failed => Err(Error::Failed {
+            failed,
+            of: files.len(),
+        }),
+    }
+}
+
+fn verify_one(file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
+    let recording = Recording::read(file)?;
+    let name = file.display();
+    let progress = Progress::new(recording.until, asked);
+    let verified = run_again(&recording, |now| progress.look(now));
+    drop(progress);
+    let identical = verified.map_err(|why| Error::Unverified {
+        file: name.to_string(),
+        why,
+    })?;
+    print_line(&format!("{name}: {identical}"))?;
+    Error::if_damaged(&recording)
+}
