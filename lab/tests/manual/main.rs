@@ -99,6 +99,7 @@ manual! {
     readme: "README.md",
     contributing: "CONTRIBUTING.md",
     changelog: "CHANGELOG.md",
+    architecture: "docs/architecture.md",
     concepts: "docs/concepts.md",
     commands: "docs/commands.md",
     recordings: "docs/recordings.md",
