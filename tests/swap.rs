@@ -8,7 +8,7 @@ use std::{thread, time::Duration};
 use ratelab::{
     cartpole::POLICY,
     experiment::{Config, Experiment, TimedKnob, parse_knobs},
-    policy::{PolicySpec, Scripted},
+    policy::{PolicyCache, PolicySpec, Scripted},
     runtime::{
         ClockKind, Command, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand,
         VirtualClock, clock, telemetry::Event,
@@ -193,6 +193,28 @@ fn a_pinned_configuration_names_the_content_of_every_file() {
         serde_json::from_str::<Config>(&json).expect("a configuration"),
         pinned
     );
+}
+
+#[test]
+fn a_file_that_was_read_once_is_not_read_again() {
+    let folder = tempfile::tempdir().expect("folder");
+    let file = folder.path().join("actor.pt");
+    std::fs::copy(actor(), &file).expect("copied");
+    let cache = PolicyCache::default();
+    let named: PolicySpec = file.display().to_string().parse().expect("a policy");
+    let policy = cache.pin(&named).expect("weights");
+    std::fs::remove_file(&file).expect("removed");
+    let config = Config {
+        knobs: knobs(&format!("0.1 policy lqr\n0.2 policy {policy}")),
+        end: secs(0.3),
+        policy,
+        ..Config::default()
+    };
+    let summary = Experiment::with_cache(&config, cache).expect("experiment");
+    let summary = summary.run().expect("run");
+    assert_eq!(summary.knobs().len(), 2, "{:?}", summary.events);
+    // By itself it is not there any more.
+    assert!(Experiment::new(&config).is_err());
 }
 
 #[test]

@@ -6,6 +6,7 @@ use ratelab::{
     cartpole::CONTROL_HZ,
     experiment::{BROKEN_HZ, Config, TimedKnob, parse_knobs},
     file::{self, FileError},
+    policy::PolicyCache,
     runtime::{ClockKind, Hz, Speed, Time, clock::RealtimePriority},
 };
 
@@ -33,9 +34,15 @@ const MOST_KNOBS: u64 = 16 << 20;
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
 
 /// The configuration that the options describe.
-pub fn config(args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
+///
+/// Its policy is read into `policies`.
+pub fn config(
+    args: &RunArgs,
+    defaults: &Defaults,
+    policies: &PolicyCache,
+) -> Result<Config, Error> {
     if !args.smoke {
-        return graph(&args.graph, defaults);
+        return graph(&args.graph, defaults, policies);
     }
     if args.graph.clock == Some(ClockArg::Real) {
         let why = "--smoke runs on the virtual clock: leave --clock real out";
@@ -46,10 +53,10 @@ pub fn config(args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
         end: SMOKE,
         ..*defaults
     };
-    graph(&args.graph, &smoke)
+    graph(&args.graph, &smoke, policies)
 }
 
-fn graph(args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
+fn graph(args: &GraphArgs, defaults: &Defaults, policies: &PolicyCache) -> Result<Config, Error> {
     let clock = args.clock.map_or(defaults.clock, ClockKind::from);
     check_clock(args, clock)?;
     let default_hz = if args.break_bug {
@@ -61,7 +68,7 @@ fn graph(args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
         Some(hz) => hz,
         None => Hz::new(default_hz).map_err(|error| Error::BadInput(error.to_string()))?,
     };
-    let policy = args.policy.pinned();
+    let policy = policies.pin(&args.policy);
     let policy = policy.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
     Ok(Config {
         seed: args.seed,

@@ -122,7 +122,7 @@ impl Experiment {
     ///
     /// # Errors
     /// [`SetupError`] as for [`new`](Self::new).
-    pub fn with_cache(config: &Config, mut cache: PolicyCache) -> Result<Self, SetupError> {
+    pub fn with_cache(config: &Config, cache: PolicyCache) -> Result<Self, SetupError> {
         for policy in config.knob_policies() {
             // What cannot be had later is said now.
             cache.fetch(policy)?.policy(config.policy_context())?;

@@ -1,19 +1,22 @@
 //! Policies that were read.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::{LoadedPolicy, PolicySpec, spec::PolicyError};
 
-/// Policies in memory, so that a run reads them before it begins and a sweep reads
-/// them once. Copies share the weights.
+/// Policies in memory, so that a file is read, hashed and parsed once: when it is
+/// named, before a run begins, and not on a node's thread. Copies share what is
+/// read, also what is read later.
 #[derive(Clone, Debug, Default)]
-pub struct PolicyCache(Vec<(PolicySpec, LoadedPolicy)>);
+pub struct PolicyCache(Arc<Mutex<Vec<(PolicySpec, LoadedPolicy)>>>);
 
 impl PolicyCache {
     /// Reads `specs`.
     ///
     /// # Errors
-    /// [`PolicyError`] if one of them cannot be had.
+    /// [`PolicyError`] if one of them cannot be loaded.
     pub fn of<'b>(specs: impl IntoIterator<Item = &'b PolicySpec>) -> Result<Self, PolicyError> {
-        let mut cache = Self::default();
+        let cache = Self::default();
         for spec in specs {
             cache.fetch(spec)?;
         }
@@ -23,13 +26,37 @@ impl PolicyCache {
     /// The policy from the cache; one that is not there is read and put there.
     ///
     /// # Errors
-    /// [`PolicyError`] if it cannot be had.
-    pub fn fetch(&mut self, spec: &PolicySpec) -> Result<LoadedPolicy, PolicyError> {
-        if let Some((_, loaded)) = self.0.iter().find(|(known, _)| known == spec) {
-            return Ok(loaded.clone());
+    /// [`PolicyError`] if it cannot be loaded.
+    pub fn fetch(&self, spec: &PolicySpec) -> Result<LoadedPolicy, PolicyError> {
+        if let Some(loaded) = self.get(spec) {
+            return Ok(loaded);
         }
         let loaded = spec.load()?;
-        self.0.push((spec.clone(), loaded.clone()));
+        self.put(spec, &loaded);
         Ok(loaded)
+    }
+
+    /// `spec` pinned to the content that its file has now, which is read and put
+    /// into the cache; see [`PolicySpec::pinned`].
+    ///
+    /// # Errors
+    /// [`PolicyError`] if it cannot be loaded.
+    pub fn pin(&self, spec: &PolicySpec) -> Result<PolicySpec, PolicyError> {
+        let loaded = spec.load()?;
+        self.put(loaded.spec(), &loaded);
+        Ok(loaded.spec().clone())
+    }
+
+    fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known.iter().find(|(known, _)| known == spec);
+        found.map(|(_, loaded)| loaded.clone())
+    }
+
+    fn put(&self, spec: &PolicySpec, loaded: &LoadedPolicy) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !known.iter().any(|(known, _)| known == spec) {
+            known.push((spec.clone(), loaded.clone()));
+        }
     }
 }

@@ -20,7 +20,7 @@ impl SwappablePolicy {
     /// [`PolicyError`] if it cannot be had.
     pub fn new(
         first: &PolicySpec,
-        mut cache: PolicyCache,
+        cache: PolicyCache,
         context: PolicyContext,
     ) -> Result<Self, PolicyError> {
         let loaded = cache.fetch(first)?;

@@ -1,6 +1,9 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
-use ratelab::runtime::{ClockKind, Speed, Time};
+use ratelab::{
+    policy::PolicyCache,
+    runtime::{ClockKind, Speed, Time},
+};
 
 use crate::{
     cli::LabArgs,
@@ -23,11 +26,13 @@ const DEFAULTS: Defaults = Defaults {
 /// Opens the dashboard; writes and prints what the last run came to when it is
 /// left.
 pub fn lab(args: &LabArgs) -> Result<(), Error> {
-    let config = options::config(&args.run, &DEFAULTS)?;
+    let policies = PolicyCache::default();
+    let config = options::config(&args.run, &DEFAULTS, &policies)?;
     need_terminal("the lab needs a terminal to draw on: try ratelab run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &config))?;
     let realtime = options::realtime(&args.run.graph);
     let setup = Setup {
+        policies,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: args.run.record.clone().map(Destination::new),

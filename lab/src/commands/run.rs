@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ratelab::{
     experiment::{Config, Experiment},
+    policy::PolicyCache,
     runtime::{ClockKind, Command, RealClock, Speed, Time},
 };
 
@@ -27,8 +28,9 @@ const DEFAULTS: Defaults = Defaults {
 
 /// Runs the graph as asked, prints and writes what it came to.
 pub fn run(args: &RunArgs) -> Result<(), Error> {
-    let config = options::config(args, &DEFAULTS)?;
-    let experiment = Experiment::new(&config)?;
+    let policies = PolicyCache::default();
+    let config = options::config(args, &DEFAULTS, &policies)?;
+    let experiment = Experiment::with_cache(&config, policies)?;
     let commands = experiment.commands();
     // A run that is over is being written down, which the first signal lets be.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());

@@ -6,7 +6,10 @@ use std::{
     sync::atomic::Ordering,
 };
 
-use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
+use ratelab::{
+    experiment::sweep::{Sweep, Swept, all_cores},
+    policy::PolicyCache,
+};
 
 use crate::{
     cli::SweepArgs,
@@ -31,14 +34,16 @@ const FILE: &str = "sweep.json";
 /// Runs every cell, prints and writes what came of them. Ctrl-C keeps what is
 /// done.
 pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
-    let sweep = args.sweep()?;
+    let policies = PolicyCache::default();
+    let sweep = args.sweep(&policies)?;
     let cells = sweep.cells()?;
     // No further cell begins once it is set.
     let asked = signals::stop_flag();
     let outputs = Outputs::prepare(&plan(args, &sweep))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
     let bar = Bar::new(cells, theme(args.ascii).glyph("█▌░", "#>-"), args.json);
-    let swept = sweep.run(args.threads.unwrap_or_else(all_cores), |_, _| {
+    let threads = args.threads.unwrap_or_else(all_cores);
+    let swept = sweep.run_with(policies, threads, |_, _| {
         bar.advance();
         if asked.load(Ordering::Relaxed) {
             ControlFlow::Break(())

@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     cartpole::ControlStep,
     experiment::{Config, Experiment, Summary},
+    policy::PolicyCache,
     runtime::{
         Command, Fault, Message, Observer, RealClock, Tap, TapMessage, clock::RealtimePriority,
     },
@@ -28,6 +29,8 @@ const BACKLOG: usize = 65_536;
 /// What every session is started with.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
+    /// Policies that were read, for this session and the next ones.
+    pub policies: PolicyCache,
     /// Priority of the node threads, if it was granted.
     pub realtime: Option<RealtimePriority>,
     /// Where control steps are written, those of the last session.
@@ -61,7 +64,7 @@ impl Prepared {
     /// [`LabError`] if that cannot be done, or the file of control steps cannot be
     /// opened.
     pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
-        let experiment = Experiment::new(config)?;
+        let experiment = Experiment::with_cache(config, setup.policies.clone())?;
         // The session before this one may still write to it.
         let csv = setup.csv.as_deref().map(Live::open).transpose();
         Ok(Self {

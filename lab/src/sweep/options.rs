@@ -2,14 +2,16 @@
 
 use ratelab::{
     experiment::{Config, sweep::Sweep},
-    policy::PolicySpec,
+    policy::{PolicyCache, PolicySpec},
 };
 
 use crate::{cli::SweepArgs, error::Error};
 
 impl SweepArgs {
     /// The sweep that the options describe.
-    pub fn sweep(&self) -> Result<Sweep, Error> {
+    ///
+    /// Its policies are read into `cache`.
+    pub fn sweep(&self, cache: &PolicyCache) -> Result<Sweep, Error> {
         let lists = self.policy.iter();
         let policies: Vec<&PolicySpec> = lists.flat_map(|list| &list.0).collect();
         let twice = |(place, policy)| policies[..place].contains(policy);
@@ -17,7 +19,7 @@ impl SweepArgs {
             let why = format!("--policy lists {policy} twice: give each policy once");
             return Err(Error::BadInput(why));
         }
-        let policies = policies.iter().map(|policy| policy.pinned());
+        let policies = policies.iter().map(|policy| cache.pin(policy));
         let policies = policies.collect::<Result<_, _>>();
         let policies = policies.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
         let usual = Config::default();

@@ -45,10 +45,26 @@ impl Sweep {
         threads: NonZeroUsize,
         finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
+        self.run_with(PolicyCache::default(), threads, finished)
+    }
+
+    /// The same with policies that were read before.
+    ///
+    /// # Errors
+    /// [`SweepError`] as for [`run`](Self::run).
+    pub fn run_with(
+        &self,
+        cache: PolicyCache,
+        threads: NonZeroUsize,
+        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
+    ) -> Result<Swept, SweepError> {
+        for policy in self.needed_policies() {
+            cache.fetch(policy)?;
+        }
         let work = Work {
             sweep: self,
             cells: self.cells()?,
-            cache: PolicyCache::of(self.needed_policies())?,
+            cache,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
         };

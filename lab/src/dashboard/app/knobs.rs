@@ -5,6 +5,7 @@ use std::mem::discriminant;
 use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{
     experiment::{BROKEN_HZ, Config, Knob},
+    policy::PolicyCache,
     runtime::{
         Depth, Hz,
         telemetry::{Event, EventKind},
@@ -154,7 +155,7 @@ impl App {
             KeyCode::Char(character) => prompt.push(character),
             KeyCode::Enter => {
                 let typed = self.prompt.take().unwrap_or_default();
-                match parse_knob(&typed) {
+                match parse_knob(&typed, &self.setup.policies) {
                     Ok(knob) => self.turn(knob),
                     Err(reason) => self.notify(reason),
                 }
@@ -174,12 +175,16 @@ fn set(config: &mut Config, knob: Knob) {
 }
 
 /// A knob as it is typed: a name and a value.
-fn parse_knob(typed: &str) -> Result<Knob, String> {
+fn parse_knob(typed: &str, cache: &PolicyCache) -> Result<Knob, String> {
     let words: Vec<&str> = typed.split_whitespace().collect();
     match words[..] {
-        [name, value] => Knob::parse(name, value)
-            .map_err(|error| error.to_string())
-            .and_then(|knob| knob.pinned().map_err(|error| error.to_string())),
+        [name, value] => match Knob::parse(name, value) {
+            Ok(Knob::Policy(policy)) => {
+                let pinned = cache.pin(&policy).map_err(|error| error.to_string())?;
+                Ok(Knob::Policy(pinned))
+            }
+            parsed => parsed.map_err(|error| error.to_string()),
+        },
         _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
     }
 }

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use ratelab::{
     experiment::{Config, Knob},
-    policy::{PolicyKind, PolicySpec, UnknownPolicy},
+    policy::{PolicyCache, PolicyKind, PolicySpec, UnknownPolicy},
 };
 
 use super::App;
@@ -53,12 +53,13 @@ fn path(policy: &PolicySpec) -> &str {
     }
 }
 
-/// The same policy with the content that its file has now.
-pub(super) fn as_it_is_now(policy: &PolicySpec) -> Result<PolicySpec, String> {
+/// The same policy with the content that its file has now, which is read into
+/// `cache`: the node that swaps it in reads no file.
+pub(super) fn as_it_is_now(policy: &PolicySpec, cache: &PolicyCache) -> Result<PolicySpec, String> {
     let named: PolicySpec = path(policy)
         .parse()
         .map_err(|error: UnknownPolicy| error.to_string())?;
-    named.pinned().map_err(|error| error.to_string())
+    cache.pin(&named).map_err(|error| error.to_string())
 }
 
 impl App {
@@ -74,7 +75,8 @@ impl App {
         } else {
             count - 1
         };
-        match as_it_is_now(&self.policies[(index.unwrap_or(0) + step) % count]) {
+        let next = &self.policies[(index.unwrap_or(0) + step) % count];
+        match as_it_is_now(next, &self.setup.policies) {
             Ok(policy) => self.turn(Knob::Policy(policy)),
             Err(reason) => self.notify(reason),
         }

@@ -62,7 +62,7 @@ impl App {
 
     fn prepared(&self, config: Config) -> Result<Prepared, String> {
         let config = Config {
-            policy: as_it_is_now(&config.policy)?,
+            policy: as_it_is_now(&config.policy, &self.setup.policies)?,
             ..config
         };
         Prepared::new(&config, &self.setup).map_err(|error| error.to_string())
