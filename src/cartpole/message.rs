@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::plant::Pose;
+use super::pose::Pose;
 use crate::runtime::Fields;
 
 /// What the sensor measures, in single precision as a policy network reads it.
@@ -21,6 +21,18 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// What a perfect sensor reads at `pose`, cart velocity (m/s) and hinge
+    /// velocity (rad/s).
+    pub(super) fn of(pose: Pose, [cart_velocity, pole_velocity]: [f64; 2]) -> Self {
+        Self {
+            cart_position: pose.cart_position as f32,
+            cart_velocity: cart_velocity as f32,
+            cos_theta: pose.pole_angle.cos() as f32,
+            sin_theta: pose.pole_angle.sin() as f32,
+            pole_velocity: pole_velocity as f32,
+        }
+    }
+
     /// The values in the order of the course: position, velocity, cosine,
     /// sine, angular velocity.
     pub fn to_array(self) -> [f32; 5] {
@@ -142,7 +154,7 @@ impl Fields for ControlStep {
             step: step as u64,
             action: Action(action as f32),
             latency: (!latency.is_nan()).then(|| Duration::from_nanos(latency as u64)),
-            observation: Pose::of(qpos).observed(qvel),
+            observation: Observation::of(Pose::of(qpos), qvel),
             qpos,
             qvel,
         })

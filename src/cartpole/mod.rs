@@ -14,14 +14,15 @@ mod linear;
 mod message;
 mod nodes;
 mod plant;
+mod policy;
+mod pose;
 mod seeding;
 
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
 pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
-pub use plant::{
-    CART_LIMIT_M, CONTROL_HZ, Fall, POLE_LIMIT_RAD, Plant, PlantError, Pose, SUBSTEPS, SharedPlant,
-    mujoco_version,
-};
+pub use plant::{CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, mujoco_version};
+pub use policy::Policy;
+pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;

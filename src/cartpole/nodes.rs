@@ -5,10 +5,10 @@ use thiserror::Error;
 use super::{
     message::{Action, ControlStep, Observation},
     plant::SharedPlant,
-};
-use crate::{
     policy::Policy,
-    runtime::{END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::MeterRecorder},
+};
+use crate::runtime::{
+    END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::MeterRecorder,
 };
 
 /// Name of the node that reads the plant.

@@ -1,15 +1,13 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::{
-    f64::consts::PI,
-    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
-};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use mujoco_rs::prelude::{MjData, MjModel};
 use thiserror::Error;
 
 use super::{
     message::{Action, Observation},
+    pose::{Fall, Pose},
     seeding::{generator, unit},
 };
 
@@ -26,12 +24,6 @@ pub const SUBSTEPS: u32 = 2;
 /// 10 ms.
 pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 
-/// The pole has fallen beyond this angle from upright (rad): 12 degrees.
-pub const POLE_LIMIT_RAD: f64 = 0.2095;
-
-/// The cart has left the rail beyond this distance from its middle (m).
-pub const CART_LIMIT_M: f64 = 2.4;
-
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
 const START_SPREAD: f64 = 0.05;
 
@@ -43,57 +35,6 @@ const HINGE: usize = 1;
 #[derive(Clone, Debug, Error)]
 #[error("MuJoCo could not set up the cart-pole: {0}")]
 pub struct PlantError(String);
-
-/// How a run can be lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fall {
-    /// The pole tipped beyond [`POLE_LIMIT_RAD`].
-    Pole,
-    /// The cart went beyond [`CART_LIMIT_M`] with the pole still up.
-    Cart,
-}
-
-/// Where the cart and the pole are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Cart position on the rail (m).
-    pub cart_position: f64,
-    /// Pole angle from upright (rad), wrapped to −π..π; positive leans
-    /// towards +x.
-    pub pole_angle: f64,
-}
-
-impl Pose {
-    /// The pose at cart position (m) and hinge angle (rad).
-    pub fn of([cart_position, hinge_angle]: [f64; 2]) -> Self {
-        Self {
-            cart_position,
-            pole_angle: (hinge_angle + PI).rem_euclid(2.0 * PI) - PI,
-        }
-    }
-
-    /// What a perfect sensor reads here at cart velocity (m/s) and hinge velocity
-    /// (rad/s).
-    pub(super) fn observed(&self, qvel: [f64; 2]) -> Observation {
-        Observation {
-            cart_position: self.cart_position as f32,
-            cart_velocity: qvel[SLIDER] as f32,
-            cos_theta: self.pole_angle.cos() as f32,
-            sin_theta: self.pole_angle.sin() as f32,
-            pole_velocity: qvel[HINGE] as f32,
-        }
-    }
-
-    fn fall(&self) -> Option<Fall> {
-        if self.pole_angle.abs() > POLE_LIMIT_RAD {
-            Some(Fall::Pole)
-        } else if self.cart_position.abs() > CART_LIMIT_M {
-            Some(Fall::Cart)
-        } else {
-            None
-        }
-    }
-}
 
 /// A cart-pole in MuJoCo.
 ///
@@ -128,7 +69,7 @@ impl Plant {
         let data = at_rest()?;
         let pose = Pose::of([0.0, 0.0]);
         let mut plant = Self {
-            observation: pose.observed([0.0, 0.0]),
+            observation: Observation::of(pose, [0.0, 0.0]),
             pose,
             data,
             steps: 0,
@@ -172,7 +113,7 @@ impl Plant {
 
     fn look(&mut self) {
         self.pose = Pose::of(self.qpos());
-        self.observation = self.pose.observed(self.qvel());
+        self.observation = Observation::of(self.pose, self.qvel());
     }
 
     /// Where cart and pole are.

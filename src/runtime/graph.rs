@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::{
     command::{ClockKind, Command, Speed},
     depth::Depth,
+    message::Payload,
     node::Node,
     rate::Rate,
     scheduled_node::ScheduledNode,
@@ -16,13 +17,14 @@ use super::{
         atomic::{AtomicU64, Ordering},
         lock,
     },
-    tap::{Backpressure, Tap, TapHandle, TapMessage},
+    tap::{Backpressure, Tap, TapMessage},
+    tap_handle::TapHandle,
     telemetry::{
         EventLog, Meter, MeterRecorder, NodeEntry, Observer, Shared, Status, SubscriptionEntry,
         TopicEntry,
     },
     time::{Hz, Time},
-    topic::{Payload, Publisher, Subscription, Topic},
+    topic::{Publisher, Subscription, Topic},
 };
 
 /// A graph that cannot be built as asked.

@@ -13,11 +13,11 @@ use super::{
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU64, Ordering},
+        bump,
     },
     tap::{TickRecord, TickTaps},
     telemetry::{Meter, MeterRecorder, NodeEntry},
     time::{Hz, Time},
-    topic::bump,
 };
 
 /// A node in its place: when it ticks and what is known of it.

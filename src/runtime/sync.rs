@@ -19,12 +19,20 @@ pub use shuttle::{
     thread,
 };
 
+use self::atomic::{AtomicU64, Ordering};
+
 /// Locks, also after a panic elsewhere: no critical section of this crate
 /// leaves its data half-changed, and the panic itself is reported as a fault.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Adds one to a counter that has a single writer at a time; cheaper than an
+/// atomic read-modify-write.
+pub(crate) fn bump(counter: &AtomicU64) {
+    counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
 /// Spawns a scoped thread that debuggers show under its node's name.

@@ -5,13 +5,13 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 
 use super::{
+    message::Message,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
-        lock,
+        bump, lock,
     },
     time::Time,
-    topic::{Message, Payload, Topic, bump},
 };
 
 /// What a full tap does: lose what passes and count it, or make it wait.
@@ -94,7 +94,7 @@ impl<T> TapSender<T> {
 }
 
 /// Receives all that passes, in order; see [`Graph::tap`](super::Graph::tap) and
-/// [`TapHandle`]. Ends when what is tapped is gone.
+/// [`TapHandle`](super::TapHandle). Ends when what is tapped is gone.
 ///
 /// ```
 /// use ratelab::runtime::{Backpressure, Depth, Time, Topic};
@@ -134,7 +134,8 @@ pub(crate) struct TickTaps {
 }
 
 impl TickTaps {
-    fn add(&self, end: TapSender<TickRecord>) {
+    /// Adds a tap on all ticks from now on.
+    pub(crate) fn add(&self, end: TapSender<TickRecord>) {
         lock(&self.ends).push(end);
         self.tapped.store(true, Ordering::Release);
     }
@@ -148,36 +149,5 @@ impl TickTaps {
         let mut ends = lock(&self.ends);
         ends.retain(|end| end.offer(tick));
         self.tapped.store(!ends.is_empty(), Ordering::Release);
-    }
-}
-
-/// Taps a graph, before it runs and while it does, from any thread. Knows the
-/// nodes that the graph had when it was asked for.
-///
-/// The clock decides whether a full tap waits: in virtual time it does, because
-/// waiting costs none; in real time it loses and counts.
-#[derive(Clone, Debug)]
-pub struct TapHandle {
-    pub(crate) backpressure: Backpressure,
-    pub(crate) nodes: Vec<Arc<TickTaps>>,
-}
-
-impl TapHandle {
-    /// Copies every message of `topic` from now on, in a queue of `capacity`.
-    pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
-        topic.tap(capacity, self.backpressure.clone())
-    }
-
-    /// Copies every tick from now on, for each node in the order in which they
-    /// were added, in queues of `capacity`. They end with the graph.
-    pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
-        let nodes = self.nodes.iter();
-        nodes
-            .map(|node| {
-                let (end, tap) = tap(capacity, self.backpressure.clone());
-                node.add(end);
-                tap
-            })
-            .collect()
     }
 }

@@ -28,34 +28,12 @@ use std::collections::VecDeque;
 
 use super::{
     depth::Depth,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicU64, AtomicUsize, Ordering},
-        lock,
-    },
+    message::{Message, Payload},
+    sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
-    telemetry::{Meter, MeterRecorder, RateWindow},
+    telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
 };
-
-/// What a topic can carry: plain data that any thread may hold a copy of.
-pub trait Payload: Clone + Send + 'static {}
-
-impl<T: Clone + Send + 'static> Payload for T {}
-
-/// One published value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Message<T> {
-    /// The value.
-    pub data: T,
-    /// Run time at which it was published.
-    pub stamp: Time,
-    /// Position in the topic's history, counted from zero.
-    pub seq: u64,
-    /// Run time of the sensing that the value was derived from, where known:
-    /// what lets the last node of a chain measure the delay of the whole.
-    pub origin: Option<Time>,
-}
 
 /// A named, bounded, thread-safe, latest-wins bus.
 ///
@@ -94,49 +72,6 @@ struct Queue<T> {
     next_seq: u64,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
-}
-
-/// What a topic tells about itself without being locked.
-#[derive(Debug)]
-pub(crate) struct TopicCounters {
-    pub(crate) published: AtomicU64,
-    pub(crate) depth: AtomicUsize,
-    pub(crate) window: RateWindow,
-    /// Stamp of the newest message, plus one nanosecond; zero before the first.
-    pub(crate) newest: AtomicU64,
-}
-
-impl TopicCounters {
-    pub(crate) fn new(depth: Depth) -> Self {
-        Self {
-            published: AtomicU64::new(0),
-            depth: AtomicUsize::new(depth.get()),
-            window: RateWindow::default(),
-            newest: AtomicU64::new(0),
-        }
-    }
-
-    /// A message was published at `stamp`.
-    pub(crate) fn note(&self, stamp: Time) {
-        self.window.count(stamp);
-        let newest = stamp.as_nanos().saturating_add(1);
-        self.newest.store(newest, Ordering::Relaxed);
-    }
-
-    pub(crate) fn newest(&self) -> Option<Time> {
-        let newest = self.newest.load(Ordering::Relaxed).checked_sub(1)?;
-        Some(Time::from_nanos(newest))
-    }
-}
-
-/// How far one subscription has read, and what it lost. Written under the
-/// queue's lock only, read by observers at any time.
-#[derive(Debug, Default)]
-pub(crate) struct ReadMark {
-    /// Sequence number of the oldest message not yet seen.
-    next_unread: AtomicU64,
-    pub(crate) dropped: AtomicU64,
-    pub(crate) drops: RateWindow,
 }
 
 impl<T> Clone for Topic<T> {
@@ -258,12 +193,6 @@ impl<T> Queue<T> {
             }
         }
     }
-}
-
-/// Adds one to a counter that has a single writer at a time; cheaper than an
-/// atomic read-modify-write.
-pub(crate) fn bump(counter: &AtomicU64) {
-    counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
 /// The end of a topic that a node publishes to.

@@ -5,6 +5,7 @@
 //! them from any thread at any time and returns a [`Snapshot`], a plain value
 //! that holds no lock. A [`ReplayCounters`] moves the same counters from a record.
 
+mod counters;
 mod event_log;
 mod meter;
 mod observer;
@@ -18,6 +19,7 @@ pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, Subscription
 pub use replay_counters::ReplayCounters;
 pub use topology::{NodeTopology, TopicTopology, Topology};
 
+pub(crate) use counters::{ReadMark, TopicCounters};
 pub(crate) use event_log::EventLog;
 pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TopicEntry};
 pub(crate) use window::RateWindow;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Distribution, Event, EventLog, Meter};
+use super::{Distribution, Event, EventLog, Meter, ReadMark, TopicCounters};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
@@ -11,7 +11,6 @@ use crate::runtime::{
         lock,
     },
     time::{Hz, Time},
-    topic::{ReadMark, TopicCounters},
 };
 
 /// How a graph is being run.

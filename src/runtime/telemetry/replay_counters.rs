@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{
     Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, Shared,
-    Status, SubscriptionEntry, TopicEntry, TopicTopology, Topology,
+    Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,
@@ -15,7 +15,6 @@ use crate::runtime::{
     },
     tap::TickRecord,
     time::Time,
-    topic::TopicCounters,
 };
 
 /// The counters of a run, moved by a record of it and not by nodes.

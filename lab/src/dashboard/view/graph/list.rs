@@ -7,10 +7,7 @@ use ratatui::{
     widgets::Widget,
 };
 
-use super::{
-    label::{LabelWriter, count},
-    route::Routes,
-};
+use super::{label_writer::LabelWriter, route::Routes, text::count};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
     view::{pane, theme::Theme},

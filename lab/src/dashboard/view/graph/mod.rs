@@ -2,11 +2,13 @@
 //! them. Laid out from who publishes and who reads, whatever the robot is.
 
 mod label;
+mod label_writer;
 mod layers;
 mod list;
 mod nodes;
 mod place;
 mod route;
+mod text;
 mod wires;
 
 use ratatui::{buffer::Buffer, layout::Rect, text::Span};

@@ -9,8 +9,8 @@ use ratatui::{
 };
 
 use super::{
-    label::{count, fitting},
     place::GraphLayout,
+    text::{count, fitting},
 };
 use crate::dashboard::{
     frame::{FrameData, NodeData},

@@ -4,10 +4,10 @@
 use ratatui::layout::{Rect, Size};
 
 use super::{
-    label,
     layers::layers,
     list,
     route::{Route, Routes},
+    text::{NARROW, dangling_width},
 };
 use crate::dashboard::{frame::FrameData, view::pane};
 
@@ -139,7 +139,7 @@ impl Look {
             gap: LEAST_GAP,
             roomy: false,
         };
-        let (wide, narrow) = (20, label::NARROW + 2);
+        let (wide, narrow) = (20, NARROW + 2);
         [
             roomy(18, wide, 4),
             roomy(15, narrow, 4),
@@ -318,7 +318,7 @@ impl Plan {
             .all
             .iter()
             .filter(|r| r.dangles() && r.gaps.contains(&last));
-        let names = dangling_edges.map(|r| label::dangling_width(&frame.topics[r.topic].name));
+        let names = dangling_edges.map(|r| dangling_width(&frame.topics[r.topic].name));
         names.max().unwrap_or(0)
     }
 }

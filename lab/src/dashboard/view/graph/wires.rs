@@ -10,9 +10,9 @@ use ratatui::{
 };
 
 use super::{
-    label,
     place::GraphLayout,
     route::{Route, column_of},
+    text,
 };
 use crate::dashboard::{
     frame::{FrameData, TopicData},
@@ -342,7 +342,7 @@ impl<'a> Router<'a> {
     fn dangling(&self, wire: &mut Wire, route: &Route, gap: usize) {
         let [start, _] = self.layout.gaps[gap];
         let room = usize::from(self.limit(gap).saturating_sub(start));
-        let Some(length) = label::dangling(&self.frame.topics[route.topic].name, room) else {
+        let Some(length) = text::dangling(&self.frame.topics[route.topic].name, room) else {
             return;
         };
         for row in self.from(route, gap) {

@@ -1,0 +1,37 @@
+//! Texts of the graph and the columns that they need.
+
+use crate::dashboard::view::pane;
+
+/// The least room for writing on a line.
+pub(super) const NARROW: usize = 13;
+
+/// The length of a dangling edge that carries its name.
+pub(super) fn dangling_width(name: &str) -> usize {
+    pane::width(name) + 4
+}
+
+/// The length of such a line in so many columns, with or without its name.
+pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
+    let full = dangling_width(name);
+    if room >= full {
+        Some(full)
+    } else {
+        (room >= 2).then_some(room.min(4))
+    }
+}
+
+/// The first of `texts` that fits into `room`; nothing if none does.
+pub(super) fn fitting<const N: usize>(texts: [String; N], room: usize) -> String {
+    let mut fitting = texts.into_iter().filter(|text| pane::width(text) <= room);
+    fitting.next().unwrap_or_default()
+}
+
+/// A count in at most five columns.
+pub(super) fn count(count: u64) -> String {
+    match count {
+        0..100_000 => count.to_string(),
+        100_000..10_000_000 => format!("{}k", count / 1_000),
+        10_000_000..10_000_000_000 => format!("{}M", count / 1_000_000),
+        _ => format!("{}G", (count / 1_000_000_000).min(9_999)),
+    }
+}

@@ -1,0 +1,49 @@
+//! Where cart and pole are, and where a run is lost.
+
+use std::f64::consts::PI;
+
+/// The pole has fallen beyond this angle from upright (rad): 12 degrees.
+pub const POLE_LIMIT_RAD: f64 = 0.2095;
+
+/// The cart has left the rail beyond this distance from its middle (m).
+pub const CART_LIMIT_M: f64 = 2.4;
+
+/// How a run can be lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fall {
+    /// The pole tipped beyond [`POLE_LIMIT_RAD`].
+    Pole,
+    /// The cart went beyond [`CART_LIMIT_M`] with the pole still up.
+    Cart,
+}
+
+/// Where the cart and the pole are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Cart position on the rail (m).
+    pub cart_position: f64,
+    /// Pole angle from upright (rad), wrapped to −π..π; positive leans
+    /// towards +x.
+    pub pole_angle: f64,
+}
+
+impl Pose {
+    /// The pose at cart position (m) and hinge angle (rad).
+    pub fn of([cart_position, hinge_angle]: [f64; 2]) -> Self {
+        Self {
+            cart_position,
+            pole_angle: (hinge_angle + PI).rem_euclid(2.0 * PI) - PI,
+        }
+    }
+
+    /// How the run is lost here, if it is.
+    pub(super) fn fall(&self) -> Option<Fall> {
+        if self.pole_angle.abs() > POLE_LIMIT_RAD {
+            Some(Fall::Pole)
+        } else if self.cart_position.abs() > CART_LIMIT_M {
+            Some(Fall::Cart)
+        } else {
+            None
+        }
+    }
+}

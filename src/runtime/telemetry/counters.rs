@@ -1,0 +1,51 @@
+//! The counters of a topic and of those who read it.
+
+use super::RateWindow;
+use crate::runtime::{
+    depth::Depth,
+    sync::atomic::{AtomicU64, AtomicUsize, Ordering},
+    time::Time,
+};
+
+/// What a topic tells about itself without being locked.
+#[derive(Debug)]
+pub(crate) struct TopicCounters {
+    pub(crate) published: AtomicU64,
+    pub(crate) depth: AtomicUsize,
+    pub(crate) window: RateWindow,
+    /// Stamp of the newest message, plus one nanosecond; zero before the first.
+    pub(crate) newest: AtomicU64,
+}
+
+impl TopicCounters {
+    pub(crate) fn new(depth: Depth) -> Self {
+        Self {
+            published: AtomicU64::new(0),
+            depth: AtomicUsize::new(depth.get()),
+            window: RateWindow::default(),
+            newest: AtomicU64::new(0),
+        }
+    }
+
+    /// A message was published at `stamp`.
+    pub(crate) fn note(&self, stamp: Time) {
+        self.window.count(stamp);
+        let newest = stamp.as_nanos().saturating_add(1);
+        self.newest.store(newest, Ordering::Relaxed);
+    }
+
+    pub(crate) fn newest(&self) -> Option<Time> {
+        let newest = self.newest.load(Ordering::Relaxed).checked_sub(1)?;
+        Some(Time::from_nanos(newest))
+    }
+}
+
+/// How far one subscription has read, and what it lost. Written under the
+/// queue's lock only, read by observers at any time.
+#[derive(Debug, Default)]
+pub(crate) struct ReadMark {
+    /// Sequence number of the oldest message not yet seen.
+    pub(crate) next_unread: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+    pub(crate) drops: RateWindow,
+}
