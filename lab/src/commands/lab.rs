@@ -10,7 +10,7 @@ use crate::{
     dashboard::{self, LabError, Setup},
     error::Error,
     options::{self, Defaults},
-    output::{Outputs, print_recorded, record_error},
+    output::{Outputs, print_recorded, record_error, write_error},
     recording::Destination,
     results::{plan, print_results},
     screen::{need_terminal, screen},
@@ -42,9 +42,17 @@ pub fn lab(args: &LabArgs) -> Result<(), Error> {
     for recorded in &left.recorded {
         print_recorded(args.run.json, recorded)?;
     }
-    let ended = left.ended?;
+    let ended = left.ended.map_err(|error| unfinished(args, error))?;
     print_results(&args.run, outputs, &ended.summary, realtime, ended.csv_lost)?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Rows that cannot be written, with the name of their file.
+fn unfinished(args: &LabArgs, error: LabError) -> Error {
+    match (error, &args.run.csv) {
+        (LabError::Csv(why), Some(path)) => write_error(path, why),
+        (error, _) => error.into(),
+    }
 }
 
 /// Files that cannot be made are the fault of what was asked for.
