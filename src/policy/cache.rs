@@ -1,6 +1,6 @@
 //! Policies that were read.
 
-use super::{LoadedPolicy, PolicySpec, spec::PolicyError};
+use super::{LoadedPolicy, PolicySpec, error::PolicyError};
 
 /// Policies in memory, so that a run reads them before it begins and a sweep reads
 /// them once. Copies share the weights.
