@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{LoadedPolicy, PolicySpec, spec::PolicyError};
+use super::{LoadedPolicy, PolicyError, PolicySpec};
 
 /// Policies in memory, so that a file is read, hashed and parsed once: when it is
 /// named, before a run begins, and not on a node's thread. Copies share what is

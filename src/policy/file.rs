@@ -4,12 +4,8 @@ use std::{fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Digest, spec::PolicyErrorKind};
+use super::{Digest, LARGEST_FILE, error::PolicyErrorKind};
 use crate::file;
-
-/// The largest file that is read as a policy (bytes): 16 MiB, many times what a
-/// network needs that is to think a thousand times a second.
-pub const LARGEST_FILE: u64 = 16 << 20;
 
 /// Between path and digest in a text, as container images are pinned.
 const PIN: &str = "@sha256:";

@@ -7,6 +7,7 @@ mod cache;
 mod constant;
 mod delayed;
 mod digest;
+mod error;
 mod feedback;
 mod file;
 mod kind;
@@ -23,15 +24,20 @@ pub use cache::PolicyCache;
 pub use constant::Zero;
 pub use delayed::DelayedPolicy;
 pub use digest::Digest;
-pub use file::{LARGEST_FILE, PolicyFile};
+pub use error::{PolicyError, PolicyErrorKind};
+pub use file::PolicyFile;
 pub use kind::{PolicyKind, UnknownPolicy};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
 pub use onnx::{OnnxError, RUNS_ONNX};
 pub use random::Random;
 pub use scripted::Scripted;
-pub use spec::{LoadedPolicy, PolicyContext, PolicyError, PolicyErrorKind, PolicySpec};
+pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
 pub use swappable::SwappablePolicy;
 
 #[doc(inline)]
 pub use crate::cartpole::Policy;
+
+/// The largest file that is read as a policy (bytes): 16 MiB, many times what a
+/// network needs that is to think a thousand times a second.
+pub const LARGEST_FILE: u64 = 16 << 20;

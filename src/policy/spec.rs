@@ -1,17 +1,16 @@
 //! A policy by name: built in, or in a file.
 
-use std::{fmt, io, path::Path, str::FromStr, sync::Arc};
+use std::{fmt, path::Path, str::FromStr, sync::Arc};
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use super::{
-    Digest, LARGEST_FILE, Lqr, LqrError, Policy, PolicyFile, PolicyKind, Random, Scripted,
-    UnknownPolicy, Zero,
-    network::{Mlp, Network, WeightsError, read_weights},
-    onnx::{Model, OnnxError, is_onnx},
+    Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    error::{PolicyError, PolicyErrorKind},
+    network::{Mlp, Network, read_weights},
+    onnx::{Model, is_onnx},
 };
-use crate::{file::FileError, runtime::Hz};
+use crate::runtime::Hz;
 
 /// Which policy decides. As text: the name of one that is built in, or else
 /// the path of a file; a file that is called like a built-in is `./scripted`.
@@ -167,64 +166,5 @@ impl LoadedPolicy {
             Content::Graph(model) => model.policy(self.spec.name()),
             Content::Network(weights) => Box::new(Network::new(self.spec.name(), weights.clone())),
         })
-    }
-}
-
-/// A policy that cannot be had.
-#[derive(Debug, Error)]
-#[error("{spec}: {kind}")]
-pub struct PolicyError {
-    /// Its name or its path.
-    pub spec: String,
-    /// Why.
-    #[source]
-    pub kind: PolicyErrorKind,
-}
-
-/// Why a policy cannot be had.
-#[derive(Debug, Error)]
-pub enum PolicyErrorKind {
-    /// There is neither a policy nor a file of that name.
-    #[error(
-        "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor a \
-         file of that name"
-    )]
-    Missing,
-    /// It is something else than a file.
-    #[error("expected a file of weights, found {0}")]
-    NoFile(&'static str),
-    /// The system does not let it be read.
-    #[error("expected a file of weights, found one that cannot be read: {0}")]
-    Unreadable(io::Error),
-    /// It is larger than any policy.
-    #[error("expected a file of weights of {LARGEST_FILE} bytes at most, found {0} bytes")]
-    TooLarge(u64),
-    /// It is another file by now.
-    #[error("expected the content with the SHA-256 {expected}, found another one: {found}")]
-    Changed {
-        /// The content that was meant.
-        expected: Digest,
-        /// The content that is there.
-        found: Digest,
-    },
-    /// Its content is no policy for this robot.
-    #[error(transparent)]
-    Weights(#[from] WeightsError),
-    /// Its content is no graph for this robot, or there is nothing to run it.
-    #[error(transparent)]
-    Onnx(#[from] OnnxError),
-    /// The regulator could not be worked out.
-    #[error(transparent)]
-    Lqr(#[from] LqrError),
-}
-
-impl From<FileError> for PolicyErrorKind {
-    fn from(error: FileError) -> Self {
-        match error {
-            FileError::NoFile(what) => Self::NoFile(what),
-            FileError::TooLarge(bytes) => Self::TooLarge(bytes),
-            FileError::Unreadable(why) if why.kind() == io::ErrorKind::NotFound => Self::Missing,
-            FileError::Unreadable(why) => Self::Unreadable(why),
-        }
     }
 }

@@ -1,0 +1,160 @@
+//! Which source file imports which, by its `use` declarations.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A module as the names from its crate's folder down to it.
+pub type Module = Vec<String>;
+
+/// The code of each module that has a file.
+pub type Sources = BTreeMap<Module, String>;
+
+/// The modules that each module imports something from.
+pub type Imports = BTreeMap<Module, BTreeSet<Module>>;
+
+/// What imports what. A module that hands on what its own children define does
+/// not import them, and whoever imports that from it imports the child.
+///
+/// # Panics
+/// If an import of a file of `sources` leads nowhere.
+pub fn imports(sources: &Sources) -> Imports {
+    let mut imports = Imports::new();
+    for (module, code) in sources {
+        let to = imports.entry(module.clone()).or_default();
+        for (public, path) in uses(code) {
+            if let Some(from) = target(sources, module, &path)
+                && from != *module
+                && !(public && from.starts_with(module))
+            {
+                to.insert(from);
+            }
+        }
+    }
+    imports
+}
+
+/// The modules that import each other in a circle, all of a circle together.
+pub fn circles(imports: &Imports) -> BTreeSet<BTreeSet<&Module>> {
+    let reached: BTreeMap<_, _> = imports.keys().map(|m| (m, reachable(imports, m))).collect();
+    let circles = reached.iter().map(|(module, there)| {
+        let back = there
+            .iter()
+            .filter(|other| reached[*other].contains(module));
+        back.copied().collect()
+    });
+    circles
+        .filter(|circle: &BTreeSet<_>| !circle.is_empty())
+        .collect()
+}
+
+fn reachable<'a>(imports: &'a Imports, from: &Module) -> BTreeSet<&'a Module> {
+    let mut reached = BTreeSet::new();
+    let mut next: Vec<&Module> = imports[from].iter().collect();
+    while let Some(module) = next.pop() {
+        if reached.insert(module) {
+            next.extend(&imports[module]);
+        }
+    }
+    reached
+}
+
+/// The paths of all `use` declarations at the outermost level, and whether they
+/// are public.
+fn uses(code: &str) -> Vec<(bool, String)> {
+    let mut uses = Vec::new();
+    let mut lines = code.lines();
+    while let Some(line) = lines.next() {
+        let public = line.starts_with("pub");
+        let Some((before, tree)) = line.split_once("use ") else {
+            continue;
+        };
+        if !before.is_empty() && !(public && before.ends_with(' ')) {
+            continue;
+        }
+        let mut tree = tree.to_owned();
+        while !tree.ends_with(';') {
+            tree.push_str(lines.next().expect("the end of a declaration"));
+        }
+        let tree = tree.trim_end_matches(';').replace(" as ", "@");
+        let tree: String = tree.split_whitespace().collect();
+        uses.extend(paths(&tree).into_iter().map(|path| (public, path)));
+    }
+    uses
+}
+
+/// The paths of a tree such as `a::{b, c::{d, e}}`, another name behind an `@`.
+fn paths(tree: &str) -> Vec<String> {
+    let Some((head, rest)) = tree.split_once('{') else {
+        return vec![tree.to_owned()];
+    };
+    let (mut depth, mut branches) = (0, vec![String::new()]);
+    for sign in rest.strip_suffix('}').expect("closed").chars() {
+        match sign {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        match (sign, branches.last_mut()) {
+            (',', _) if depth == 0 => branches.push(String::new()),
+            (_, Some(branch)) => branch.push(sign),
+            _ => {}
+        }
+    }
+    let branches = branches.iter().filter(|branch| !branch.is_empty());
+    let paths = branches.flat_map(|branch| paths(branch));
+    paths.map(|path| format!("{head}{path}")).collect()
+}
+
+/// The module that defines what `path` means within `module`; `None` if that is
+/// another crate.
+fn target(sources: &Sources, module: &Module, path: &str) -> Option<Module> {
+    let (path, _) = path.split_once('@').unwrap_or((path, ""));
+    let mut at = module.clone();
+    let mut names = path.split("::").peekable();
+    match *names.peek()? {
+        "crate" => at.truncate(1),
+        "self" | "super" => {}
+        child if sources.contains_key(&[&at[..], &[child.to_owned()]].concat()) => {}
+        _ => return None,
+    }
+    for name in names {
+        let child = [&at[..], &[name.to_owned()]].concat();
+        match name {
+            "crate" | "self" | "*" => {}
+            "super" => drop(at.pop()),
+            _ if sources.contains_key(&child) => at = child,
+            _ if defines(&sources[&at], name) => return Some(at),
+            _ => {
+                let handed = uses(&sources[&at]).into_iter().filter(|(_, other)| {
+                    *other != path && other.rsplit([':', '@']).next() == Some(name)
+                });
+                let mut handed = handed.map(|(_, other)| target(sources, &at, &other));
+                return handed
+                    .next()
+                    .unwrap_or_else(|| panic!("{module:?}: {path}"));
+            }
+        }
+    }
+    Some(at)
+}
+
+/// Whether `code` defines an item of that name, at its outermost level.
+fn defines(code: &str, name: &str) -> bool {
+    const ITEMS: [&str; 9] = [
+        "struct",
+        "enum",
+        "trait",
+        "fn",
+        "const",
+        "static",
+        "type",
+        "mod",
+        "macro_rules",
+    ];
+    let outermost = code.lines().filter(|line| !line.starts_with(' '));
+    outermost.into_iter().any(|line| {
+        let words = line.split(|sign: char| !sign.is_alphanumeric() && sign != '_');
+        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        let mut pairs = words.windows(2);
+        pairs.any(|pair| ITEMS.contains(&pair[0]) && pair[1] == name)
+    })
+}
