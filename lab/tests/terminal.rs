@@ -453,5 +453,8 @@ fn a_limit_on_the_size_of_files_gives_the_terminal_back() {
     assert_eq!(status.exit_code(), 1);
     assert_given_back(&parser);
     let said = parser.screen().contents();
-    assert!(said.contains("cannot write rows.csv: File too large"), "{said}");
+    assert!(
+        said.contains("cannot write rows.csv: File too large"),
+        "{said}"
+    );
 }
