@@ -51,7 +51,7 @@ fn interleaved(pressed: &[Knob], timed: &[Knob]) -> Vec<Vec<Knob>> {
             let own = begin(first, interleaved(pressed, timed));
             let other = begin(
                 other,
-                interleaved(&[&[first.clone()], pressed].concat(), later),
+                interleaved(&[std::slice::from_ref(first), pressed].concat(), later),
             );
             [own, other].concat()
         }

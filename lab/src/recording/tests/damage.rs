@@ -11,7 +11,7 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Dice, folder, paced, read, recorder, recording, verify};
+use super::{Dice, cases, folder, paced, read, recorder, recording, verify};
 use crate::recording::{ReadError, Recorder, Recording, Replay, Source, StopReason};
 
 /// A file as it is while it is recorded, before its batches are put together,
@@ -35,7 +35,7 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
     let path = folder.path().join("torn.rrd");
     let (whole, original) = as_killed(&path);
     let mut longest = Time::ZERO;
-    for cut in (0..whole.len()).step_by(997).chain([whole.len()]) {
+    for cut in (0..whole.len()).step_by(2_991).chain([whole.len()]) {
         fs::write(&path, &whole[..cut]).expect("written");
         let Ok(torn) = Recording::read(&path) else {
             assert_eq!(longest, Time::ZERO, "nothing of {cut} bytes is good");
@@ -73,12 +73,12 @@ fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
 }
 
 #[test]
-fn a_thousand_damaged_files_come_to_nothing_worse_than_a_message() {
+fn damaged_files_come_to_nothing_worse_than_a_message() {
     let (folder, mut dice) = (folder(), Dice(5));
     let whole = fs::read(recording(&folder).path).expect("read");
     let path = folder.path().join("damaged.rrd");
     let mut refused = 0;
-    for _ in 0..1_000 {
+    for _ in 0..cases(400) {
         let mut bytes = whole.clone();
         match dice.below(5) {
             0 => bytes.truncate(dice.below(whole.len())),
@@ -104,7 +104,12 @@ fn a_thousand_damaged_files_come_to_nothing_worse_than_a_message() {
         }
         refused += usize::from(use_it(&path, &bytes).is_err());
     }
-    assert!((100..990).contains(&refused), "{refused} were refused");
+    // Most are refused, and some damage is where nothing is read.
+    let least = cases(400) / 10;
+    assert!(
+        (least..cases(400)).contains(&refused),
+        "{refused} were refused"
+    );
 }
 
 #[test]

@@ -19,6 +19,13 @@ use tempfile::TempDir;
 
 use super::{Recorder, Recording, Source, StopReason, VerifyError, verify::Identical};
 
+/// How many cases a test over random ones tries: `usual`, or as many as
+/// `RATELAB_CASES` asks for.
+fn cases(usual: usize) -> usize {
+    let asked = std::env::var("RATELAB_CASES").ok();
+    asked.and_then(|cases| cases.parse().ok()).unwrap_or(usual)
+}
+
 /// Numbers that look random and are the same every time (xorshift64*).
 struct Dice(u64);
 

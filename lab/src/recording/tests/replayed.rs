@@ -7,7 +7,7 @@ use ratelab::{
     runtime::{ClockKind, Snapshot, Time, telemetry::Distribution},
 };
 
-use super::{Dice, folder, read, record, recording, verify};
+use super::{Dice, cases, folder, read, record, recording, verify};
 use crate::recording::Replay;
 
 /// All figures in a snapshot, as text.
@@ -46,7 +46,7 @@ fn figures(snapshot: &Snapshot) -> String {
 #[test]
 fn a_run_told_again_shows_the_figures_that_the_run_showed() {
     let (folder, mut dice) = (folder(), Dice(3));
-    for number in 0..20 {
+    for number in 0..cases(8) {
         let config = Config {
             knobs: (0..3).map(|_| dice.knob()).collect(),
             ..dice.config()

@@ -10,13 +10,13 @@ use ratelab::{
     },
 };
 
-use super::{Dice, folder, read, record, recording, verify};
+use super::{Dice, cases, folder, read, record, recording, verify};
 use crate::recording::{Recording, VerifyError, schema::RunStatus, topic_record::TopicRecord};
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
     let (folder, mut dice) = (folder(), Dice(1));
-    for number in 0..50 {
+    for number in 0..cases(20) {
         let path = folder.path().join(format!("{number}.rrd"));
         let config = dice.config();
         let (outcome, _) = record(&config, &path);
