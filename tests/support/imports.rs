@@ -67,7 +67,7 @@ fn uses(code: &str) -> Vec<(bool, String)> {
         let Some((before, tree)) = line.split_once("use ") else {
             continue;
         };
-        if !before.is_empty() && !(public && before.ends_with(' ')) {
+        if !(before.is_empty() || public && before.ends_with(' ')) {
             continue;
         }
         let mut tree = tree.to_owned();
