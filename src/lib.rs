@@ -7,8 +7,8 @@
 //! [`stability`] is what linear theory says before any of them is run.
 //!
 //! The library knows no terminal and no recordings: those are the business of the
-//! `ratelab` command. The one kind of file that it reads is the weights of a policy; how
-//! [a file](file) is read with care it shares.
+//! `ratelab` command. The one kind of file that it reads is the weights of a policy;
+//! [`mod@file`] reads files within bounds, for the command too.
 
 pub mod cartpole;
 pub mod experiment;
