@@ -178,7 +178,9 @@ fn keys() {
         assert_eq!(lab.modes(), lab.first_modes, "other modes of the line");
         let (status, parser) = lab.close();
         let screen = parser.screen();
-        assert!(status.success(), "{status:?}\n{}", screen.contents());
+        // A Ctrl-C that comes when the terminal is given back already is a signal.
+        let documented = [0, 130].contains(&status.exit_code());
+        assert!(documented, "{status:?}\n{}", screen.contents());
         assert!(!screen.alternate_screen(), "still on the other screen");
         assert!(!screen.hide_cursor(), "the cursor is hidden");
         assert!(!screen.bracketed_paste(), "pastes are still bracketed");
