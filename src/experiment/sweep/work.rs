@@ -58,12 +58,13 @@ impl Sweep {
         threads: NonZeroUsize,
         finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
+        let cells = self.cells()?;
         for policy in self.needed_policies() {
             cache.fetch(policy)?;
         }
         let work = Work {
             sweep: self,
-            cells: self.cells()?,
+            cells,
             cache,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
