@@ -10,7 +10,7 @@ use ratelab::{
     experiment::{Config, Experiment, TimedKnob, parse_knobs},
     policy::{PolicyCache, PolicySpec, Scripted},
     runtime::{
-        ClockKind, Command, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand,
+        ClockKind, Command, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
         VirtualClock, clock, telemetry::Event,
     },
 };
@@ -263,7 +263,7 @@ fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     person.join().expect("a person");
     assert!(summary.verdict.balanced());
     let policies = |(_, command)| match command {
-        Command::Send { text, .. } => text,
+        Command::Set(Knob::Send { text: what, .. }) => what,
         other => panic!("{other}"),
     };
     let told: Vec<String> = applied(&summary.events).into_iter().map(policies).collect();

@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::{ACTUATOR, POLICY, SENSOR},
     experiment::{NodeSummary, Summary, TimedKnob, TopicSummary},
     runtime::{
-        ClockKind, Command, Hz,
+        ClockKind, Command, Hz, Knob,
         telemetry::{Distribution, EventKind},
     },
 };
@@ -67,7 +67,7 @@ fn changes(summary: &Summary) -> impl Iterator<Item = (&'static str, String)> {
         // The other half of the knob for queue depth.
         (
             EventKind::Applied {
-                command: Command::SetDepth { .. },
+                command: Command::Set(Knob::Depth { .. }),
                 ..
             },
             _,

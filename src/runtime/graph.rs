@@ -198,6 +198,22 @@ impl Graph {
         self.control.update(|status| status.speed = speed);
     }
 
+    /// Whether there is a node of this name.
+    ///
+    /// # Errors
+    /// Which there are instead.
+    pub(crate) fn check_node(&self, name: &str) -> Result<(), String> {
+        self.control.node_index(name).map(drop)
+    }
+
+    /// Whether there is a topic of this name.
+    ///
+    /// # Errors
+    /// Which there are instead.
+    pub(crate) fn check_topic(&self, name: &str) -> Result<(), String> {
+        self.control.topic(name).map(drop)
+    }
+
     /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].
     pub(crate) fn obey(
         &mut self,
@@ -235,10 +251,13 @@ impl ControlPlane {
     }
 
     pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
-        let known = self.topics.iter().find(|t| &*t.entry.name == topic);
+        Ok(self.topic(topic)?.topic.set_depth(depth, now))
+    }
+
+    fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
+        let known = self.topics.iter().find(|t| &*t.entry.name == name);
         let names = self.topics.iter().map(|t| &*t.entry.name);
-        let wired = known.ok_or_else(|| nothing_called("topic", topic, names))?;
-        Ok(wired.topic.set_depth(depth, now))
+        known.ok_or_else(|| nothing_called("topic", name, names))
     }
 
     /// Adds the edges that a node took, and the topics first seen with them.

@@ -9,7 +9,7 @@ use ratelab::{
     experiment::{Config, Experiment, Summary},
     policy::{Policy, PolicyCache, SwappablePolicy},
     runtime::{
-        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Message, Observer, Tap,
+        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, Observer, Tap,
         TapMessage, Tick, Time, TimedCommand, VirtualClock,
         telemetry::{Event, EventKind},
     },
@@ -38,18 +38,18 @@ pub fn at(seconds: f64, command: Command) -> TimedCommand {
 
 pub fn set_rate(node: &str, rate: f64) -> Command {
     let (node, hz) = (node.to_owned(), hz(rate));
-    Command::SetRate { node, hz }
+    Command::Set(Knob::Rate { node, hz })
 }
 
 pub fn set_depth(topic: &str, messages: usize) -> Command {
     let (topic, depth) = (topic.to_owned(), depth(messages));
-    Command::SetDepth { topic, depth }
+    Command::Set(Knob::Depth { topic, depth })
 }
 
-/// Sends `text` to `node`.
-pub fn send_to(node: &str, text: &str) -> Command {
-    let (node, text) = (node.to_owned(), text.to_owned());
-    Command::Send { node, text }
+/// Says `what` to `node`.
+pub fn send_to(node: &str, what: &str) -> Command {
+    let (node, what) = (node.to_owned(), what.to_owned());
+    Command::Set(Knob::Send { node, text: what })
 }
 
 /// Runs `graph` with these commands and no way to give others.

@@ -21,7 +21,7 @@ use ratelab::{
     cartpole::{ControlStep, POLICY},
     experiment::{BROKEN_HZ, Verdict},
     runtime::{
-        Command, Hz, Message, Time,
+        Command, Hz, Knob, Message, Time,
         telemetry::{Event, EventKind},
     },
 };
@@ -117,7 +117,7 @@ struct SlowPhase {
 fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
     let changes = session.events.iter().filter_map(|event| match &event.what {
         EventKind::Applied {
-            command: Command::SetRate { node, hz },
+            command: Command::Set(Knob::Rate { node, hz }),
             ..
         } if node == POLICY => Some((event.at, *hz)),
         _ => None,

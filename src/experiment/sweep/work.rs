@@ -10,7 +10,6 @@ use std::{
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{Cell, CellResult, Sweep, SweepError, Swept};
-use crate::policy::PolicyCache;
 
 /// Finished cells that may wait for the caller to look at them.
 const WAITING: usize = 1_024;
@@ -26,7 +25,6 @@ type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 /// What the threads of a sweep share.
 struct Work<'a> {
     sweep: &'a Sweep,
-    cache: PolicyCache,
     cells: usize,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -45,27 +43,10 @@ impl Sweep {
         threads: NonZeroUsize,
         finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
-        self.run_with(PolicyCache::default(), threads, finished)
-    }
-
-    /// The same with policies that were read before.
-    ///
-    /// # Errors
-    /// [`SweepError`] as for [`run`](Self::run).
-    pub fn run_with(
-        &self,
-        cache: PolicyCache,
-        threads: NonZeroUsize,
-        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
-    ) -> Result<Swept, SweepError> {
         let cells = self.cells()?;
-        for policy in self.needed_policies() {
-            cache.fetch(policy)?;
-        }
         let work = Work {
             sweep: self,
             cells,
-            cache,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
         };
@@ -88,7 +69,7 @@ impl Work<'_> {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let cell = self.sweep.cell(index).filter(|_| index < self.cells);
             let Some(cell) = cell else { return };
-            let outcome = self.sweep.execute(&cell, &self.cache);
+            let outcome = self.sweep.execute(&cell);
             if done.send((index, cell, outcome)).is_err() {
                 return; // The caller panicked.
             }
@@ -110,8 +91,9 @@ impl Work<'_> {
         for (index, cell, outcome) in done {
             let go_on = match outcome {
                 Ok(outcome) => {
+                    let go_on = !self.stopped() && finished(&cell, &outcome).is_continue();
                     outcomes[index] = Some(outcome);
-                    !self.stopped() && finished(&cell, &outcome).is_continue()
+                    go_on
                 }
                 Err(error) => {
                     failed.get_or_insert(error);

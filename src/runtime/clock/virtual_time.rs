@@ -7,6 +7,7 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
+    knob::Knob,
     node::{Fault, Tick},
     scheduled_node::ScheduledNode,
     sync::Instant,
@@ -194,7 +195,7 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::SetRate { .. } => self.queue = EventQueue::new(&self.graph.nodes),
+            Command::Set(Knob::Rate { .. }) => self.queue = EventQueue::new(&self.graph.nodes),
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
             }

@@ -140,7 +140,7 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
 mod tests {
     use ratatui::buffer::Buffer;
     use ratelab::runtime::{
-        Command, Hz, Time,
+        Command, Hz, Knob, Time,
         telemetry::{Event, EventKind},
     };
 
@@ -161,9 +161,11 @@ mod tests {
             at: Time::from_nanos(millis * 1_000_000),
             what,
         };
-        let rate = |hz: f64| Command::SetRate {
-            node: "policy".to_owned(),
-            hz: Hz::new(hz).expect("a valid rate"),
+        let rate = |hz: f64| {
+            Command::Set(Knob::Rate {
+                node: "policy".to_owned(),
+                hz: Hz::new(hz).expect("a valid rate"),
+            })
         };
         let applied = EventKind::Applied {
             command: rate(5.0),

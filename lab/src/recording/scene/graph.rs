@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use ratelab::runtime::{
-    Command, Snapshot,
+    Command, Knob, Snapshot,
     telemetry::{Event, EventKind},
 };
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
@@ -136,8 +136,8 @@ impl GraphScene {
             return false;
         };
         let (name, setting) = match command {
-            Command::SetRate { node, hz } => (node, hz.to_string()),
-            Command::SetDepth { topic, depth: deep } => (topic, depth(deep.get())),
+            Command::Set(Knob::Rate { node, hz }) => (node, hz.to_string()),
+            Command::Set(Knob::Depth { topic, depth: deep }) => (topic, depth(deep.get())),
             _ => return false,
         };
         let vertex = self.vertices.iter_mut().find(|vertex| vertex.name == *name);

@@ -5,7 +5,7 @@ use std::{collections::VecDeque, ops::Range, time::Duration};
 use ratelab::{
     cartpole::{ControlStep, POLE_LIMIT_RAD, POLICY, Pose},
     runtime::{
-        Command, Message, Time,
+        Command, Knob, Message, Time,
         telemetry::{Event, EventKind},
     },
 };
@@ -115,7 +115,7 @@ impl ControlPeriod {
 fn change(event: &Event) -> Option<(Time, Duration)> {
     match &event.what {
         EventKind::Applied {
-            command: Command::SetRate { node, hz },
+            command: Command::Set(Knob::Rate { node, hz }),
             ..
         } if node == POLICY => Some((event.at, hz.period())),
         _ => None,
@@ -141,10 +141,10 @@ mod tests {
     }
 
     fn turned(at: Time, node: &str, hz: f64) -> Event {
-        let command = Command::SetRate {
+        let command = Command::Set(Knob::Rate {
             node: node.to_owned(),
             hz: Hz::new(hz).expect("a rate"),
-        };
+        });
         let was = None;
         let what = EventKind::Applied { command, was };
         Event { at, what }

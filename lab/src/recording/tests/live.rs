@@ -35,14 +35,14 @@ fn a_session_with_knobs_turned_live_comes_again() {
         Knob::ControlHz(hz(12.0)).commands(),
         vec![Command::Pause, Command::Step, Command::Step],
         // What no knob can do.
-        vec![Command::SetRate {
+        vec![Command::Set(Knob::Rate {
             node: "actuator".to_owned(),
             hz: hz(40.0),
-        }],
-        vec![Command::SetDepth {
+        })],
+        vec![Command::Set(Knob::Depth {
             topic: "/action".to_owned(),
             depth: Depth::ONE,
-        }],
+        })],
         vec![Command::Resume],
         Knob::ControlHz(hz(50.0)).commands(),
         vec![Command::Stop],

@@ -117,7 +117,7 @@ impl<'a> Checkpoint<'a> {
             });
         };
         let path = format!("data/{}", view.storage.key);
-        let bytes = self.entry(&path, crate::policy::LARGEST_FILE)?;
+        let bytes = self.entry(&path, crate::cartpole::policy::LARGEST_FILE)?;
         let values = (0..count).map(|index| float.at(&bytes, view.place(index)?));
         let values: Option<Vec<f32>> = values.collect();
         let values = values.ok_or_else(|| WeightsError::Short {

@@ -10,6 +10,7 @@ mod digest;
 mod error;
 mod feedback;
 mod file;
+mod interface;
 mod kind;
 mod lqr;
 mod network;
@@ -26,6 +27,7 @@ pub use delayed::DelayedPolicy;
 pub use digest::Digest;
 pub use error::{PolicyError, PolicyErrorKind};
 pub use file::PolicyFile;
+pub use interface::Policy;
 pub use kind::{PolicyKind, UnknownPolicy};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
@@ -34,9 +36,6 @@ pub use random::Random;
 pub use scripted::Scripted;
 pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
 pub use swappable::SwappablePolicy;
-
-#[doc(inline)]
-pub use crate::cartpole::Policy;
 
 /// The largest file that is read as a policy (bytes): 16 MiB, many times what a
 /// network needs that is to think a thousand times a second.

@@ -11,18 +11,6 @@ use super::{LoadedPolicy, PolicyError, PolicySpec};
 pub struct PolicyCache(Arc<Mutex<Vec<(PolicySpec, LoadedPolicy)>>>);
 
 impl PolicyCache {
-    /// Reads `specs`.
-    ///
-    /// # Errors
-    /// [`PolicyError`] if one of them cannot be loaded.
-    pub fn of<'b>(specs: impl IntoIterator<Item = &'b PolicySpec>) -> Result<Self, PolicyError> {
-        let cache = Self::default();
-        for spec in specs {
-            cache.fetch(spec)?;
-        }
-        Ok(cache)
-    }
-
     /// The policy from the cache; one that is not there is read and put there.
     ///
     /// # Errors
@@ -37,11 +25,14 @@ impl PolicyCache {
     }
 
     /// `spec` pinned to the content that its file has now, which is read and put
-    /// into the cache; see [`PolicySpec::pinned`].
+    /// into the cache. One that is pinned stays as it is.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.
     pub fn pin(&self, spec: &PolicySpec) -> Result<PolicySpec, PolicyError> {
+        if spec.is_pinned() {
+            return self.fetch(spec).map(|_| spec.clone());
+        }
         let loaded = spec.load()?;
         self.put(loaded.spec(), &loaded);
         Ok(loaded.spec().clone())

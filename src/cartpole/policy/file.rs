@@ -39,6 +39,11 @@ impl PolicyFile {
         &self.path
     }
 
+    /// Whether its content is known by its digest.
+    pub fn is_pinned(&self) -> bool {
+        self.sha256.is_some()
+    }
+
     /// What it contains.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
         let content = file::read(Path::new(&self.path), LARGEST_FILE)?;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::{
-    experiment::actuator_hz,
+    cartpole::actuator_hz,
     runtime::{Hz, Rate, Time, hyper_period},
 };
 

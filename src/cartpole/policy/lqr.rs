@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     fn golden() -> impl Iterator<Item = (f64, Vec<f64>)> {
-        let lines = include_str!("../../tests/golden/lqr.txt").lines();
+        let lines = include_str!("../../../tests/golden/lqr.txt").lines();
         lines.map(|line| {
             let (steps, gains) = line.split_once(' ').expect("two fields");
             let steps: f64 = steps["steps=".len()..].parse().expect("steps");

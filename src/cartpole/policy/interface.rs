@@ -1,6 +1,6 @@
 //! What the robot asks of a policy.
 
-use super::message::{Action, Observation};
+use crate::cartpole::{Action, Observation};
 
 /// Decides what to do about an observation.
 ///
@@ -18,7 +18,7 @@ use super::message::{Action, Observation};
 /// ```
 ///
 /// One of your own goes behind the policy node with
-/// [`Experiment::with_policy`](crate::experiment::Experiment::with_policy), which
+/// [`CartPole::with_policy`](crate::cartpole::CartPole::with_policy), which
 /// shows one.
 pub trait Policy: Send {
     /// What it is called.
@@ -33,7 +33,7 @@ pub trait Policy: Send {
     ///
     /// # Errors
     /// Why not: a policy is what it is, unless it is
-    /// [`SwappablePolicy`](crate::policy::SwappablePolicy).
+    /// [`SwappablePolicy`](crate::cartpole::policy::SwappablePolicy).
     fn swap(&mut self, name: &str) -> Result<String, String> {
         let _ = name;
         Err(format!("the {} policy cannot be swapped", self.name()))

@@ -24,7 +24,7 @@ const LIBRARY: &str = "ORT_DYLIB_PATH";
 
 /// A graph that is ready to run; copies share it.
 #[derive(Clone)]
-pub(in crate::policy) struct Model(Arc<Mutex<Session>>);
+pub(in crate::cartpole::policy) struct Model(Arc<Mutex<Session>>);
 
 impl fmt::Debug for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -34,7 +34,7 @@ impl fmt::Debug for Model {
 
 impl Model {
     /// The graph in `content`.
-    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
+    pub(in crate::cartpole::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
         let session = session(environment()?, content);
         let session = session.map_err(|why| OnnxError::Refused(one_line(&why)))?;
         let (inputs, outputs) = (session.inputs(), session.outputs());
@@ -46,7 +46,7 @@ impl Model {
     }
 
     /// The policy called `name` that answers as the graph does.
-    pub(in crate::policy) fn policy(&self, name: &str) -> Box<dyn Policy> {
+    pub(in crate::cartpole::policy) fn policy(&self, name: &str) -> Box<dyn Policy> {
         Box::new(Onnx {
             name: name.to_owned(),
             model: self.clone(),
