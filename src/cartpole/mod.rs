@@ -9,7 +9,12 @@
 //! The sensor reads the plant, the actuator moves it, and neither knows the
 //! other: the plant is what they share, topics are how they talk. `/state`
 //! carries what each control step came to, for whoever wants to follow the run.
+//!
+//! So it is in the course's world, which waits for the actuator. In a world of its own
+//! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 
+mod body;
+mod free_plant;
 mod linear;
 mod message;
 mod nodes;
@@ -21,9 +26,13 @@ mod seeding;
 pub mod stability;
 mod system;
 
+pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
-pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
+pub use nodes::{
+    ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode, SENSE_TO_ACT,
+    SENSOR, Sensor,
+};
 pub use plant::{
     CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version,
 };

@@ -3,12 +3,17 @@
 use thiserror::Error;
 
 use super::{
+    free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
     plant::SharedPlant,
     policy::Policy,
 };
-use crate::runtime::{
-    END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::MeterRecorder,
+use crate::{
+    runtime::{
+        END, GO_ON, Message, Node, Publisher, Subscription, Tick, Time, Topic, Wiring,
+        telemetry::{MeterRecorder, PushAge},
+    },
+    system::SharedWorld,
 };
 
 /// Name of the node that reads the plant.
@@ -25,16 +30,34 @@ pub const ACTUATOR: &str = "actuator";
 pub const SENSE_TO_ACT: &str = "sense→act";
 
 /// Reads the plant and publishes what it reads.
-pub struct Sensor {
+pub struct Sensor<P = SharedPlant> {
     /// What it reads.
-    pub plant: SharedPlant,
+    pub plant: P,
     /// Where it publishes: `/obs`.
     pub observations: Publisher<Observation>,
 }
 
-impl Node for Sensor {
+/// Something that a sensor can read.
+pub trait Observed: Send {
+    /// What a perfect sensor reads at run time `now`.
+    fn observe(&self, now: Time) -> Observation;
+}
+
+impl Observed for SharedPlant {
+    fn observe(&self, _: Time) -> Observation {
+        self.lock().observe()
+    }
+}
+
+impl Observed for SharedWorld<FreePlant> {
+    fn observe(&self, now: Time) -> Observation {
+        self.at(now).observe()
+    }
+}
+
+impl<P: Observed> Node for Sensor<P> {
     fn tick(&mut self, now: Time) -> Tick {
-        let observation = self.plant.lock().observe();
+        let observation = self.plant.observe(now);
         self.observations.publish(observation, now, None);
         GO_ON
     }
@@ -73,7 +96,7 @@ impl Node for PolicyNode {
                 observation: sensed.data,
             }));
         }
-        self.actions.publish(action, now, Some(sensed.stamp));
+        self.actions.publish(action, now, Some(sensed.sensed()));
         GO_ON
     }
 
@@ -89,32 +112,77 @@ impl Node for PolicyNode {
 /// While the policy is quiet the last action is held (zero-order hold); before
 /// the first there is no force.
 pub struct Actuator {
-    /// What it moves.
-    pub plant: SharedPlant,
-    /// What it obeys: `/action`.
+    plant: SharedPlant,
+    steps: Publisher<ControlStep>,
+    input: ActuatorInput,
+}
+
+/// What an actuator obeys: `/action`, and what it measures of it.
+pub struct ActuatorInput {
+    /// What it reads.
     pub actions: Subscription<Action>,
-    /// Where it publishes what a step came to: `/state`.
-    pub steps: Publisher<ControlStep>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
+    /// The same at any time.
+    pub push_age: PushAge,
+    command: Option<Message<Action>>,
+}
+
+impl ActuatorInput {
+    /// Takes both from the `wiring` of an actuator.
+    pub fn new(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+        Self {
+            actions: wiring.subscription(actions),
+            sense_to_act: wiring.meter(SENSE_TO_ACT),
+            push_age: wiring.push_age(),
+            command: None,
+        }
+    }
+
+    /// Reads the newest action.
+    fn read(&mut self, now: Time) {
+        self.command = self.actions.latest(now);
+    }
+
+    /// The action that was read, which is applied `now`.
+    fn applied(&mut self, now: Time) -> Option<Message<Action>> {
+        let sensed = self.command.and_then(|command| command.origin);
+        if let Some(sensed) = sensed {
+            self.sense_to_act.record(now.since(sensed));
+            self.push_age.push(now, sensed);
+        }
+        self.command
+    }
+}
+
+impl Actuator {
+    /// An actuator that moves `plant` and publishes what each step came to.
+    pub fn new(plant: SharedPlant, input: ActuatorInput, steps: Publisher<ControlStep>) -> Self {
+        Self {
+            plant,
+            steps,
+            input,
+        }
+    }
 }
 
 impl Node for Actuator {
     fn tick(&mut self, now: Time) -> Tick {
-        let command = self.actions.latest(now);
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        let command = self.input.applied(now);
         let action = command.map_or(Action::ZERO, |command| command.data);
         let sensed = command.and_then(|command| command.origin);
-        let latency = sensed.map(|sensed| now.since(sensed));
-        if let Some(latency) = latency {
-            self.sense_to_act.record(latency);
-        }
         let (fall, step) = {
             let mut plant = self.plant.lock();
             let fall = plant.step(action);
             let step = ControlStep {
                 step: plant.steps(),
                 action: action.clipped(),
-                latency,
+                latency: sensed.map(|sensed| now.since(sensed)),
                 observation: plant.observe(),
                 qpos: plant.qpos(),
                 qvel: plant.qvel(),
@@ -123,5 +191,33 @@ impl Node for Actuator {
         };
         self.steps.publish(step, now, sensed);
         if fall.is_some() { END } else { GO_ON }
+    }
+}
+
+/// Applies the newest action to a plant that moves by itself.
+pub struct FreeActuator {
+    plant: SharedWorld<FreePlant>,
+    input: ActuatorInput,
+}
+
+impl FreeActuator {
+    /// An actuator that pushes `plant`.
+    pub fn new(plant: SharedWorld<FreePlant>, input: ActuatorInput) -> Self {
+        Self { plant, input }
+    }
+}
+
+impl Node for FreeActuator {
+    fn tick(&mut self, now: Time) -> Tick {
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some(command) = self.input.applied(now) {
+            let mut plant = self.plant.at(now);
+            plant.push(now, command.data, command.origin);
+        }
+        GO_ON
     }
 }

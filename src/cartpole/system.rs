@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 
 use super::{
-    ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Fall, Observation, POLE_LIMIT_RAD, POLICY,
-    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, picture,
+    ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
+    FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, picture,
     policy::{
         DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
     },
 };
 use crate::{
     experiment::Config,
-    runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Time},
+    runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring},
     system::{
         Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup, Signal, System,
-        Verdict, VerdictKind,
+        Verdict, VerdictKind, WorldKind,
     },
 };
 
@@ -174,6 +175,42 @@ fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
     Ok(PolicyContext { seed, control_hz })
 }
 
+fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
+    BuildError::Other(Box::new(error))
+}
+
+/// What the nodes of the robot talk through.
+struct Topics {
+    observations: Topic<Observation>,
+    actions: Topic<Action>,
+    steps: Topic<ControlStep>,
+}
+
+impl Topics {
+    /// Adds sensor, policy and actuator around `plant`.
+    fn robot<A: Node + 'static>(
+        &self,
+        builder: &mut Builder<'_>,
+        plant: impl Observed + 'static,
+        policy: Box<dyn Policy>,
+        actuator: impl FnOnce(&mut Wiring<'_>, ActuatorInput) -> A,
+    ) -> Result<(), BuildError> {
+        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
+            plant,
+            observations: wiring.publisher(&self.observations),
+        })?;
+        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+            policy,
+            observations: wiring.subscription(&self.observations),
+            actions: wiring.publisher(&self.actions),
+        })?;
+        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| {
+            let input = ActuatorInput::new(wiring, &self.actions);
+            actuator(wiring, input)
+        })
+    }
+}
+
 fn setting_error(error: impl std::fmt::Display) -> BuildError {
     BuildError::Setting(error.to_string())
 }
@@ -184,31 +221,38 @@ impl System for CartPole {
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let plant = Plant::new(builder.seed()).map_err(|why| BuildError::Other(Box::new(why)))?;
-        let plant = SharedPlant::new(plant);
         let context = context(builder.seed(), builder.setup())?;
         let mut policy = self.policy(builder.message(POLICY), context)?;
         if !builder.think().is_zero() {
             policy = Box::new(DelayedPolicy::new(policy, builder.think()));
         }
-        let observations = builder.topic::<Observation>(OBS);
-        let actions = builder.topic::<Action>(ACTION);
-        let steps = builder.topic::<ControlStep>(STATE);
-        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
-            plant: plant.clone(),
-            observations: wiring.publisher(&observations),
-        })?;
-        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
-            policy,
-            observations: wiring.subscription(&observations),
-            actions: wiring.publisher(&actions),
-        })?;
-        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| Actuator {
-            plant: plant.clone(),
-            actions: wiring.subscription(&actions),
-            steps: wiring.publisher(&steps),
-            sense_to_act: wiring.meter(SENSE_TO_ACT),
-        })
+        let topics = Topics {
+            observations: builder.topic(OBS),
+            actions: builder.topic(ACTION),
+            steps: builder.topic(STATE),
+        };
+        let steps = topics.steps.clone();
+        match builder.world() {
+            WorldKind::Course => {
+                let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
+                topics.robot(builder, plant.clone(), policy, |wiring, input| {
+                    const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
+                        choose another node, or the world \"own\"";
+                    wiring.fix(&[KnobKind::Rate], REASON);
+                    Actuator::new(plant, input, wiring.publisher(&steps))
+                })
+            }
+            WorldKind::Own { step_ms } => {
+                let plant = FreePlant::new(step_ms, builder.seed()).map_err(other)?;
+                let plant = builder.own_world(plant, CONTROL_HZ, |wiring| {
+                    let steps = wiring.publisher(&steps);
+                    move |plant: &FreePlant, now| plant.judge(now, &steps)
+                })?;
+                topics.robot(builder, plant.clone(), policy, |_, input| {
+                    FreeActuator::new(plant, input)
+                })
+            }
+        }
     }
 
     fn aliases(&self) -> &'static [Alias] {

@@ -51,7 +51,7 @@ impl Experiment {
     /// [`BuildError`] if the system cannot, or does not take a setting.
     pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
-        let mut builder = Builder::new(config.seed, &config.setup, config.think);
+        let mut builder = Builder::new(config.seed, &config.setup, config.think, config.world);
         system.build(&mut builder)?;
         let Built {
             mut graph,

@@ -75,10 +75,16 @@ pub struct NodeSummary {
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
-    /// How late its ticks began; empty under the virtual clock.
+    /// How late its ticks began; empty under the virtual clock unless asked for.
     pub lateness: Distribution,
-    /// How long its ticks took; empty where the virtual clock ran without pacing.
+    /// How long its ticks took: in run time where that was asked for; else empty
+    /// where the virtual clock ran without pacing.
     pub tick_time: Distribution,
+    /// How long after they were due its ticks were over.
+    pub response: Distribution,
+    /// Mean over time of the age of what it did to the world (s); `None` if it did
+    /// nothing.
+    pub push_age_s: Option<f64>,
 }
 
 impl Summary {
@@ -177,6 +183,8 @@ impl NodeSummary {
             overruns: node.overruns,
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
+            response: node.response.clone(),
+            push_age_s: node.push_age.and_then(|age| age.mean_s()),
         }
     }
 }

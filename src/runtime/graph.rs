@@ -8,10 +8,11 @@ use thiserror::Error;
 use super::{
     command::{ClockKind, Command, Speed},
     depth::Depth,
+    knob::{Knob, KnobKind},
     message::Payload,
     node::Node,
     rate::Rate,
-    scheduled_node::ScheduledNode,
+    scheduled_node::{Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -20,8 +21,8 @@ use super::{
     tap::{Backpressure, Tap, TapMessage},
     tap_handle::TapHandle,
     telemetry::{
-        EventLog, Meter, MeterRecorder, NodeEntry, Observer, Shared, Status, SubscriptionEntry,
-        TopicEntry,
+        EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, Shared, Status,
+        SubscriptionEntry, TopicEntry,
     },
     time::{Hz, Time},
     topic::{Publisher, Subscription, Topic},
@@ -65,6 +66,7 @@ pub enum GraphError {
 pub struct Graph {
     pub(crate) nodes: Vec<ScheduledNode>,
     pub(crate) control: ControlPlane,
+    seed: u64,
 }
 
 /// The part of a graph that commands act on and observers see; everything but
@@ -120,6 +122,7 @@ impl Graph {
                 topics: Vec::new(),
                 backpressure: Backpressure::default(),
             },
+            seed: 0,
         }
     }
 
@@ -144,10 +147,12 @@ impl Graph {
         let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
         let node = Box::new(build(&mut wiring));
         let Wiring {
-            endpoints, meters, ..
+            endpoints, wired, ..
         } = wiring;
         self.control.connect(endpoints)?;
-        let node = ScheduledNode::new(name, priority, Rate::new(hz, self.now()), node, meters);
+        let rate = Rate::new(hz, self.now());
+        let mut node = ScheduledNode::new(name, priority, rate, node, wired);
+        node.seed = self.seed;
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
         Ok(())
@@ -198,20 +203,24 @@ impl Graph {
         self.control.update(|status| status.speed = speed);
     }
 
-    /// Whether there is a node of this name.
-    ///
-    /// # Errors
-    /// Which there are instead.
-    pub(crate) fn check_node(&self, name: &str) -> Result<(), String> {
-        self.control.node_index(name).map(drop)
+    /// Sets the seed from which every duration follows that is drawn by chance.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.seed = seed;
+        self.nodes.iter_mut().for_each(|node| node.seed = seed);
     }
 
-    /// Whether there is a topic of this name.
+    /// Whether there is such a knob, and all is there that its value needs.
     ///
     /// # Errors
-    /// Which there are instead.
-    pub(crate) fn check_topic(&self, name: &str) -> Result<(), String> {
-        self.control.topic(name).map(drop)
+    /// Why not, and what there is instead.
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
+        match knob {
+            Knob::Depth { topic, .. } => self.control.topic(topic).map(drop),
+            knob => {
+                let index = self.control.node_index(knob.target())?;
+                self.nodes[index].check(knob)
+            }
+        }
     }
 
     /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].
@@ -322,7 +331,7 @@ pub struct Wiring<'g> {
     known: &'g [WiredTopic],
     node: usize,
     endpoints: Vec<Endpoint>,
-    meters: Vec<(String, Meter)>,
+    wired: Wired,
 }
 
 /// One edge to be: an end of the topic with index `topic`, which comes along if
@@ -344,7 +353,7 @@ impl<'g> Wiring<'g> {
             known,
             node,
             endpoints: Vec::new(),
-            meters: Vec::new(),
+            wired: Wired::default(),
         }
     }
 
@@ -352,7 +361,7 @@ impl<'g> Wiring<'g> {
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
         let kind = EndpointKind::Publisher(self.node);
         self.add_endpoint(topic, kind);
-        topic.publisher()
+        topic.publisher_through(&self.wired.outbox)
     }
 
     /// The node reads from `topic`.
@@ -371,8 +380,19 @@ impl<'g> Wiring<'g> {
     /// observes the graph.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let (recorder, meter) = Meter::new();
-        self.meters.push((name.to_owned(), meter));
+        self.wired.meters.push((name.to_owned(), meter));
         recorder
+    }
+
+    /// The node acts on the world outside of the graph, and notes how old the
+    /// sensing behind that is.
+    pub fn push_age(&mut self) -> PushAge {
+        self.wired.push_age.get_or_insert_default().clone()
+    }
+
+    /// The node has no knobs of these `kinds`; a refusal gives the `reason`.
+    pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
+        self.wired.fixed = Fixed { kinds, reason };
     }
 
     fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {

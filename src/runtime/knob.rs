@@ -1,17 +1,21 @@
 //! What can be turned on a running graph, as values and as lines of text.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
+    cost::Cost,
     depth::{Depth, DepthError},
+    draw::Draw,
+    millis,
     time::{Hz, HzError, Time},
 };
 
 /// One setting of one node or topic of a graph. As text `rate NODE HZ`,
-/// `depth TOPIC N` or `send NODE TEXT`.
+/// `depth TOPIC N`, `send NODE TEXT`, `takes NODE SPEC`, `offset NODE MS` or
+/// `wakes NODE SPEC`.
 ///
 /// ```
 /// use ratelab::runtime::{Hz, Knob};
@@ -49,6 +53,29 @@ pub enum Knob {
         #[serde(rename = "what")]
         text: String,
     },
+    /// What the ticks of a node take: a tick that starts at s reads at s; what it
+    /// publishes or applies, it publishes and applies at s + cost.
+    Takes {
+        /// The node's name.
+        node: String,
+        /// What they take.
+        spec: Cost,
+    },
+    /// By how much the due times of a node are shifted against run time zero.
+    Offset {
+        /// The node's name.
+        node: String,
+        /// By how much.
+        #[serde(rename = "ms", with = "millis")]
+        offset: Duration,
+    },
+    /// How late the ticks of a node start in virtual time.
+    Wakes {
+        /// The node's name.
+        node: String,
+        /// How late.
+        spec: Draw,
+    },
 }
 
 /// The kinds of knobs, for those who list or complete them.
@@ -60,11 +87,24 @@ pub enum KnobKind {
     Depth,
     /// [`Knob::Send`].
     Send,
+    /// [`Knob::Takes`].
+    Takes,
+    /// [`Knob::Offset`].
+    Offset,
+    /// [`Knob::Wakes`].
+    Wakes,
 }
 
 impl KnobKind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Rate, Self::Depth, Self::Send];
+    pub const ALL: [Self; 6] = [
+        Self::Rate,
+        Self::Depth,
+        Self::Send,
+        Self::Takes,
+        Self::Offset,
+        Self::Wakes,
+    ];
 
     /// The first word of such a knob.
     pub fn name(self) -> &'static str {
@@ -72,6 +112,9 @@ impl KnobKind {
             Self::Rate => "rate",
             Self::Depth => "depth",
             Self::Send => "send",
+            Self::Takes => "takes",
+            Self::Offset => "offset",
+            Self::Wakes => "wakes",
         }
     }
 
@@ -81,6 +124,9 @@ impl KnobKind {
             Self::Rate => "rate NODE HZ",
             Self::Depth => "depth TOPIC N",
             Self::Send => "send NODE TEXT",
+            Self::Takes => "takes NODE SPEC",
+            Self::Offset => "offset NODE MS",
+            Self::Wakes => "wakes NODE SPEC",
         }
     }
 
@@ -90,7 +136,14 @@ impl KnobKind {
             Self::Rate => "HZ",
             Self::Depth => "N",
             Self::Send => "TEXT",
+            Self::Takes | Self::Wakes => "SPEC",
+            Self::Offset => "MS",
         }
+    }
+
+    /// Whether its value may have spaces in it.
+    pub(crate) fn takes_words(self) -> bool {
+        matches!(self, Self::Send | Self::Takes | Self::Wakes)
     }
 
     /// The knob of this kind on `target`, a node or a topic, set to `value`.
@@ -112,6 +165,18 @@ impl KnobKind {
                 node: target,
                 text: value.to_owned(),
             },
+            Self::Takes => Knob::Takes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Time)?,
+            },
+            Self::Offset => Knob::Offset {
+                node: target,
+                offset: millis::parse(value).map_err(KnobError::Time)?,
+            },
+            Self::Wakes => Knob::Wakes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Time)?,
+            },
         })
     }
 }
@@ -123,14 +188,39 @@ impl Knob {
             Self::Rate { .. } => KnobKind::Rate,
             Self::Depth { .. } => KnobKind::Depth,
             Self::Send { .. } => KnobKind::Send,
+            Self::Takes { .. } => KnobKind::Takes,
+            Self::Offset { .. } => KnobKind::Offset,
+            Self::Wakes { .. } => KnobKind::Wakes,
         }
     }
 
     /// The node or the topic that it is of.
     pub fn target(&self) -> &str {
         match self {
-            Self::Rate { node, .. } | Self::Send { node, .. } => node,
             Self::Depth { topic, .. } => topic,
+            Self::Rate { node, .. }
+            | Self::Send { node, .. }
+            | Self::Takes { node, .. }
+            | Self::Offset { node, .. }
+            | Self::Wakes { node, .. } => node,
+        }
+    }
+
+    /// The durations by chance that it sets, if it does.
+    pub fn draw(&self) -> Option<&Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
+        }
+    }
+
+    /// The same, to be given the durations that are in a recording.
+    pub fn draw_mut(&mut self) -> Option<&mut Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&mut spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
         }
     }
 
@@ -140,6 +230,9 @@ impl Knob {
             Self::Rate { hz, .. } => hz.get().to_string(),
             Self::Depth { depth, .. } => depth.to_string(),
             Self::Send { text, .. } => text.clone(),
+            Self::Takes { spec, .. } => spec.to_string(),
+            Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
+            Self::Wakes { spec, .. } => spec.to_string(),
         }
     }
 
@@ -167,8 +260,7 @@ impl FromStr for Knob {
             text: text.trim().to_owned(),
             expected: kind.usage(),
         })?;
-        // Only a message may have spaces in it.
-        if kind != KnobKind::Send && value.contains(char::is_whitespace) {
+        if !kind.takes_words() && value.contains(char::is_whitespace) {
             return Err(KnobError::Shape {
                 text: text.trim().to_owned(),
                 expected: kind.usage(),
@@ -205,7 +297,7 @@ pub enum KnobError {
         expected: &'static str,
     },
     /// There is no knob of this name.
-    #[error("{0:?} is not a knob: expected rate, depth or send")]
+    #[error("{0:?} is not a knob: expected rate, depth, send, takes, offset or wakes")]
     Name(String),
     /// The value is no rate.
     #[error(transparent)]
@@ -213,4 +305,7 @@ pub enum KnobError {
     /// The value is no depth.
     #[error(transparent)]
     Depth(#[from] DepthError),
+    /// The value is no duration.
+    #[error("{0}")]
+    Time(String),
 }

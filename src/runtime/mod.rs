@@ -58,15 +58,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod chance;
 pub mod clock;
 mod command;
+mod cost;
 mod depth;
+mod digest;
+mod draw;
 mod fields;
 mod graph;
 mod inbox;
 mod knob;
 mod message;
+mod millis;
 mod node;
+mod outbox;
 mod rate;
 mod rows;
 mod scheduled_node;
@@ -75,11 +81,15 @@ mod tap;
 mod tap_handle;
 pub mod telemetry;
 mod time;
+mod timing;
 mod topic;
 
 pub use clock::{Clock, ClockExit, RealClock, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
+pub use cost::Cost;
 pub use depth::{Depth, DepthError};
+pub use digest::Digest;
+pub use draw::{Draw, Recorded};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;

@@ -39,6 +39,7 @@ pub struct Rate {
     /// Number of the next tick, counted from the anchor.
     next: u64,
     due: Time,
+    last: Option<Time>,
 }
 
 impl Rate {
@@ -50,6 +51,7 @@ impl Rate {
             anchor: first,
             next: 0,
             due: first,
+            last: None,
         }
     }
 
@@ -66,12 +68,12 @@ impl Rate {
     /// When the period before the next tick was due, kept or skipped; `None`
     /// before the first.
     pub fn last_due(&self) -> Option<Time> {
-        let last = self.next.checked_sub(1)?;
-        Some(self.period.due(self.anchor, last))
+        self.last
     }
 
     /// Moves on to the next tick.
     pub fn advance(&mut self) {
+        self.last = Some(self.due);
         self.schedule(self.next + 1);
     }
 
@@ -84,18 +86,34 @@ impl Rate {
     pub fn advance_past(&mut self, now: Time) -> u64 {
         let follower = self.next + 1;
         let next = self.first_at_or_after(now).max(follower);
+        self.last = Some(self.period.due(self.anchor, next - 1));
         self.schedule(next);
         next - follower
     }
 
     /// Changes the rate at `now`, anchored at the last due time.
     pub fn set_hz(&mut self, hz: Hz, now: Time) {
-        let last = self.last_due();
+        self.set_hz_while_busy(hz, now, now);
+    }
+
+    /// The same for a node that is busy until `free`: it is due then at the earliest.
+    pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);
-        self.anchor = last.unwrap_or(self.anchor);
-        let earliest = u64::from(last.is_some());
-        self.schedule(self.first_at_or_after(now).max(earliest));
+        self.anchor = self.last.unwrap_or(self.anchor);
+        let earliest = u64::from(self.last.is_some());
+        let next = self.first_at_or_after(now).max(earliest);
+        if let Some(before) = next.checked_sub(1) {
+            self.last = Some(self.period.due(self.anchor, before));
+        }
+        self.schedule(next.max(self.first_at_or_after(free)));
+    }
+
+    /// Lays the grid of due times anew: from run time zero, shifted by `offset`. The
+    /// next tick is due at `free` at the earliest.
+    pub fn set_offset(&mut self, offset: Duration, free: Time) {
+        self.anchor = Time::ZERO + offset;
+        self.schedule(self.first_at_or_after(free));
     }
 
     fn first_at_or_after(&self, time: Time) -> u64 {

@@ -29,6 +29,7 @@ use std::collections::VecDeque;
 use super::{
     depth::Depth,
     message::{Message, Payload},
+    outbox::Outbox,
     sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
     telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
@@ -104,7 +105,19 @@ impl<T: Payload> Topic<T> {
 
     /// An end that publishes.
     pub fn publisher(&self) -> Publisher<T> {
-        Publisher(self.0.clone())
+        Publisher {
+            bus: self.0.clone(),
+            outbox: None,
+        }
+    }
+
+    /// The same for a node that holds back in `outbox` what it publishes in a tick
+    /// that takes time.
+    pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
+        Publisher {
+            bus: self.0.clone(),
+            outbox: Some(outbox.clone()),
+        }
     }
 
     /// An end that reads, with a read mark and a drop count of its own. What
@@ -215,21 +228,40 @@ impl<T> Queue<T> {
 ///
 /// // What is derived from a reading says when that was taken.
 /// let reading = obs.subscribe().latest(decided).expect("published");
-/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.stamp));
+/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.sensed()));
 /// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));
 /// ```
 #[derive(Debug)]
-pub struct Publisher<T>(Arc<Bus<T>>);
+pub struct Publisher<T> {
+    bus: Arc<Bus<T>>,
+    outbox: Option<Arc<Outbox>>,
+}
 
 impl<T: Payload> Publisher<T> {
-    /// Publishes `data` at run time `stamp`. `origin` is the stamp of the
-    /// sensing that `data` was derived from, if it was derived from one.
+    /// Publishes `data` at run time `stamp`. `origin` is the run time of the
+    /// sensing that `data` was derived from, if it was derived from one; see
+    /// [`Message::sensed`].
     ///
     /// Never waits for a subscription: a full buffer evicts its oldest message.
-    /// A full [`Tap`] is waited for under the virtual clock only.
+    /// A full [`Tap`] is waited for under the virtual clock only. In a tick that
+    /// takes time the message waits for the end of the tick, and is stamped then.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
-        let bus = &*self.0;
-        let mut queue = lock(&bus.queue);
+        match self.outbox.as_ref().filter(|outbox| outbox.holds()) {
+            None => self.bus.publish(data, stamp, origin),
+            Some(outbox) => {
+                let bus = self.bus.clone();
+                outbox.put(Box::new(move |end| {
+                    let sensed = (end != stamp).then_some(stamp);
+                    bus.publish(data, end, origin.or(sensed));
+                }));
+            }
+        }
+    }
+}
+
+impl<T: Payload> Bus<T> {
+    fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
+        let mut queue = lock(&self.queue);
         if queue.messages.len() >= queue.depth.get() {
             queue.evict_oldest(stamp);
         }
@@ -242,8 +274,8 @@ impl<T: Payload> Publisher<T> {
             origin,
         });
         queue.offer_newest();
-        bump(&bus.counters.published);
-        bus.counters.note(stamp);
+        bump(&self.counters.published);
+        self.counters.note(stamp);
     }
 }
 

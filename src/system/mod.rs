@@ -51,19 +51,21 @@ mod picture;
 mod setup;
 mod signal;
 mod verdict;
+mod world;
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
 pub use alias::Alias;
-pub use builder::Builder;
+pub use builder::{Builder, WORLD};
 pub(crate) use builder::Built;
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
 pub use verdict::{Verdict, VerdictKind};
+pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
 
 use crate::runtime::{ClockExit, GraphError, HzError, Time};
 

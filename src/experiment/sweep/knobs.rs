@@ -41,7 +41,7 @@ impl SweepAxis {
         let texts = match kind {
             KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
-            KnobKind::Send => list.split(',').map(|text| text.trim().to_owned()).collect(),
+            KnobKind::Send | KnobKind::Takes | KnobKind::Offset | KnobKind::Wakes => list.split(',').map(|text| text.trim().to_owned()).collect(),
         };
         Self::of(knobs, name, texts)
     }

@@ -90,20 +90,30 @@ pub fn run(
     }
 }
 
-/// Notes how a node ended the run, for the observers.
-fn note_end(control: &ControlPlane, end: &Result<ClockExit, Fault>) {
-    match end {
+/// Notes how the run ended, for the observers: a node that ended it, and ticks that
+/// were not over.
+fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
+    let ended = match end {
+        Ok(ClockExit::HandedOver(_)) => return,
         Ok(ClockExit::Ended { node, at }) => {
             let node = node.clone();
-            control.log().note(*at, EventKind::Ended { node });
+            Some((*at, EventKind::Ended { node }))
         }
         Err(fault) => {
             let (node, cause) = (fault.node.clone(), fault.cause.to_string());
-            control
-                .log()
-                .note(fault.at, EventKind::Faulted { node, cause });
+            Some((fault.at, EventKind::Faulted { node, cause }))
         }
-        Ok(_) => {}
+        Ok(ClockExit::Completed | ClockExit::Stopped) => None,
+    };
+    for node in &mut graph.nodes {
+        if let Some((at, _)) = ended {
+            // What is due at the end passes, also where nobody ticks any more.
+            node.overrun_before(at + Time::TICK);
+        }
+        node.cut_off();
+    }
+    if let Some((at, what)) = ended {
+        graph.control.log().note(at, what);
     }
 }
 
@@ -142,7 +152,7 @@ fn obey(
             return refuse(control, command, at, "it runs under that clock already");
         }
         Command::Step
-        | Command::Set(Knob::Rate { .. } | Knob::Send { .. })
+        | Command::Set(_)
         | Command::HandOver(_)
         | Command::Stop => None,
     };

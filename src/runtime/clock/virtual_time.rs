@@ -2,14 +2,18 @@
 
 use std::ops::ControlFlow;
 
-use super::{Clock, ClockExit, event_queue::EventQueue, note_end, obey_at_rest, pacer::Pacer};
+use super::{
+    Clock, ClockExit,
+    event_queue::{EventQueue, NodeEventKind},
+    note_end, obey_at_rest,
+    pacer::Pacer,
+};
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
     knob::Knob,
-    node::{Fault, Tick},
-    scheduled_node::ScheduledNode,
+    node::{Fault, GO_ON, Tick},
     sync::Instant,
     time::Time,
 };
@@ -58,7 +62,7 @@ impl Clock for VirtualClock {
             .update(|status| status.clock = ClockKind::Virtual);
         graph.control.backpressure.set(true);
         let end = Scheduler::new(graph, inbox, until).run();
-        note_end(&graph.control, &end);
+        note_end(graph, &end);
         end
     }
 }
@@ -74,6 +78,8 @@ struct Scheduler<'a> {
     last_tick: Option<Time>,
     /// Ticks that were asked for one by one and are still to run.
     steps: u32,
+    /// Ticks that have started.
+    started: u64,
 }
 
 /// What to do next.
@@ -98,6 +104,7 @@ impl<'a> Scheduler<'a> {
             inbox,
             until,
             steps: 0,
+            started: 0,
         }
     }
 
@@ -142,7 +149,7 @@ impl<'a> Scheduler<'a> {
     /// Whether nodes are still to tick in the instant of the last tick.
     fn mid_instant(&self) -> bool {
         self.last_tick
-            .is_some_and(|last| self.queue.next_due() <= last)
+            .is_some_and(|last| self.queue.next_at() <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take
@@ -153,15 +160,15 @@ impl<'a> Scheduler<'a> {
 
     /// The instant of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
-        let due = self.queue.next_due();
-        due.min(self.inbox.next_timed(self.until)).min(self.until)
+        let next = self.queue.next_at();
+        next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
     /// Obeys a command that arrived just now.
     fn receive(&mut self, command: Command) -> Result<Option<ClockExit>, Fault> {
         if command.changes_graph() {
             while self.mid_instant() {
-                if let Some(exit) = self.tick()? {
+                if let Some(exit) = self.advance()? {
                     return Ok(Some(exit));
                 }
             }
@@ -195,7 +202,9 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::Set(Knob::Rate { .. }) => self.queue = EventQueue::new(&self.graph.nodes),
+            Command::Set(Knob::Rate { .. } | Knob::Offset { .. }) => {
+                self.queue = EventQueue::new(&self.graph.nodes);
+            }
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
             }
@@ -204,36 +213,50 @@ impl<'a> Scheduler<'a> {
         exit
     }
 
-    /// Runs the next event: a timed command, a tick, or the end.
+    /// Lets happen what is next: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let due = self.queue.next_due();
-        if self.inbox.next_timed(self.until) <= due
+        let next = self.queue.next_at();
+        if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
         {
             let at = timed.at.max(self.graph.now());
             return Ok(self.obey(&timed.command, at));
         }
-        if due > self.until || due == Time::MAX {
+        if next > self.until || next == Time::MAX {
             self.graph.control.set_now(self.until);
             return Ok(Some(ClockExit::Completed));
         }
-        self.steps = self.steps.saturating_sub(1);
-        self.tick()
+        let started = self.started;
+        let exit = self.advance()?;
+        if self.started > started {
+            self.steps = self.steps.saturating_sub(1);
+        }
+        Ok(exit)
     }
 
-    /// Lets the next node work.
-    fn tick(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let Some((due, index)) = self.queue.next() else {
+    /// Lets the next thing happen to a node: a tick is due, starts late, or is over.
+    fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let Some(event) = self.queue.next() else {
             return Ok(None);
         };
         // A node that comes late from the real clock does not turn time back.
-        let now = due.max(self.graph.now());
+        let now = event.at.max(self.graph.now());
         self.last_tick = Some(now);
         self.graph.control.set_now(now);
-        let node = &mut self.graph.nodes[index];
-        let outcome = tick(node, now, self.pacer.is_paced());
-        self.queue.ticked(node.rate.due());
+        let outcome = match event.kind {
+            NodeEventKind::Due => self.due(event.node, now),
+            NodeEventKind::Starts => {
+                self.queue.happened();
+                let due = self.graph.nodes[event.node].waited();
+                self.start(event.node, due.unwrap_or(now), now)
+            }
+            NodeEventKind::Ends => {
+                self.queue.happened();
+                self.graph.nodes[event.node].finish(now, now)
+            }
+        };
+        let node = &self.graph.nodes[event.node];
         match outcome {
             Ok(ControlFlow::Continue(())) => Ok(None),
             Ok(ControlFlow::Break(())) => Ok(Some(ClockExit::Ended {
@@ -243,21 +266,48 @@ impl<'a> Scheduler<'a> {
             Err(cause) => Err(node.fault(now, cause)),
         }
     }
-}
 
-/// Ticks a node and moves on to when it is due again.
-fn tick(node: &mut ScheduledNode, now: Time, measured: bool) -> Tick {
-    let began = measured.then(Instant::now);
-    let outcome = node.tick(now);
-    let took = began.map(|began| began.elapsed());
-    if node.rate.due() < now {
-        // It comes late from the real clock: once, not in a burst.
-        node.advance_past(now);
-    } else {
-        node.rate.advance();
+    /// A tick is due: it starts, unless it is late or another is on its way.
+    fn due(&mut self, index: usize, now: Time) -> Tick {
+        let node = &mut self.graph.nodes[index];
+        let (due, occupied) = (node.rate.due(), node.is_occupied());
+        if occupied {
+            node.overrun(now);
+        } else if due < now {
+            // It comes late from the real clock: once, not in a burst.
+            node.advance_past(now);
+        } else {
+            node.rate.advance();
+        }
+        self.queue.ticked(node.rate.due());
+        if occupied {
+            return GO_ON;
+        }
+        match node.wait(due, now) {
+            Some(starts) => {
+                self.queue.add(index, starts, NodeEventKind::Starts);
+                GO_ON
+            }
+            None => self.start(index, due, now),
+        }
     }
-    node.note_tick(now, None, took);
-    outcome
+
+    /// Starts a tick, which is over at once unless it takes time.
+    fn start(&mut self, index: usize, due: Time, now: Time) -> Tick {
+        self.started += 1;
+        let node = &mut self.graph.nodes[index];
+        let (lateness, cost) = (node.lateness(due, now), node.cost());
+        if let Some(cost) = cost.filter(|cost| !cost.is_zero()) {
+            let ends = node.start(now, cost, lateness)?;
+            self.queue.add(index, ends, NodeEventKind::Ends);
+            return GO_ON;
+        }
+        let began = self.pacer.is_paced().then(Instant::now);
+        let outcome = node.tick(now);
+        let took = cost.or_else(|| began.map(|began| began.elapsed()));
+        node.note_tick(now, lateness, took);
+        outcome
+    }
 }
 
 #[cfg(test)]
@@ -290,10 +340,10 @@ mod tests {
     /// A graph as the real clock may hand it over: run time has passed what `a` and
     /// `b` are due at, and has come to what `c` is due at.
     fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
-        let slower = Command::SetRate {
+        let slower = Command::Set(Knob::Rate {
             node: "b".to_owned(),
             hz: hz(7.0),
-        };
+        });
         if given == Given::First {
             commander.send(slower.clone()).expect("open");
         }

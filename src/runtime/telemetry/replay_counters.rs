@@ -39,6 +39,7 @@ struct ReplayNode {
     entry: NodeEntry,
     lateness: MeterRecorder,
     tick_time: MeterRecorder,
+    response: MeterRecorder,
     meters: Vec<MeterRecorder>,
 }
 
@@ -152,7 +153,7 @@ impl ReplayCounters {
             Command::Resume => status.paused = false,
             Command::Speed(speed) => status.speed = *speed,
             Command::HandOver(clock) => status.clock = *clock,
-            Command::Set(Knob::Send { .. }) | Command::Stop => {}
+            Command::Set(_) | Command::Stop => {}
         }
     }
 }
@@ -161,6 +162,7 @@ impl ReplayNode {
     fn new(topology: &NodeTopology) -> Self {
         let (lateness, lateness_meter) = Meter::new();
         let (tick_time, tick_time_meter) = Meter::new();
+        let (response, response_meter) = Meter::new();
         let meters = topology.meters.iter().map(|name| (name, Meter::new()));
         let (entries, meters) = meters
             .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
@@ -175,10 +177,13 @@ impl ReplayNode {
                 micro_hz: Arc::new(AtomicU64::new(topology.hz.as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,
+                response: response_meter,
                 meters: entries,
+                push_age: None,
             },
             lateness,
             tick_time,
+            response,
             meters,
         }
     }
@@ -192,6 +197,8 @@ impl ReplayNode {
         }
         if let Some(took) = tick.took {
             self.tick_time.record(took);
+            let lateness = tick.lateness.unwrap_or_default();
+            self.response.record(lateness + took);
         }
     }
 }
