@@ -8,7 +8,7 @@
 //!
 //! The sensor reads the plant, the actuator moves it, and neither knows the
 //! other: the plant is what they share, topics are how they talk. `/state`
-//! carries what each control step came to, for whoever wants to follow the run.
+//! carries the result of each control step, for observers of the run.
 
 mod linear;
 mod message;

@@ -77,7 +77,7 @@ impl Experiment {
         &self.config
     }
 
-    /// What is run.
+    /// The system that is run.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
     }

@@ -44,7 +44,7 @@ pub const MAX_CELLS: usize = 2_000_000;
 /// [module](self) for one that is run.
 #[derive(Clone)]
 pub struct Sweep {
-    /// What is run.
+    /// The system to run.
     pub system: Arc<dyn System>,
     /// Everything that no list says. Its clock and thinking time do not count:
     /// a sweep runs on the virtual clock, without pacing.

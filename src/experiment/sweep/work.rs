@@ -19,7 +19,7 @@ pub fn all_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// A cell, its number, and what it came to.
+/// A cell, its number, and its result.
 type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 
 /// What the threads of a sweep share.
