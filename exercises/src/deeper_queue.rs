@@ -55,9 +55,9 @@ impl Exercise for DeeperQueue {
             ..Sweep::of(cart_pole(), broken)
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-        let runs: Vec<Run> = swept.finished().map(|(c, o)| Run::of(&c, o)).collect();
+        let runs: Vec<Run<'_>> = swept.finished().collect();
         let (shallow, deep) = runs.split_at(SEEDS.len());
-        let balanced = deep.iter().filter(|run| run.balanced).count();
+        let balanced = deep.iter().filter(|(_, o)| !o.verdict.is_lost()).count();
         Ok(Findings {
             table: table(&runs),
             answer: Answer::Exactly(balanced as f64),
@@ -67,40 +67,19 @@ impl Exercise for DeeperQueue {
     }
 }
 
-/// One run.
-struct Run {
-    depth: String,
-    seed: u64,
-    obs_dropped: u64,
-    balanced: bool,
-    verdict: &'static str,
-    steps: u64,
-    latency_ms: f64,
-    /// The pole's last angle (rad), as bits.
-    angle: u64,
+/// One run and its result.
+type Run<'s> = (Cell, &'s CellResult);
+
+fn depth(cell: &Cell) -> &str {
+    cell.value(DEPTH).unwrap_or_default()
 }
 
-impl Run {
-    fn of(cell: &Cell, outcome: &CellResult) -> Self {
-        Self {
-            depth: cell.value(DEPTH).unwrap_or_default().to_owned(),
-            seed: cell.seed,
-            obs_dropped: outcome.dropped.first().copied().unwrap_or_default(),
-            balanced: !outcome.verdict.is_lost(),
-            verdict: outcome.verdict.name(),
-            steps: outcome.steps,
-            latency_ms: mean_ms(outcome.mean_latency_s),
-            angle: pole_angle(&outcome.state).to_bits(),
-        }
-    }
-
-    /// Whether both took the same course.
-    fn is_like(&self, other: &Self) -> bool {
-        (self.steps, self.verdict, self.angle) == (other.steps, other.verdict, other.angle)
-    }
+/// The first topic that is read is `/obs`.
+fn obs_dropped(outcome: &CellResult) -> u64 {
+    outcome.dropped.first().copied().unwrap_or_default()
 }
 
-fn table(runs: &[Run]) -> Table {
+fn table(runs: &[Run<'_>]) -> Table {
     let mut table = Table::new([
         "depth",
         "seed",
@@ -109,30 +88,35 @@ fn table(runs: &[Run]) -> Table {
         "steps",
         "latency",
     ]);
-    for run in runs {
+    for (cell, outcome) in runs {
         table.row([
-            run.depth.clone(),
-            run.seed.to_string(),
-            run.obs_dropped.to_string(),
-            run.verdict.to_owned(),
-            run.steps.to_string(),
-            format!("{:.1} ms", run.latency_ms),
+            depth(cell).to_owned(),
+            cell.seed.to_string(),
+            obs_dropped(outcome).to_string(),
+            outcome.verdict.name().to_owned(),
+            outcome.steps.to_string(),
+            format!("{:.1} ms", mean_ms(outcome.mean_latency_s)),
         ]);
     }
     table
 }
 
-fn drops(runs: &[Run]) -> u64 {
-    runs.iter().map(|run| run.obs_dropped).sum()
+fn drops(runs: &[Run<'_>]) -> u64 {
+    runs.iter().map(|(_, outcome)| obs_dropped(outcome)).sum()
 }
 
 /// Starts whose run took the same course under both queues.
-fn unchanged(shallow: &[Run], deep: &[Run]) -> usize {
+fn unchanged(shallow: &[Run<'_>], deep: &[Run<'_>]) -> usize {
+    let course = |outcome: &CellResult| {
+        let angle = pole_angle(&outcome.state).to_bits();
+        (outcome.steps, outcome.verdict, angle)
+    };
     let pairs = shallow.iter().zip(deep);
-    pairs.filter(|(one, other)| one.is_like(other)).count()
+    let same = pairs.filter(|((_, one), (_, other))| course(one) == course(other));
+    same.count()
 }
 
-fn meaning(shallow: &[Run], deep: &[Run]) -> String {
+fn meaning(shallow: &[Run<'_>], deep: &[Run<'_>]) -> String {
     format!(
         "The deeper queue took the drops from {} to {}, and in {} of {} runs it changed nothing \
          else: the same last step, the same angle to the last bit. The policy reads the newest \
@@ -145,14 +129,15 @@ fn meaning(shallow: &[Run], deep: &[Run]) -> String {
     )
 }
 
-fn measurements(shallow: &[Run], deep: &[Run]) -> Vec<Measurement> {
+fn measurements(shallow: &[Run<'_>], deep: &[Run<'_>]) -> Vec<Measurement> {
     let mut measured = Vec::new();
-    for run in shallow.iter().chain(deep) {
-        let name = |what| format!("depth {}, seed {}: {what}", run.depth, run.seed);
+    for (cell, outcome) in shallow.iter().chain(deep) {
+        let name = |what| format!("depth {}, seed {}: {what}", depth(cell), cell.seed);
+        let balanced = u32::from(!outcome.verdict.is_lost());
         measured.extend([
-            Measurement::new(name("/obs dropped"), run.obs_dropped as f64),
-            Measurement::new(name("balanced"), u32::from(run.balanced)),
-            Measurement::new(name("steps"), run.steps as f64),
+            Measurement::new(name("/obs dropped"), obs_dropped(outcome) as f64),
+            Measurement::new(name("balanced"), balanced),
+            Measurement::new(name("steps"), outcome.steps as f64),
         ]);
     }
     let same = unchanged(shallow, deep) as f64;
