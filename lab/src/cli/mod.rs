@@ -7,14 +7,18 @@ mod graph;
 mod recordings;
 mod run;
 mod sweep;
+mod system;
 mod values;
 
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, FromArgMatches, Subcommand};
 use clap_complete::Shell;
 
-use crate::version;
+use crate::{
+    program::{self, Program},
+    version,
+};
 
 pub use self::{
     examples::EXAMPLES,
@@ -38,65 +42,83 @@ pub mod heading {
     pub const SCREEN: &str = "Screen";
 }
 
-/// See why robot software is a graph of nodes at fixed rates: a MuJoCo
-/// cart-pole, balanced by three nodes that only talk through topics.
-#[derive(Debug, Parser)]
-#[command(
-    name = "ratelab",
-    version = version::short(),
-    long_version = version::long(),
-    max_term_width = 100,
-    args_conflicts_with_subcommands = true,
-    after_help = examples::RATELAB
-)]
-pub struct Cli {
-    /// What to do; the lab, if nothing is said.
-    #[command(subcommand)]
-    pub command: Option<Command>,
-
-    /// Options of the lab.
-    #[command(flatten)]
-    pub lab: LabArgs,
-}
-
 /// What ratelab can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Open the dashboard over a running graph (the same as no command).
-    #[command(after_help = examples::LAB)]
     Lab(LabArgs),
-    /// Run the graph without a dashboard and print what it came to.
-    #[command(after_help = examples::RUN)]
+    /// Run the graph without a dashboard and print a summary.
     Run(RunArgs),
-    /// Run rates, depths and seeds on all cores: how often does the pole stay up?
-    #[command(after_help = examples::SWEEP)]
+    /// Run rates, depths and seeds on all cores: how often does it go well?
     Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
-    #[command(after_help = examples::REPLAY)]
     Replay(ReplayArgs),
     /// Print what is in a recording.
-    #[command(after_help = examples::INFO)]
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
-    #[command(after_help = examples::VERIFY)]
     Verify(VerifyArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
-    #[command(after_help = examples::EXERCISE)]
+    #[command(skip)]
     Exercise(ExerciseArgs),
     /// Print the keys of the lab.
     Keys,
-    /// Print what makes a shell complete ratelab's commands and options.
-    #[command(after_help = examples::COMPLETIONS)]
+    /// Print what makes a shell complete commands and options.
     Completions {
         /// The shell.
         #[arg(value_name = "SHELL")]
         shell: Shell,
     },
     /// Print the manual page, or write one page per command.
-    #[command(after_help = examples::MAN)]
     Man {
         /// Write the pages into this folder, which is made if need be.
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
+}
+
+/// The name of the command that only a course has, and its place after `verify`.
+const EXERCISE: (&str, usize) = ("exercise", 6);
+
+/// What `program` is asked for.
+///
+/// # Errors
+/// What is to be printed instead, such as help; see [`explain`].
+pub fn parse(program: &Program) -> Result<Command, clap::Error> {
+    let matches = command(program).try_get_matches()?;
+    match matches.subcommand() {
+        None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
+        Some((name, args)) if name == EXERCISE.0 => {
+            ExerciseArgs::from_arg_matches(args).map(Command::Exercise)
+        }
+        Some(_) => Command::from_arg_matches(&matches),
+    }
+}
+
+/// The definition of the command line of `program`.
+pub fn command(program: &Program) -> clap::Command {
+    let about = if program.course {
+        "See why robot software is a graph of nodes at fixed rates: a MuJoCo cart-pole, balanced \
+         by three nodes that only talk through topics"
+            .to_owned()
+    } else {
+        format!("{}: a graph of nodes at fixed rates", program.system.name())
+    };
+    let command = clap::Command::new(program::name())
+        .about(about)
+        .version(version::short(program))
+        .long_version(version::long(program))
+        .max_term_width(100)
+        .args_conflicts_with_subcommands(true);
+    let mut command = Command::augment_subcommands(LabArgs::augment_args(command));
+    if program.course {
+        let (name, place) = EXERCISE;
+        let exercise = ExerciseArgs::augment_args(clap::Command::new(name));
+        let about = "Learn by predicting: list the exercises, do one, check what they promise";
+        command = command.subcommand(exercise.about(about).display_order(place));
+    }
+    command = system::with_run_options(command, program)
+        .mut_subcommand("lab", |lab| system::with_run_options(lab, program))
+        .mut_subcommand("run", |run| system::with_run_options(run, program))
+        .mut_subcommand("sweep", |sweep| system::with_axes(sweep, program));
+    examples::add(command.mut_subcommands(examples::add))
 }

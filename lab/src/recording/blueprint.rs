@@ -70,7 +70,7 @@ pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResu
             let mut properties = Properties::default();
             let layout = ViewerLayout {
                 root: subject.layout(&mut properties),
-                timeline: RUN_TIME.to_owned(),
+                timeline: RUN_TIME,
                 properties,
             };
             let messages = layout.messages(rec)?;
@@ -102,7 +102,7 @@ pub struct ViewerLayout {
     /// The views.
     pub root: ContainerLike,
     /// What they are drawn over.
-    pub timeline: String,
+    pub timeline: &'static str,
     /// What the views are to look like.
     pub properties: Properties,
 }
