@@ -374,3 +374,37 @@ proptest! {
         prop_assert_eq!(setup.rate("d"), None);
     }
 }
+
+/// One node, which is built by its message and takes none afterwards.
+struct Clock;
+
+impl System for Clock {
+    fn name(&self) -> &'static str {
+        "clock"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let alarm = builder.message("clock").unwrap_or("9").parse();
+        let alarm: f64 = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
+        builder.node("clock", 10.0, 0, |_| {
+            move |now: Time| {
+                if now.as_secs_f64() < alarm {
+                    GO_ON
+                } else {
+                    END
+                }
+            }
+        })
+    }
+}
+
+#[test]
+fn a_message_that_a_node_is_built_by_is_not_sent_to_it() {
+    let run = |setup| Experiment::new(Arc::new(Clock), &config(setup));
+    let summary = run(&["send clock 2"]).expect("experiment").run();
+    let summary = summary.expect("run");
+    assert_eq!(summary.verdict.to_string(), "ENDED at 2.000 s (by a node)");
+    assert_eq!((summary.steps, &summary.state[..]), (0, &[][..]));
+    let refused = run(&["send clock noon"]).err().expect("no experiment");
+    assert_eq!(refused.to_string(), "no time");
+}
