@@ -78,7 +78,7 @@ pub fn add(command: Command) -> Command {
         words.all(|word| word.strip_prefix("--").is_none_or(known))
     });
     let lines: Vec<String> = lines
-        .map(|line| line.replace("ratelab", &program))
+        .map(|line| format!("  {}", line.trim().replace("ratelab", &program)))
         .collect();
     if lines.is_empty() {
         return command;

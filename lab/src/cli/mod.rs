@@ -28,6 +28,7 @@ pub use self::{
     recordings::{InfoArgs, ReplayArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::SweepArgs,
+    system::DEFAULT_RATES,
 };
 
 /// Headings under which options are listed.
@@ -76,8 +77,9 @@ pub enum Command {
     },
 }
 
-/// The name of the command that only a course has, and its place after `verify`.
-const EXERCISE: (&str, usize) = ("exercise", 6);
+/// The name of the command that only a course has, and its place in the help: the
+/// others have the even ones.
+const EXERCISE: (&str, usize) = ("exercise", 13);
 
 /// What `program` is asked for.
 ///
@@ -103,22 +105,32 @@ pub fn command(program: &Program) -> clap::Command {
     } else {
         format!("{}: a graph of nodes at fixed rates", program.system.name())
     };
-    let command = clap::Command::new(program::name())
+    let command = Command::augment_subcommands(LabArgs::augment_args(
+        clap::Command::new(program::name())
+            .args_conflicts_with_subcommands(true)
+            .max_term_width(100),
+    ));
+    let mut command = command
         .about(about)
         .version(version::short(program))
-        .long_version(version::long(program))
-        .max_term_width(100)
-        .args_conflicts_with_subcommands(true);
-    let mut command = Command::augment_subcommands(LabArgs::augment_args(command));
+        .long_version(version::long(program));
     if program.course {
-        let (name, place) = EXERCISE;
-        let exercise = ExerciseArgs::augment_args(clap::Command::new(name));
+        let exercise = ExerciseArgs::augment_args(clap::Command::new(EXERCISE.0));
         let about = "Learn by predicting: list the exercises, do one, check what they promise";
-        command = command.subcommand(exercise.about(about).display_order(place));
+        command = command.subcommand(exercise.about(about));
     }
-    command = system::with_run_options(command, program)
-        .mut_subcommand("lab", |lab| system::with_run_options(lab, program))
-        .mut_subcommand("run", |run| system::with_run_options(run, program))
-        .mut_subcommand("sweep", |sweep| system::with_axes(sweep, program));
-    examples::add(command.mut_subcommands(examples::add))
+    let with_options = |command: clap::Command| match command.get_name() {
+        "lab" | "run" => system::with_run_options(command, program),
+        "sweep" => system::with_axes(command, program),
+        _ => command,
+    };
+    let command = system::with_run_options(command, program);
+    let mut places = (1..).map(|place| 2 * place);
+    examples::add(command.mut_subcommands(|command| {
+        let place = match command.get_name() {
+            name if name == EXERCISE.0 => Some(EXERCISE.1),
+            _ => places.next(),
+        };
+        examples::add(with_options(command)).display_order(place)
+    }))
 }

@@ -24,6 +24,10 @@ pub struct SystemArgs<T> {
 /// The name of an alias, and the knobs that it sets.
 pub type Setting = (&'static str, Vec<Knob>);
 
+/// What a sweep goes through where nothing is asked for, if the first alias of its
+/// system is a rate.
+pub const DEFAULT_RATES: &str = "1..30";
+
 /// Name of the option that breaks a system.
 const BREAK: &str = "break";
 
@@ -65,16 +69,20 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
 /// The options of the system before those of `command`: a list for each alias.
 pub fn with_axes(command: Command, program: &Program) -> Command {
     let knobs = program.knobs();
-    let aliases = program.system.aliases().iter();
-    let options = aliases.map(|alias| {
+    let aliases = program.system.aliases().iter().enumerate();
+    let options = aliases.map(|(place, alias)| {
         let what = match alias.kind() {
             KnobKind::Rate => "a list or a range (Hz), such as 1..30",
             KnobKind::Depth => "a list or a range",
             KnobKind::Send => "several with commas in between (a comma in one is \\,)",
         };
-        let help = format!("{}: {what}", alias.help);
+        let help = format!("{}; {what}", alias.help);
         let read = move |text: &str| SweepAxis::parse(knobs, alias.name, text);
-        let option = option(alias, &help, alias.default).value_name("LIST");
+        let default = match (place, alias.kind()) {
+            (0, KnobKind::Rate) => DEFAULT_RATES,
+            _ => alias.default,
+        };
+        let option = option(alias, &help, default).value_name("LIST");
         option.action(ArgAction::Append).value_parser(read)
     });
     let command = in_front(options.collect(), command);

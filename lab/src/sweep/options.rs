@@ -9,15 +9,12 @@ use ratelab::{
 };
 
 use crate::{
-    cli::SweepArgs,
+    cli::{DEFAULT_RATES, SweepArgs},
     error::Error,
     options::{read_knob, resolved, setup},
     program::Program,
     sweep::columns::slowest_first,
 };
-
-/// What the first rate of a system goes through where nothing is asked for.
-const DEFAULT: &str = "1..30";
 
 impl SweepArgs {
     /// The sweep that the options describe.
@@ -121,7 +118,7 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
     let first = program.system.aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
-        let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT);
+        let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT_RATES);
         let axis = axis.map_err(|why| Error::BadInput(why.to_string()))?;
         let is_own = |knob: &Knob| knobs(&axis).any(|own| own.is_of(knob));
         let mut turned = axes.iter().flat_map(knobs);
