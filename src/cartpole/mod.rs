@@ -8,7 +8,7 @@
 //!
 //! The sensor reads the plant, the actuator moves it, and neither knows the
 //! other: the plant is what they share, topics are how they talk. `/state`
-//! carries what each control step came to, for whoever wants to follow the run.
+//! carries the result of each control step, for observers of the run.
 //!
 //! So it is in the course's world, which waits for the actuator. In a world of its own
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
@@ -25,6 +25,7 @@ mod pose;
 mod seeding;
 pub mod stability;
 mod system;
+mod table;
 
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;

@@ -112,9 +112,12 @@ impl Node for PolicyNode {
 /// While the policy is quiet the last action is held (zero-order hold); before
 /// the first there is no force.
 pub struct Actuator {
-    plant: SharedPlant,
-    steps: Publisher<ControlStep>,
-    input: ActuatorInput,
+    /// What it moves.
+    pub plant: SharedPlant,
+    /// What it obeys: `/action`.
+    pub input: ActuatorInput,
+    /// Where it publishes the result of each step: `/state`.
+    pub steps: Publisher<ControlStep>,
 }
 
 /// What an actuator obeys: `/action`, and what it measures of it.
@@ -129,14 +132,24 @@ pub struct ActuatorInput {
 }
 
 impl ActuatorInput {
-    /// Takes both from the `wiring` of an actuator.
-    pub fn new(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+    /// The input that is read from `actions`.
+    pub fn new(
+        actions: Subscription<Action>,
+        sense_to_act: MeterRecorder,
+        push_age: PushAge,
+    ) -> Self {
         Self {
-            actions: wiring.subscription(actions),
-            sense_to_act: wiring.meter(SENSE_TO_ACT),
-            push_age: wiring.push_age(),
+            actions,
+            sense_to_act,
+            push_age,
             command: None,
         }
+    }
+
+    /// The same, with its ends taken from the `wiring` of an actuator.
+    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+        let actions = wiring.subscription(actions);
+        Self::new(actions, wiring.meter(SENSE_TO_ACT), wiring.push_age())
     }
 
     /// Reads the newest action.
@@ -152,17 +165,6 @@ impl ActuatorInput {
             self.push_age.push(now, sensed);
         }
         self.command
-    }
-}
-
-impl Actuator {
-    /// An actuator that moves `plant` and publishes what each step came to.
-    pub fn new(plant: SharedPlant, input: ActuatorInput, steps: Publisher<ControlStep>) -> Self {
-        Self {
-            plant,
-            steps,
-            input,
-        }
     }
 }
 
@@ -196,15 +198,10 @@ impl Node for Actuator {
 
 /// Applies the newest action to a plant that moves by itself.
 pub struct FreeActuator {
-    plant: SharedWorld<FreePlant>,
-    input: ActuatorInput,
-}
-
-impl FreeActuator {
-    /// An actuator that pushes `plant`.
-    pub fn new(plant: SharedWorld<FreePlant>, input: ActuatorInput) -> Self {
-        Self { plant, input }
-    }
+    /// What it pushes.
+    pub plant: SharedWorld<FreePlant>,
+    /// What it obeys: `/action`.
+    pub input: ActuatorInput,
 }
 
 impl Node for FreeActuator {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
-    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, picture,
+    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
+    table,
     policy::{
         DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
     },
@@ -15,7 +16,7 @@ use crate::{
     runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring},
     system::{
         Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup, Signal, System,
-        Verdict, VerdictKind, WorldKind,
+        Table, Verdict, VerdictKind, WorldKind,
     },
 };
 
@@ -205,7 +206,7 @@ impl Topics {
             actions: wiring.publisher(&self.actions),
         })?;
         builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| {
-            let input = ActuatorInput::new(wiring, &self.actions);
+            let input = ActuatorInput::wired(wiring, &self.actions);
             actuator(wiring, input)
         })
     }
@@ -218,6 +219,10 @@ fn setting_error(error: impl std::fmt::Display) -> BuildError {
 impl System for CartPole {
     fn name(&self) -> &'static str {
         "cart-pole"
+    }
+
+    fn engine(&self) -> Option<String> {
+        Some(format!("MuJoCo {}", mujoco_version()))
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
@@ -239,7 +244,11 @@ impl System for CartPole {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
                     wiring.fix(&[KnobKind::Rate], REASON);
-                    Actuator::new(plant, input, wiring.publisher(&steps))
+                    Actuator {
+                        plant,
+                        input,
+                        steps: wiring.publisher(&steps),
+                    }
                 })
             }
             WorldKind::Own { step_ms } => {
@@ -248,8 +257,9 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, |_, input| {
-                    FreeActuator::new(plant, input)
+                topics.robot(builder, plant.clone(), policy, |_, input| FreeActuator {
+                    plant,
+                    input,
                 })
             }
         }
@@ -324,6 +334,10 @@ impl System for CartPole {
         Some(STATE)
     }
 
+    fn table(&self) -> Option<Table> {
+        Some(table::TABLE)
+    }
+
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let fall = state.and_then(pose).and_then(|pose| pose.fall());
         let kind = match (fall, exit) {
@@ -333,6 +347,12 @@ impl System for CartPole {
             (None, _) => &verdict::STOPPED,
         };
         Verdict::new(kind, at)
+    }
+
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        let policy: PolicySpec = setup.message(POLICY)?.parse().ok()?;
+        let name = policy.name();
+        (!policy.balances()).then(|| format!("the {name} policy balances at no rate"))
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {

@@ -1,4 +1,4 @@
-//! What defines a run.
+//! The configuration of a run.
 
 use std::time::Duration;
 

@@ -14,9 +14,9 @@ use crate::{
 /// The summary of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// What defined it.
+    /// Its configuration.
     pub config: Config,
-    /// What became of it.
+    /// Its verdict.
     pub verdict: Verdict,
     /// Steps of the plant: messages on the system's topic of states.
     pub steps: u64,
@@ -39,7 +39,7 @@ pub struct Summary {
 /// How a run ended, without the figures of its topics and nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// What became of it.
+    /// Its verdict.
     pub verdict: Verdict,
     /// Run time.
     pub sim_time: Time,

@@ -1,4 +1,4 @@
-//! What tells one content of a file from another.
+//! The digest of a file's content.
 
 use std::{fmt, str::FromStr};
 

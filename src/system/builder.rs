@@ -4,8 +4,8 @@ use std::{sync::Arc, time::Duration};
 
 use super::{BuildError, Setup, SharedWorld, World, WorldKind};
 use crate::runtime::{
-    Depth, Fields, Graph, Hz, Knob, KnobKind, Node, Payload, RecordedTopic, Tick, Time, Topic,
-    Wiring,
+    Depth, Fields, Graph, Hz, Knob, KnobKind, Node, Payload, RecordedTopic, Tick, Time, TimedKnob,
+    Topic, Wiring,
 };
 
 /// The name of the node that a plant is which moves by itself.
@@ -154,22 +154,29 @@ impl<'a> Builder<'a> {
     /// The graph, all messages sent.
     ///
     /// # Errors
-    /// [`BuildError::Setting`] if something is set that the graph does not have,
-    /// or a node refuses its message.
-    pub(crate) fn finish(mut self) -> Result<Built, BuildError> {
+    /// [`BuildError::Setting`] if something is set, or `timed` to be set, that the
+    /// graph does not have, or a node refuses its message.
+    pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
         if !self.knows_worlds && !self.world.is_course() {
             let why = "this system has no world of its own: leave the setting out";
             return Err(BuildError::Setting(why.to_owned()));
         }
+        for timed in timed {
+            self.check(&timed.knob)?;
+        }
         for knob in self.setup.iter() {
-            let known = self.graph.check(knob);
-            known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
+            self.check(knob)?;
             self.turn(knob)?;
         }
         Ok(Built {
             graph: self.graph,
             recorded: self.recorded,
         })
+    }
+
+    fn check(&self, knob: &Knob) -> Result<(), BuildError> {
+        let known = self.graph.check(knob);
+        known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
     }
 
     /// Turns a knob that the graph was not built by.

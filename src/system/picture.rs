@@ -1,10 +1,10 @@
-//! What a plant looks like, as data.
+//! The picture of a plant, as data.
 
 /// A plant seen from one side: lengths in metres, x to the right, y up, angles
 /// counter-clockwise in radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
-    /// What it consists of, from back to front.
+    /// Its parts, from back to front.
     pub shapes: Vec<(Style, Shape)>,
     /// What is always in sight, if there is room: left, bottom, right, top.
     pub view: [f64; 4],

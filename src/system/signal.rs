@@ -1,9 +1,9 @@
-//! What is worth plotting of a run, and what is left of it in the end.
+//! The signals of a system, and the figures of its last state.
 
 /// A quantity over time, from the messages of one recorded topic.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
-    /// What it is, such as `pole angle`.
+    /// Its name, such as `pole angle`.
     pub name: &'static str,
     /// Its unit, such as `°`; empty if it has none.
     pub unit: &'static str,

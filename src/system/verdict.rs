@@ -1,4 +1,4 @@
-//! What became of a run.
+//! The verdict of a run.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub struct VerdictKind {
     pub name: &'static str,
     /// Whether the run is lost: the robot failed at what it is for.
     pub lost: bool,
-    /// What is printed. `{at}` stands for the run time.
+    /// The text to print. `{at}` stands for the run time.
     pub text: &'static str,
 }
 
@@ -40,7 +40,7 @@ impl VerdictKind {
         &[&Self::COMPLETED, &Self::STOPPED, &Self::ENDED];
 }
 
-/// What became of a run, and when that was known.
+/// How a run came out, and when that was known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
     /// Which of the ways.

@@ -1,4 +1,4 @@
-//! Why a policy cannot be had.
+//! Errors of loading a policy.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{Digest, LARGEST_FILE, LqrError, OnnxError, WeightsError};
 use crate::file::FileError;
 
-/// A policy that cannot be had.
+/// A policy that could not be loaded.
 #[derive(Debug, Error)]
 #[error("{spec}: {kind}")]
 pub struct PolicyError {
@@ -18,7 +18,7 @@ pub struct PolicyError {
     pub kind: PolicyErrorKind,
 }
 
-/// Why a policy cannot be had.
+/// The kinds of [`PolicyError`].
 #[derive(Debug, Error)]
 pub enum PolicyErrorKind {
     /// There is neither a policy nor a file of that name.

@@ -44,7 +44,7 @@ impl PolicyFile {
         self.sha256.is_some()
     }
 
-    /// What it contains.
+    /// Its content.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
         let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
         let found = Digest::of(&content);

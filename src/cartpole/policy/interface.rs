@@ -1,4 +1,4 @@
-//! What the robot asks of a policy.
+//! The interface of a policy.
 
 use crate::cartpole::{Action, Observation};
 
@@ -21,7 +21,7 @@ use crate::cartpole::{Action, Observation};
 /// [`CartPole::with_policy`](crate::cartpole::CartPole::with_policy), which
 /// shows one.
 pub trait Policy: Send {
-    /// What it is called.
+    /// Its name.
     fn name(&self) -> &str;
 
     /// The action for `observation`. One that is not finite ends the run with

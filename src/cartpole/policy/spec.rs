@@ -118,7 +118,7 @@ impl FromStr for PolicySpec {
     }
 }
 
-/// What a policy may depend on beside what it observes.
+/// What a policy may depend on beside its observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolicyContext {
     /// The seed of the run.

@@ -17,7 +17,7 @@ impl SwappablePolicy {
     /// Begins as `first`.
     ///
     /// # Errors
-    /// [`PolicyError`] if it cannot be had.
+    /// [`PolicyError`] if it cannot be loaded.
     pub fn new(
         first: &PolicySpec,
         cache: PolicyCache,

@@ -1,4 +1,4 @@
-//! What a run says about the growth of a small deviation.
+//! The growth of a small deviation, measured in a run.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What linear theory says about a control rate, before anything is run.
+//! Linear theory of a control rate, before anything is run.
 //!
 //! Near upright the plant is linear: over one control step a small deviation
 //! `x` becomes `A·x + B·u` ([`LinearPlant`](crate::cartpole::LinearPlant)). So

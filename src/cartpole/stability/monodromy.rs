@@ -1,4 +1,4 @@
-//! The product over one hyper-period, and what its eigenvalues say.
+//! The product over one hyper-period, and its eigenvalues.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use crate::{
 /// about ten.
 const ROUNDS: usize = 1_000;
 
-/// What linear theory says about the scripted balancer at some rates.
+/// Linear theory of the scripted balancer at some rates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
     /// The time `T` after which the schedule repeats.

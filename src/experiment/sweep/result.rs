@@ -1,4 +1,4 @@
-//! What the cells of a sweep came to.
+//! The results of a sweep's cells.
 
 use super::{Cell, Sweep};
 use crate::{experiment::Summary, runtime::Time, system::Verdict};
@@ -6,7 +6,7 @@ use crate::{experiment::Summary, runtime::Time, system::Verdict};
 /// The result of one cell: of a [`Summary`] what a map or a table shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellResult {
-    /// What became of the run.
+    /// The verdict of the run.
     pub verdict: Verdict,
     /// Steps of the plant.
     pub steps: u64,
@@ -34,7 +34,7 @@ impl From<&Summary> for CellResult {
     }
 }
 
-/// A sweep and what came of it, all of it or as far as it went.
+/// A sweep and its results, all of them or as far as it went.
 #[derive(Clone)]
 pub struct Swept {
     pub(super) sweep: Sweep,
@@ -42,7 +42,7 @@ pub struct Swept {
 }
 
 impl Swept {
-    /// What was swept.
+    /// The sweep.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }

@@ -317,7 +317,9 @@ mod tests {
     use crossbeam_channel::Sender;
 
     use super::*;
-    use crate::runtime::{command::TimedCommand, node::GO_ON, telemetry::Event, time::Hz};
+    use crate::runtime::{
+        command::TimedCommand, knob::Knob, node::GO_ON, telemetry::Event, time::Hz,
+    };
 
     type Ticks = Vec<(&'static str, Time)>;
 

@@ -120,7 +120,7 @@ impl Layer {
 pub struct Network {
     name: String,
     weights: Arc<Mlp>,
-    /// What the two hidden layers said last.
+    /// The last outputs of the two hidden layers.
     hidden: [Vec<f32>; 2],
 }
 

@@ -12,7 +12,7 @@ mod tensor;
 pub use error::WeightsError;
 pub use mlp::{LARGEST_WIDTH, Mlp, Network};
 
-/// What the local header of a zip begins with.
+/// The signature of a zip's local header.
 const ZIP: &[u8] = b"PK\x03\x04";
 
 /// The first byte of a pickle of protocol 2 or later.
@@ -25,7 +25,7 @@ const PICKLE: u8 = 0x80;
 /// to [`LARGEST_FILE`](super::LARGEST_FILE), and runs no code.
 ///
 /// # Errors
-/// [`WeightsError`] says what was expected and what was found.
+/// [`WeightsError`] names what was expected and what was found.
 pub fn read_weights(content: &[u8]) -> Result<Mlp, WeightsError> {
     if content.starts_with(ZIP) {
         checkpoint::Checkpoint::open(content)?.mlp()

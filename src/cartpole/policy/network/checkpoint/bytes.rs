@@ -1,10 +1,10 @@
-//! What is left to read of a pickle.
+//! The unread bytes of a pickle.
 
 use std::fmt::Display;
 
 use super::super::WeightsError;
 
-/// What becomes of one step through a pickle.
+/// The result of one step through a pickle.
 pub(super) type PickleResult<T = ()> = Result<T, WeightsError>;
 
 /// A pickle that makes no sense, and why.

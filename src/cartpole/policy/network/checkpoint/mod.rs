@@ -1,5 +1,5 @@
-//! Weights from a PyTorch checkpoint: a zip with a pickle that says what the
-//! tensors are, and a file for the numbers of each storage.
+//! Weights from a PyTorch checkpoint: a zip with a pickle that describes the
+//! tensors, and a file for the numbers of each storage.
 //!
 //! The pickle is read by a machine that knows tensors and what holds them, and
 //! nothing else ([`pickle`], [`value`]); it calls no code because it has none to
@@ -23,7 +23,7 @@ use super::{
     tensor::{LARGEST_TENSOR, Tensor},
 };
 
-/// What each entry in a zip's table of contents begins with.
+/// The signature of an entry in a zip's table of contents.
 const ENTRY: &[u8] = b"PK\x01\x02";
 
 /// The most entries in a zip that is read; a tensor or two take one each.
@@ -85,7 +85,7 @@ impl<'a> Checkpoint<'a> {
         }
     }
 
-    /// What the entry `name` of the folder contains.
+    /// The content of the entry `name` of the folder.
     fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, WeightsError> {
         let about = |why: &str| WeightsError::Zip(format!("{}: {why}", quoted(name)));
         let path = format!("{}{name}", self.folder);

@@ -16,7 +16,7 @@ use super::{
     value::{Callable, Storage, TensorView, Value, ValueIndex},
 };
 
-/// What a pickle made.
+/// The result of a pickle.
 pub(super) struct Pickle<'a> {
     values: Vec<Value<'a>>,
     /// The pairs of the state dictionary.

@@ -1,4 +1,4 @@
-//! What a pickle of tensors is made of.
+//! The values in a pickle of tensors.
 
 use std::fmt;
 
@@ -25,7 +25,7 @@ pub(super) enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// What it is, for messages.
+    /// Its kind, for messages.
     pub(super) fn name(&self) -> &'static str {
         match self {
             Self::None => "None",
@@ -110,7 +110,7 @@ pub(super) struct Storage<'a> {
     pub(super) key: &'a str,
 }
 
-/// What a tensor shows of a storage.
+/// The part of a storage that a tensor shows.
 #[derive(Clone, Debug)]
 pub(super) struct TensorView<'a> {
     pub(super) storage: Storage<'a>,
