@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::cases::{RandomSource, chance};
 
 /// Fields that running again cannot tell, by entity, and why.
-const UNKNOWABLE: [(&str, &str, &str); 8] = [
+const UNKNOWABLE: [(&str, &str, &str); 9] = [
     (
         "/__properties/origin",
         "/ratelab",
@@ -15,6 +15,11 @@ const UNKNOWABLE: [(&str, &str, &str); 8] = [
     (
         "/__properties/origin",
         "/mujoco",
+        "made by: text for people",
+    ),
+    (
+        "/__properties/origin",
+        "/engine",
         "made by: text for people",
     ),
     (
@@ -189,6 +194,7 @@ fn change_text(text: &str, random: &mut RandomSource) -> String {
         "Zero",
         "FlatOut",
         "Balanced",
+        "balanced",
         "/etc/passwd",
         "\u{1b}[31m",
         "\u{202e}",

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{ClockExit, END, Fields, GO_ON, Knob, KnobKind, Time, TimedKnob},
+    runtime::{ClockExit, END, Fields, GO_ON, KnobKind, Time, TimedKnob},
     system::{
         BuildError, Builder, Final, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
     },
