@@ -117,8 +117,8 @@ fn any_knob_is_turned_before_the_run_and_the_last_one_holds() {
     let knobs = knobs.map(|knob| ["--knob", knob]).concat();
     let metrics = metrics(&[&["--control-hz", "5"], &knobs[..]].concat());
     assert_eq!(metrics["control_hz"], 10.0);
-    assert_eq!(metrics["nodes"]["actuator"]["hz"], 100.0);
-    assert_eq!(metrics["obs_dropped"], 396, "three of five are kept");
+    assert_eq!(metrics["sensor_hz"], 100.0);
+    assert_eq!(metrics["obs_dropped"], 700, "seven of ten");
     for (knob, why) in [
         ("rate nobody 5", "no node \"nobody\""),
         (
