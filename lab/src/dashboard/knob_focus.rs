@@ -54,7 +54,7 @@ impl KnobFocus {
 }
 
 /// The node that the first alias of a rate is of; without one that with the most
-/// inputs and outputs.
+/// inputs and outputs, rather not the plant itself.
 pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeView> {
     let alias = first_alias(system, KnobKind::Rate).and_then(|alias| alias.knobs.first());
     if let Some(node) = alias.and_then(|(_, name)| graph.node(name)) {
@@ -67,9 +67,11 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
         });
         ends.filter(|end| *end == node).count()
     };
+    let states = system.state().and_then(|name| graph.topic(name));
+    let makes_states = |node| states.is_some_and(|topic| topic.publishers.contains(&node));
     let nodes = graph.nodes.iter().enumerate().rev();
     nodes
-        .max_by_key(|(index, _)| ends(*index))
+        .max_by_key(|(index, _)| (ends(*index), !makes_states(*index)))
         .map(|(_, node)| node)
 }
 

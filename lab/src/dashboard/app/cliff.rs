@@ -16,11 +16,15 @@ impl App {
 
     /// Begins a new map where the conditions are no longer those of the old one.
     fn follow_conditions(&mut self) {
-        let config = self.wanted();
-        if self.map.as_ref().is_some_and(|map| map.is_of(&config)) {
+        let (config, node) = (self.wanted(), &self.knob_focus.node);
+        if self
+            .map
+            .as_ref()
+            .is_some_and(|map| map.is_of(node, &config))
+        {
             return;
         }
-        match CliffMap::around(&self.setup.system, &self.graph(), &config) {
+        match CliffMap::around(&self.setup.system, &self.graph(), node, &config) {
             Ok(map) => self.map = Some(map),
             Err(error) => self.no_map(error),
         }

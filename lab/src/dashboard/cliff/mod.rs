@@ -15,7 +15,6 @@ use ratelab::{
 };
 
 use super::{
-    knob_focus::first_node,
     presets::Direction,
     settings::{first_alias, listed},
 };
@@ -47,32 +46,28 @@ pub struct CliffMap {
 
 impl CliffMap {
     /// The map around what `config` describes, to be filled from there outwards:
-    /// over the first alias of a rate, or over the rate of the node that most
-    /// depends on. `graph` is that of the session.
+    /// over the first alias of a rate, or else over the rate of `node`. `graph` is
+    /// that of the session.
     ///
     /// # Errors
     /// [`AxisError`] if there is no such rate.
     pub fn around(
         system: &Arc<dyn System>,
         graph: &Snapshot,
+        node: &str,
         config: &Config,
     ) -> Result<Self, AxisError> {
-        let node = first_node(&**system, graph);
         let alias = first_alias(&**system, KnobKind::Rate);
-        let name = match (alias, node) {
-            (Some(alias), _) => alias.name.to_owned(),
-            (None, node) => format!("rate {}", node.map_or("", |node| &node.name)),
-        };
-        let runs = node.map_or(PARTS, |node| node.hz.get());
+        let of_alias = alias.and_then(|alias| alias.knobs.first());
+        let node = of_alias.map_or(node, |(_, node)| node);
+        let name = axis_name(&**system, node);
+        let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
         let usual = alias.and_then(|alias| alias.default.parse().ok());
         let part = usual.unwrap_or(runs) / PARTS;
         let rates = (1..=RATES).filter_map(|number| Hz::new(part * f64::from(number)).ok());
         let texts = rates.map(|hz| hz.get().to_string());
         let axis = SweepAxis::of(KnobText(system.aliases()), &name, texts)?;
-        let now = axis.values.first().and_then(|value| {
-            let knobs = value.knobs.first();
-            knobs.and_then(|knob| config.setup.rate(knob.target()))
-        });
+        let now = config.setup.rate(node);
         Ok(Self::over(system, axis, now.map_or(runs, Hz::get), config))
     }
 
@@ -111,11 +106,14 @@ impl CliffMap {
         }
     }
 
-    /// Whether it is of the conditions that `config` describes: all but the rate,
-    /// and the seed only roughly.
-    pub fn is_of(&self, config: &Config) -> bool {
+    /// Whether it is of the conditions that `config` describes, all but the rate and
+    /// the seed only roughly, and over the rate of `node` or of an alias.
+    pub fn is_of(&self, node: &str, config: &Config) -> bool {
         let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
-        self.covers(mine, theirs)
+        self.sweep
+            .axis(&axis_name(&*self.sweep.system, node))
+            .is_some()
+            && self.covers(mine, theirs)
             && self.covers(theirs, mine)
             && self.sweep.seeds.contains(&config.seed)
     }
@@ -216,6 +214,12 @@ impl CliffMap {
     }
 }
 
+/// What is turned from rate to rate: the first alias of one, or that of `node`.
+fn axis_name(system: &dyn System, node: &str) -> String {
+    let alias = first_alias(system, KnobKind::Rate);
+    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
+}
+
 /// A value of the map (Hz).
 fn hz(value: &SweepValue) -> f64 {
     value.text.parse().unwrap_or(f64::NAN)
@@ -257,7 +261,7 @@ pub mod sample {
         let system: Arc<dyn System> = Arc::new(CartPole::default());
         let experiment = Experiment::new(system.clone(), config).expect("experiment");
         let graph = experiment.observer().read_counters();
-        CliffMap::around(&system, &graph, config).expect("a map")
+        CliffMap::around(&system, &graph, "", config).expect("a map")
     }
 
     /// Everything to 15 Hz is made: up from 8 Hz on, in between every third.
@@ -335,17 +339,20 @@ mod tests {
         let (rate, seed) = map.chosen();
         assert_eq!((rate.text.as_str(), seed), ("7", 250));
         assert_eq!(map.sweep().seeds[0], 200);
-        assert!(map.is_of(&config));
-        assert!(!map.is_of(&Config {
-            seed: 300,
-            ..config
-        }));
+        assert!(map.is_of("", &config));
+        assert!(!map.is_of(
+            "",
+            &Config {
+                seed: 300,
+                ..config
+            }
+        ));
     }
 
     #[test]
     fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
         let map = around(&Config::default());
-        let of = |setup| map.is_of(&CartPole::config(setup).expect("knobs"));
+        let of = |setup| map.is_of("", &CartPole::config(setup).expect("knobs"));
         assert!(of("control-hz 3"));
         assert!(!of("queue-depth 3"));
     }

@@ -262,13 +262,20 @@ fn rate_and_depth_keys_turn_what_is_marked() {
 }
 
 #[test]
-fn the_map_of_a_system_without_aliases_is_over_the_node_in_the_middle() {
+fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
     let mut app = live(Drone);
     press(&mut app, "m");
     app.sample().expect("no fault");
     let drawn = screen(&app, &PLAIN, 120, 40);
+    assert!(drawn.contains("12 Hz, seed 0"), "{drawn}");
+    press(&mut app, "m");
+    app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
+        .expect("obeyed");
+    press(&mut app, "m");
+    app.sample().expect("no fault");
+    let drawn = screen(&app, &PLAIN, 120, 40);
     assert!(
-        drawn.contains("cliff map") && drawn.contains("12 Hz, seed 0"),
+        drawn.contains("cliff map") && drawn.contains("30 Hz, seed 0"),
         "{drawn}"
     );
     app.finish().ended.expect("no fault");

@@ -107,10 +107,18 @@ fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
     format!("{text:>3}{unit}")
 }
 
-/// The lines across the chart: limits, or else the ends of the range, and zero.
-fn levels(signal: &Signal) -> Vec<f64> {
-    let [least, greatest] = signal.limits.unwrap_or(signal.range);
-    vec![greatest, least, 0.0]
+/// What stands at the axis, and how its line across the chart is dashed: the limits
+/// and zero; where a limit is out of sight, the end of the range without a line.
+fn levels(signal: &Signal) -> [(f64, Option<(u32, u32, char)>); 3] {
+    let [low, high] = signal.range;
+    let end = |side: usize| {
+        let limit = signal.limits.map(|limits| limits[side]);
+        match limit.filter(|limit| (low..=high).contains(limit)) {
+            Some(limit) => (limit, Some((2, 4, '-'))),
+            None => (signal.range[side], None),
+        }
+    };
+    [end(1), end(0), (0.0, Some((1, 8, '.')))]
 }
 
 /// The axis of `signal`, wide enough for values from `least` to `greatest`.
@@ -142,7 +150,7 @@ impl<'s> Chart<'s> {
     fn new(signal: &'s Signal, past: &[(f64, f64)], now: f64, theme: &Theme, inner: Rect) -> Self {
         let labelled = u16::from(inner.width >= LEAST.0 && inner.height >= LEAST.1);
         let labels = levels(signal).into_iter();
-        let widest = labels.map(|level| pane::width(&label(signal, level, theme)));
+        let widest = labels.map(|(level, _)| pane::width(&label(signal, level, theme)));
         let margin = labelled * clamp(widest.max().unwrap_or(0) + 1);
         let right = Rect {
             x: inner.x + margin,
@@ -182,17 +190,14 @@ impl<'s> Chart<'s> {
             style: theme.faint(),
             ascii,
         };
-        for level in levels(self.signal) {
+        for (level, line) in levels(self.signal) {
             let Some(y) = self.canvas.row(level) else {
                 continue;
             };
-            let (on, of, ascii) = if level == 0.0 {
-                (1, 8, '.')
-            } else {
-                (2, 4, '-')
-            };
-            let line = self.canvas.level(level, on, of);
-            self.canvas.draw(pen(ascii), line, buf);
+            if let Some((on, of, ascii)) = line {
+                let line = self.canvas.level(level, on, of);
+                self.canvas.draw(pen(ascii), line, buf);
+            }
             let place = row(self.values, usize::from(y - self.plot.y));
             let text = label(self.signal, level, theme);
             put(&text, theme.faint(), 0, place, buf);
