@@ -43,7 +43,7 @@ fn its_runs_are_recorded_and_verified_where_the_system_is() {
     assert_eq!(rows.lines().count(), 322);
     assert!(said(&["verify", &file]).contains("identical"));
     assert!(said(&["info", &file]).contains("DOWN at 3.200 s"));
-    let refused = complaint(&ratelab(&["verify", &file]), 1);
+    let refused = complaint(&ratelab(&["verify", &file]), 2);
     assert!(refused.contains("\"drone\""), "{refused}");
 }
 
