@@ -140,6 +140,10 @@ impl Error {
             | Self::Read(_)
             | Self::Answers(_)
             | Self::Build(BuildError::Setting(_))
+            | Self::Unverified {
+                why: VerifyError::OtherSystem { .. },
+                ..
+            }
             | Self::Sweep(
                 SweepError::Setting(_)
                 | SweepError::Empty(_)

@@ -83,7 +83,11 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
             _ => alias.default,
         };
         let option = option(alias, &help, default).value_name("LIST");
-        option.action(ArgAction::Append).value_parser(read)
+        let action = match alias.kind() {
+            KnobKind::Send => ArgAction::Append,
+            _ => ArgAction::Set,
+        };
+        option.action(action).value_parser(read)
     });
     let command = in_front(options.collect(), command);
     if !program.course {

@@ -152,7 +152,9 @@ impl Subject<'_> {
             Horizontal::new([graph.into()])
         };
         let signals = self.system.signals().iter();
-        let signals: Vec<_> = signals.map(|signal| plot(properties, signal)).collect();
+        let signals: Vec<_> = signals
+            .map(|signal| self.signal(properties, signal))
+            .collect();
         let latency = self.system.latency().map(|(_, meter)| meter);
         let mut middle = vec![self.per_second(properties), self.drops(properties)];
         let mut right = vec![modes(properties), events(properties)];
@@ -169,6 +171,15 @@ impl Subject<'_> {
             .map(|views| Vertical::new(views).into());
         let rows = Vertical::new([top.into(), Horizontal::new(columns).into()]);
         rows.with_row_shares([1.0, 2.0]).into()
+    }
+
+    fn signal(&self, properties: &mut Properties, signal: &Signal) -> ContainerLike {
+        let entity = signals::entity(signal.topic);
+        let only = signals::only(self.system.signals(), signal.topic, signal.name);
+        let view = TimeSeriesView::new(signals::title(signal))
+            .with_origin(entity.clone())
+            .with_override(entity, only.visualizer());
+        properties.plot(view, Some(signal.range))
     }
 
     fn latency(&self, properties: &mut Properties, meter: &str) -> ContainerLike {
@@ -205,14 +216,6 @@ fn picture(properties: &mut Properties, system: &str) -> ContainerLike {
     let view = Spatial2DView::new(system).with_origin(PICTURE);
     let ground = Background::new(BackgroundKind::SolidColor).with_color(palette::NIGHT);
     properties.set(view, &[("Background", &ground)])
-}
-
-fn plot(properties: &mut Properties, signal: &Signal) -> ContainerLike {
-    let view = TimeSeriesView::new(signals::title(signal));
-    properties.plot(
-        view.with_origin(signals::entity(signal)),
-        Some(signal.range),
-    )
 }
 
 fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {

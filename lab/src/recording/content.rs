@@ -1,6 +1,9 @@
 //! From the chunks of a file to messages, ticks and events.
 
-use ratelab::runtime::{Rows, TickRecord, Time, telemetry::Event};
+use ratelab::{
+    runtime::{Rows, TickRecord, Time, telemetry::Event},
+    system::Setup,
+};
 use rerun::log::Chunk;
 use serde_json::Value;
 
@@ -96,7 +99,7 @@ impl Content {
             Some(1) => legacy::origin(json),
             _ => None,
         };
-        let origin: Origin = origin.ok_or_else(damaged)?;
+        let origin: Origin = origin.filter(sets_nothing_twice).ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
         self.topics = vec![Rows::default(); origin.topology.topics.len()];
         self.ticks = vec![Vec::new(); origin.topology.nodes.len()];
@@ -128,6 +131,12 @@ impl Content {
         }
         Ok(())
     }
+}
+
+/// Whether every setting of a run is there once.
+fn sets_nothing_twice(origin: &Origin) -> bool {
+    let setup = &origin.config.setup;
+    setup.iter().cloned().collect::<Setup>() == *setup
 }
 
 /// A row that cannot be what was recorded, and the run time of the last one before

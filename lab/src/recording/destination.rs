@@ -94,11 +94,22 @@ fn numbered(file: &Path, number: u32) -> PathBuf {
 mod tests {
     use std::fs::File;
 
+    use ratelab::{cartpole::CartPole, experiment::Config, runtime::telemetry::Topology};
+
     use super::*;
+
+    /// What a run of the cart-pole is of.
+    fn origin() -> Origin {
+        let topology = Topology {
+            nodes: Vec::new(),
+            topics: Vec::new(),
+        };
+        Origin::new(&CartPole::default(), Config::default(), topology)
+    }
 
     /// The name of the file that `destination` has made.
     fn claimed(destination: &mut Destination) -> PathBuf {
-        let made = destination.claim(&Config::default(), |path| File::create_new(path));
+        let made = destination.claim(&origin(), |path| File::create_new(path));
         made.expect("a file").0
     }
 
@@ -112,7 +123,7 @@ mod tests {
             assert_eq!(claimed(&mut destination), folder.path().join(second));
             // Chosen again by somebody else, it is theirs already.
             let mut other = Destination::new(Some(file.clone()));
-            let refused = other.claim(&Config::default(), |path| File::create_new(path));
+            let refused = other.claim(&origin(), |path| File::create_new(path));
             assert_eq!(refused.expect_err("taken").0, file);
         }
     }
@@ -125,7 +136,10 @@ mod tests {
             let path = claimed(&mut destination);
             assert_eq!(path.parent(), Some(folder.path()));
             let name = path.to_string_lossy();
-            assert!(name.contains("_virtual_50Hz_seed0"), "{number}: {name}");
+            assert!(
+                name.contains("_cart-pole_virtual_seed0"),
+                "{number}: {name}"
+            );
         }
     }
 }

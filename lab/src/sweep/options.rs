@@ -60,8 +60,14 @@ impl SweepArgs {
             }
         }
         for pair in self.axis.chunks_exact(2) {
-            let (knob, list) = (&pair[0], &pair[1]);
-            let axis = SweepAxis::parse(program.knobs(), knob, list);
+            let (knob, list) = (pair[0].split_whitespace().collect::<Vec<_>>(), &pair[1]);
+            let knob = knob.join(" ");
+            let alias = program.knobs().alias(&knob);
+            let axis = SweepAxis::parse(
+                program.knobs(),
+                alias.map_or(knob.as_str(), |alias| alias.name),
+                list,
+            );
             let refused = |why| Error::BadInput(format!("--axis {knob:?} {list}: {why}"));
             axes.push(axis.map_err(refused)?);
         }

@@ -77,7 +77,9 @@ impl Scene {
         progress: &Progress<'_>,
     ) -> RecordingStreamResult<()> {
         lateness::begin(rec, start)?;
-        signals::begin(rec, self.system.signals())?;
+        for topic in &start.topics {
+            signals::begin(rec, self.system.signals(), &topic.name)?;
+        }
         if let Some(latency) = &self.latency {
             latency.begin(rec)?;
         }
@@ -95,8 +97,8 @@ impl Scene {
             events,
             until,
         } = *batch;
-        signals::add(rec, progress, self.system.signals(), topics)?;
         for (topic, rows) in topics {
+            signals::add(rec, progress, self.system.signals(), topic, rows)?;
             self.traffic.count(topic, rows.heads());
             if Some(&**topic) == self.system.state() {
                 self.picture.add(rec, progress, rows)?;

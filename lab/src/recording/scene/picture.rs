@@ -19,8 +19,8 @@ pub const PICTURE: &str = "picture";
 /// What stands still in it.
 const SCENERY: &str = "picture/scenery";
 
-/// Run time between two pictures, at the least.
-const PERIOD: Duration = Duration::from_millis(20);
+/// Run time between two pictures, at the least: 25 in a second look smooth.
+const PERIOD: Duration = Duration::from_millis(40);
 
 /// Sides of the polygon that is drawn for a circle.
 const SIDES: u32 = 24;

@@ -1,7 +1,10 @@
-//! The signals of a system as lines over time, between their limits.
+//! The signals of a system as lines over time, between their limits. Those of one
+//! topic share an entity.
+
+use std::iter;
 
 use ratelab::{runtime::Rows, system::Signal};
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult};
+use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{
     lines::{self, Line},
@@ -9,9 +12,9 @@ use super::{
 };
 use crate::recording::{progress::Progress, schema::path};
 
-/// Entity of a signal.
-pub fn entity(signal: &Signal) -> EntityPath {
-    path(&["plot", "signal", signal.name])
+/// Entity of the signals of the topic called `topic`.
+pub fn entity(topic: &str) -> EntityPath {
+    path(&["plot", "signals", topic])
 }
 
 /// Name and unit of a signal.
@@ -24,44 +27,59 @@ pub fn title(signal: &Signal) -> String {
     }
 }
 
-/// Names and looks.
-pub fn begin(rec: &RecordingStream, signals: &[Signal]) -> RecordingStreamResult<()> {
-    for signal in signals {
-        let limits = signal.limits.iter().flatten();
-        let limits = limits.map(|limit| {
-            let text = format!("limit {limit:+.4} {}", signal.unit);
-            Line::new(text.trim_end(), ORANGE, 1.0)
-        });
-        let lines = std::iter::once(Line::new(title(signal), BLUE, 2.0)).chain(limits);
-        lines::begin(rec, entity(signal), &lines.collect::<Vec<_>>())?;
-    }
-    Ok(())
+/// For a view of the signal called `name`: of the lines of its topic those of it
+/// alone.
+pub fn only(signals: &[Signal], topic: &str, name: &str) -> SeriesLines {
+    let visible = of_topic(signals, topic)
+        .flat_map(|signal| iter::repeat_n(signal.name == name, lines_of(signal).len()));
+    SeriesLines::update_fields().with_visible_series(visible.collect::<Vec<_>>())
 }
 
-/// The values of `signals` in the messages of the topics.
+/// Logs how the signals of `topic` look.
+pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> RecordingStreamResult<()> {
+    let lines: Vec<Line> = of_topic(signals, topic).flat_map(lines_of).collect();
+    if lines.is_empty() {
+        return Ok(());
+    }
+    lines::begin(rec, entity(topic), &lines)
+}
+
+/// Logs the signals of `topic` in its messages.
 pub fn add(
     rec: &RecordingStream,
     progress: &Progress<'_>,
     signals: &[Signal],
-    topics: &[(String, Rows)],
+    topic: &str,
+    messages: &Rows,
 ) -> RecordingStreamResult<()> {
-    for signal in signals {
-        let Some((_, rows)) = topics.iter().find(|(name, _)| name == signal.topic) else {
-            continue;
-        };
-        let limits = signal.limits.iter().flatten().copied();
-        let values = rows.iter().flat_map(|(_, row)| {
-            let value = (signal.value)(row);
-            std::iter::once(value).chain(limits.clone())
-        });
-        let stamps = progress.stamps_of_messages(rows.heads());
-        lines::send(
-            rec,
-            entity(signal),
-            &stamps,
-            values,
-            1 + limits.clone().count(),
-        )?;
+    let signals: Vec<&Signal> = of_topic(signals, topic).collect();
+    let count = signals.iter().map(|signal| lines_of(signal).len()).sum();
+    if count == 0 {
+        return Ok(());
     }
-    Ok(())
+    let values = messages.iter().flat_map(|(_, row)| {
+        let signals = signals.iter();
+        signals.flat_map(move |signal| {
+            let limits = signal.limits.into_iter().flatten();
+            iter::once((signal.value)(row)).chain(limits)
+        })
+    });
+    let stamps = progress.stamps_of_messages(messages.heads());
+    lines::send(rec, entity(topic), &stamps, values, count)
+}
+
+fn of_topic<'a>(signals: &'a [Signal], topic: &str) -> impl Iterator<Item = &'a Signal> {
+    signals.iter().filter(move |signal| signal.topic == topic)
+}
+
+/// The line of a signal, and those of its limits.
+fn lines_of(signal: &Signal) -> Vec<Line> {
+    let limits = signal.limits.into_iter().flatten().map(|limit| {
+        let rounded = (limit * 1e3).round() / 1e3;
+        let text = format!("limit {rounded:+} {}", signal.unit);
+        Line::new(text.trim_end(), ORANGE, 1.0)
+    });
+    iter::once(Line::new(title(signal), BLUE, 2.0))
+        .chain(limits)
+        .collect()
 }
