@@ -61,7 +61,7 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
-        KnobKind::Send => json!(text),
+        _ => json!(text),
     }
 }
 

@@ -118,7 +118,7 @@ impl Column {
         match self.kind {
             KnobKind::Rate => format!("{} {value}", self.label()),
             KnobKind::Depth => format!("{} {value}", self.noun()),
-            KnobKind::Send => value.to_owned(),
+            _ => value.to_owned(),
         }
     }
 }

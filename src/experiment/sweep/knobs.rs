@@ -92,7 +92,8 @@ fn messages(list: &str) -> Vec<String> {
             }
         }
     }
-    messages
+    let messages = messages.iter().map(|message| message.trim().to_owned());
+    messages.collect()
 }
 
 fn refused(error: KnobTextError) -> AxisError {

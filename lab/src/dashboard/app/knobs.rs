@@ -156,13 +156,11 @@ impl App {
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
         let graph = self.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
-            KnobKind::Rate | KnobKind::Send => {
-                ("node", graph.nodes.iter().map(|node| &*node.name).collect())
-            }
             KnobKind::Depth => (
                 "topic",
                 graph.topics.iter().map(|topic| &*topic.name).collect(),
             ),
+            _ => ("node", graph.nodes.iter().map(|node| &*node.name).collect()),
         };
         if !known.contains(&knob.target()) {
             let (target, known) = (knob.target(), known.join(", "));
