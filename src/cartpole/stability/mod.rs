@@ -39,10 +39,36 @@
 //! Systems*, chapters 2 and 3. Multirate loops as periodic systems, monodromy
 //! and multipliers: Bittanti and Colaneri, *Periodic Systems*, chapters 1 and 3.
 
+mod age;
+mod control_loop;
+mod cost;
+mod covariance;
+mod criterion;
+mod delay;
+mod dynamics;
+mod frequency;
+mod gains;
 mod growth;
+mod jitter;
+mod loss;
 mod monodromy;
+mod passage;
 mod schedule;
+mod span;
+mod timing;
+mod world;
 
+pub use age::{NoLimit, age_limit};
+pub use control_loop::Loop;
+pub use covariance::{Loss, Lost};
+pub use criterion::{Noise, Weights};
+pub use delay::DelayMargin;
+pub use dynamics::Dynamics;
+pub use frequency::ContinuousMargins;
+pub use gains::{NoTheory, gains};
 pub use growth::measured_growth;
+pub use jitter::JitterMargin;
 pub use monodromy::{Stability, StabilityError};
-pub use schedule::{LONGEST, Rates};
+pub use schedule::LONGEST;
+pub use timing::{Cadence, Push, Rates, Timing};
+pub use world::World;
