@@ -20,7 +20,7 @@ impl Loop {
     ///
     /// The covariance of the state is taken through the same product as a
     /// deviation is in [`Loop::stability`]. Nilsson, *Real-Time Control Systems
-    /// with Delays* (1998), chapter 5; Lincoln and Cervin, *Jitterbug*, CDC 2002.
+    /// with Delays* (1998); Lincoln and Cervin, *Jitterbug*, CDC 2002.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].

@@ -32,8 +32,9 @@ pub struct JitterMargin {
     /// The most by which any action may be delayed beyond the constant part,
     /// each in its own way.
     pub jitter: Duration,
-    /// The same in terms of age: no action in force may be based on a reading as
-    /// old as that, at any moment, and the loop is stable, whatever makes it old.
+    /// The same in terms of age: deviations shrink if no action is applied earlier
+    /// than the constant part after its reading, and none is in force when its
+    /// reading is as old as this, whatever made it old.
     pub oldest: Duration,
 }
 
@@ -45,7 +46,7 @@ impl Loop {
     /// A small-gain condition, and only sufficient: the closed loop `T`, from a
     /// disturbance of the action to the action, has `|ω·T(iω)| < 1 / age` at all
     /// frequencies `ω`. Kao and Lincoln, *Simple stability criteria for systems
-    /// with time-varying delays*, Automatica 40 (2004), theorem 1.
+    /// with time-varying delays*, Automatica 40 (2004), in continuous time.
     pub fn oldest_push(&self) -> Option<Duration> {
         if !self.shrinks_without_delay() {
             return None;
@@ -68,16 +69,16 @@ impl Loop {
     /// actions in between are late ones. So the rates of policy and actuator and
     /// all that is lost count as jitter.
     ///
-    /// A small-gain condition, and only sufficient: Kao and Lincoln (2004),
-    /// theorem 3, with the constant part as in Cervin, Lincoln, Eker, Årzén and
-    /// Buttazzo, *The jitter margin and its application in the design of
+    /// A small-gain condition, and only sufficient: Kao and Lincoln (2004), for a
+    /// sampled loop, with the constant part as in Cervin, Lincoln, Eker, Årzén
+    /// and Buttazzo, *The jitter margin and its application in the design of
     /// real-time control systems*, RTCSA 2004.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].
     pub fn jitter_margin(&self) -> Result<Option<JitterMargin>, StabilityError> {
         let sensor = self.timing.sensor.hz;
-        let constant = self.timing.obs_delay + self.timing.policy_takes + self.timing.action_delay;
+        let constant = self.timing.constant();
         let mut uniform = Timing::direct(sensor);
         uniform.action_delay = constant;
         let sampled = Self {

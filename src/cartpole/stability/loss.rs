@@ -1,13 +1,12 @@
 //! Stability in the mean square, where messages are lost at random.
 
-use nalgebra::ComplexField;
-
 use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, Lost},
     criterion::{Noise, Weights},
     monodromy::StabilityError,
     passage::Passage,
+    spectral::log_spectral_radius,
 };
 
 /// Halvings of the interval of probabilities.
@@ -32,9 +31,7 @@ impl Loop {
             passage: &passage,
             loss,
         };
-        let eigenvalues = self.eigenvalues(squares.matrix())?;
-        let radius = eigenvalues.iter().map(|value| value.modulus());
-        Ok(radius.fold(0.0, f64::max).ln() / schedule.period.as_secs_f64())
+        Ok(log_spectral_radius(squares.matrix()) / schedule.period.as_secs_f64())
     }
 
     /// The least probability of loss at which the expected square of a small

@@ -10,14 +10,15 @@ use super::{
     criterion::{Noise, Weights},
     passage::Passage,
     schedule::{LONGEST, TooLong},
+    spectral::log_spectral_radius,
     timing::Rates,
     world::World,
 };
 use crate::{cartpole::PlantError, policy::Scripted};
 
-/// Rounds after which the eigenvalues must have converged. A 4×4 matrix takes
+/// Rounds after which the multipliers must have converged. A 4×4 matrix takes
 /// about ten.
-const ROUNDS: usize = 10_000;
+const ROUNDS: usize = 1_000;
 
 /// Linear theory of a loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,10 +27,11 @@ pub struct Stability {
     pub hyper_period: Duration,
     /// How old the reading behind the action in force is, on average over time.
     pub mean_push_age: Duration,
-    /// The eigenvalues of the monodromy matrix divided by `e^log_scale`, the
-    /// largest modulus first.
-    scaled: Vec<Complex<f64>>,
+    /// The monodromy matrix divided by `e^log_scale`.
+    scaled: DMatrix<f64>,
     log_scale: f64,
+    /// The logarithm of the largest modulus of the multipliers.
+    log_radius: f64,
 }
 
 /// A loop about which linear theory is not asked.
@@ -51,9 +53,6 @@ pub enum StabilityError {
     /// The plant could not be linearised.
     #[error("the plant cannot be linearised: {0}")]
     Plant(String),
-    /// The eigenvalues did not converge.
-    #[error("the eigenvalues at a policy of {} did not converge: try one beside it", .0.control)]
-    Eigenvalues(Rates),
 }
 
 impl From<PlantError> for StabilityError {
@@ -75,32 +74,37 @@ impl Stability {
 
     /// The Floquet multipliers, the one with the largest modulus first.
     /// Infinite where a deviation grows beyond all numbers in one hyper-period,
-    /// which [`growth`](Self::growth) is not.
+    /// which [`growth`](Self::growth) is not. Those of the actions that are
+    /// remembered from one hyper-period to the next are among them; empty where
+    /// their computation does not converge.
     pub fn multipliers(&self) -> Vec<Complex<f64>> {
+        let schur = Schur::try_new(self.scaled.clone(), f64::EPSILON, ROUNDS);
+        let scaled = schur.iter().flat_map(|schur| {
+            let eigenvalues = schur.complex_eigenvalues();
+            eigenvalues.iter().copied().collect::<Vec<_>>()
+        });
         let scale = self.log_scale.exp();
-        self.scaled.iter().map(|scaled| scaled * scale).collect()
+        let mut multipliers: Vec<_> = scaled.map(|scaled| scaled * scale).collect();
+        multipliers.sort_by(|a, b| b.modulus().total_cmp(&a.modulus()));
+        multipliers
     }
 
     /// The factor by which a deviation grows in one hyper-period, in the long
     /// run: the largest modulus of the multipliers.
     pub fn spectral_radius(&self) -> f64 {
-        self.log_radius().exp()
+        self.log_radius.exp()
     }
 
     /// The rate at which a small deviation grows in the long run (1/s);
     /// negative if it shrinks.
     pub fn growth(&self) -> f64 {
-        self.log_radius() / self.hyper_period.as_secs_f64()
+        self.log_radius / self.hyper_period.as_secs_f64()
     }
 
     /// Whether small deviations shrink. That is less than it sounds: an
     /// unstable loop may still keep the pole up, by swinging.
     pub fn is_stable(&self) -> bool {
-        self.log_radius() < 0.0
-    }
-
-    fn log_radius(&self) -> f64 {
-        self.scaled[0].modulus().ln() + self.log_scale
+        self.log_radius < 0.0
     }
 }
 
@@ -111,42 +115,26 @@ impl Loop {
     /// [`StabilityError`], most likely because the hyper-period is longer than
     /// [`LONGEST`].
     pub fn stability(&self) -> Result<Stability, StabilityError> {
-        let nothing = (Noise::default(), Weights::default());
-        let (passage, schedule) =
-            Passage::of(self, &nothing.0, &nothing.1).map_err(|long| self.aperiodic(long))?;
-        let (monodromy, log_scale) = product(&passage);
-        let mut scaled = self.eigenvalues(monodromy)?;
-        scaled.sort_by(|a, b| b.modulus().total_cmp(&a.modulus()));
+        let (passage, schedule) = Passage::of(self, &Noise::default(), &Weights::default())
+            .map_err(|long| self.aperiodic(long))?;
+        let (scaled, log_scale) = product(&passage);
         Ok(Stability {
             hyper_period: schedule.period,
             mean_push_age: Duration::from_secs_f64(schedule.mean_age),
+            log_radius: log_spectral_radius(scaled.clone()) + log_scale,
             scaled,
             log_scale,
         })
     }
 
-    /// The eigenvalues of a matrix that belongs to this loop.
-    pub(super) fn eigenvalues(
-        &self,
-        matrix: DMatrix<f64>,
-    ) -> Result<Vec<Complex<f64>>, StabilityError> {
-        let schur = Schur::try_new(matrix, f64::EPSILON, ROUNDS);
-        let schur = schur.ok_or(StabilityError::Eigenvalues(self.rates()))?;
-        Ok(schur.complex_eigenvalues().iter().copied().collect())
-    }
-
     /// The reason for not being asked.
     pub(super) fn aperiodic(&self, TooLong(hyper_period): TooLong) -> StabilityError {
         StabilityError::Aperiodic {
-            rates: self.rates(),
+            rates: Rates {
+                sensor: self.timing.sensor.hz,
+                control: self.timing.policy.hz,
+            },
             hyper_period,
-        }
-    }
-
-    fn rates(&self) -> Rates {
-        Rates {
-            sensor: self.timing.sensor.hz,
-            control: self.timing.policy.hz,
         }
     }
 }

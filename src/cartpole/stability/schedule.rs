@@ -100,17 +100,19 @@ fn least_common_multiple(a: u128, b: u128) -> u128 {
     while rest > 0 {
         (divisor, rest) = (rest, divisor % rest);
     }
-    a / divisor.max(1) * b
+    (a / divisor.max(1)).saturating_mul(b)
 }
 
 /// A decision from which on everything repeats, and after how long. A policy that
 /// takes time may need several periods of the grid.
 fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLong> {
-    if grid > LONGEST {
-        return Err(TooLong(grid));
-    }
     let offsets = timing.cadences().map(|cadence| cadence.offset);
-    let settled = Time::ZERO + offsets.max().unwrap_or_default();
+    let offset = offsets.max().unwrap_or_default();
+    let longest = grid.max(offset).max(timing.slowest());
+    if longest > LONGEST {
+        return Err(TooLong(longest));
+    }
+    let settled = Time::ZERO + offset;
     let mut seen = HashMap::new();
     for (start, _) in timing.pushes().skip_while(|(start, _)| *start < settled) {
         let phase = start.as_nanos() % grid.as_nanos() as u64;

@@ -100,7 +100,13 @@ impl Timing {
     pub(super) fn slowest(self) -> Duration {
         let waits = [Some(self.sensor), self.actuator].into_iter().flatten();
         let waits: Duration = waits.map(|cadence| cadence.hz.period() + Time::TICK).sum();
-        waits + self.obs_delay + self.policy_takes + self.action_delay
+        waits.saturating_add(self.constant())
+    }
+
+    /// How long everything takes from a reading to its action without any waiting.
+    pub(super) fn constant(self) -> Duration {
+        let links = self.obs_delay.saturating_add(self.action_delay);
+        links.saturating_add(self.policy_takes)
     }
 
     /// Every decision: when it was begun, and the push that came of it. Decisions
