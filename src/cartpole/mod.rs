@@ -20,6 +20,7 @@ mod pose;
 mod seeding;
 pub mod stability;
 mod system;
+mod table;
 
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};

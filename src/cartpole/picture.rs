@@ -9,6 +9,9 @@ const POLE_M: f64 = 1.0;
 /// Half the width and half the height of the cart (m), from the model.
 const CART_HALF_M: [f64; 2] = [0.1, 0.05];
 
+/// Height of the rail (m): a little below the cart, to be told from it.
+const RAIL_M: f64 = -0.09;
+
 /// Height of the end stops and length of the longest push (m).
 const STOP_M: f64 = 0.15;
 const PUSH_M: f64 = 0.5;
@@ -54,7 +57,7 @@ pub(super) fn of(step: &ControlStep) -> Picture {
 
 /// The rail with its end stops, and a label at every metre.
 fn rail() -> Vec<(Style, Shape)> {
-    let y = -CART_HALF_M[1];
+    let y = RAIL_M;
     let mut shapes = vec![Shape::Segment {
         from: [-CART_LIMIT_M, y],
         to: [CART_LIMIT_M, y],

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::{
     ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Fall, Observation, POLE_LIMIT_RAD, POLICY,
-    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, picture,
+    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture, table,
     policy::{
         DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
     },
@@ -14,7 +14,7 @@ use crate::{
     runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Time},
     system::{
         Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup, Signal, System,
-        Verdict, VerdictKind,
+        Table, Verdict, VerdictKind,
     },
 };
 
@@ -183,6 +183,10 @@ impl System for CartPole {
         "cart-pole"
     }
 
+    fn engine(&self) -> Option<String> {
+        Some(format!("MuJoCo {}", mujoco_version()))
+    }
+
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let plant = Plant::new(builder.seed()).map_err(|why| BuildError::Other(Box::new(why)))?;
         let plant = SharedPlant::new(plant);
@@ -280,6 +284,10 @@ impl System for CartPole {
         Some(STATE)
     }
 
+    fn table(&self) -> Option<Table> {
+        Some(table::TABLE)
+    }
+
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let fall = state.and_then(pose).and_then(|pose| pose.fall());
         let kind = match (fall, exit) {
@@ -289,6 +297,12 @@ impl System for CartPole {
             (None, _) => &verdict::STOPPED,
         };
         Verdict::new(kind, at)
+    }
+
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        let policy: PolicySpec = setup.message(POLICY)?.parse().ok()?;
+        let name = policy.name();
+        (!policy.balances()).then(|| format!("the {name} policy balances at no rate"))
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {

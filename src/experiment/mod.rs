@@ -56,7 +56,7 @@ impl Experiment {
         let Built {
             mut graph,
             recorded,
-        } = builder.finish()?;
+        } = builder.finish(&config.knobs)?;
         graph.set_clock(config.clock);
         graph.set_speed(config.speed);
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::{
     command::{ClockKind, Command, Speed},
     depth::Depth,
+    knob::Knob,
     message::Payload,
     node::Node,
     rate::Rate,
@@ -198,20 +199,17 @@ impl Graph {
         self.control.update(|status| status.speed = speed);
     }
 
-    /// Whether there is a node of this name.
+    /// Whether it has the node or the topic that `knob` is of.
     ///
     /// # Errors
     /// Which there are instead.
-    pub(crate) fn check_node(&self, name: &str) -> Result<(), String> {
-        self.control.node_index(name).map(drop)
-    }
-
-    /// Whether there is a topic of this name.
-    ///
-    /// # Errors
-    /// Which there are instead.
-    pub(crate) fn check_topic(&self, name: &str) -> Result<(), String> {
-        self.control.topic(name).map(drop)
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
+        match knob {
+            Knob::Rate { node, .. } | Knob::Send { node, .. } => {
+                self.control.node_index(node).map(drop)
+            }
+            Knob::Depth { topic, .. } => self.control.topic(topic).map(drop),
+        }
     }
 
     /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].

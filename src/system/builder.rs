@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use super::{BuildError, Setup};
 use crate::runtime::{
-    Depth, Fields, Graph, Hz, Knob, Node, Payload, RecordedTopic, Time, Topic, Wiring,
+    Depth, Fields, Graph, Hz, Knob, Node, Payload, RecordedTopic, Time, TimedKnob, Topic, Wiring,
 };
 
 /// Takes the nodes and topics of a graph, and sets them up as asked.
@@ -105,21 +105,25 @@ impl<'a> Builder<'a> {
     /// The graph, all messages sent.
     ///
     /// # Errors
-    /// [`BuildError::Setting`] if something is set that the graph does not have,
-    /// or a node refuses its message.
-    pub(crate) fn finish(mut self) -> Result<Built, BuildError> {
+    /// [`BuildError::Setting`] if something is set, or `timed` to be set, that the
+    /// graph does not have, or a node refuses its message.
+    pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
+        for timed in timed {
+            self.check(&timed.knob)?;
+        }
         for knob in self.setup.iter() {
-            let known = match knob {
-                Knob::Rate { node, .. } | Knob::Send { node, .. } => self.graph.check_node(node),
-                Knob::Depth { topic, .. } => self.graph.check_topic(topic),
-            };
-            known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
+            self.check(knob)?;
             self.send(knob)?;
         }
         Ok(Built {
             graph: self.graph,
             recorded: self.recorded,
         })
+    }
+
+    fn check(&self, knob: &Knob) -> Result<(), BuildError> {
+        let known = self.graph.check(knob);
+        known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
     }
 
     fn send(&mut self, knob: &Knob) -> Result<(), BuildError> {

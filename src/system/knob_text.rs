@@ -161,7 +161,7 @@ pub enum KnobTextError {
     },
     /// A line of a list lacks words.
     #[error(
-        "{0:?} is not a timed knob: expected seconds, knob and value, such as 2.5 control-hz 10"
+        "{0:?} is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10"
     )]
     Timed(String),
     /// The first word is no time.

@@ -50,6 +50,7 @@ mod knob_text;
 mod picture;
 mod setup;
 mod signal;
+mod table;
 mod verdict;
 
 use std::path::PathBuf;
@@ -63,6 +64,7 @@ pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
+pub use table::Table;
 pub use verdict::{Verdict, VerdictKind};
 
 use crate::runtime::{ClockExit, GraphError, HzError, Time};
@@ -72,6 +74,12 @@ use crate::runtime::{ClockExit, GraphError, HzError, Time};
 pub trait System: Send + Sync + 'static {
     /// Its name, such as `drone`. Recordings carry it.
     fn name(&self) -> &'static str;
+
+    /// What computes its plant, with the version, such as `MuJoCo 3.9.0`: another one
+    /// may compute other bits. Recordings carry it.
+    fn engine(&self) -> Option<String> {
+        None
+    }
 
     /// Adds its nodes and topics to an empty graph. Called once for every run;
     /// for the same [`Setup`] it builds the same graph.
@@ -114,7 +122,10 @@ pub trait System: Send + Sync + 'static {
         &[]
     }
 
-    /// The latency that matters, as a node and the name of its meter.
+    /// The latency that matters, as a node and the name of its meter. What it measures
+    /// is how old the [`origin`](crate::runtime::Message::origin) of each message of
+    /// [`state`](Self::state) is when that is published, so that it can be read back
+    /// from a recording.
     fn latency(&self) -> Option<(&'static str, &'static str)> {
         None
     }
@@ -125,11 +136,24 @@ pub trait System: Send + Sync + 'static {
         None
     }
 
+    /// How the messages of [`state`](Self::state) are written as a table, if not as
+    /// run time and their numbers.
+    fn table(&self) -> Option<Table> {
+        None
+    }
+
     /// What became of a run that stopped for the reason `exit` at run time `at`.
     /// `state` is the newest message of [`state`](Self::state).
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let _ = state;
         Verdict::of_exit(exit, at)
+    }
+
+    /// Why a run with `setup` is lost at any rate, if it is known to be: a policy
+    /// that does nothing, say.
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        let _ = setup;
+        None
     }
 
     /// Every [`VerdictKind`] that [`verdict`](Self::verdict) gives, so that it can

@@ -42,7 +42,7 @@ pub enum Shape {
     },
     /// A text.
     Label {
-        /// Where the middle of its base line is (m).
+        /// What it is of (m): it hangs under this point, in the middle.
         at: [f64; 2],
         /// The text.
         text: String,

@@ -32,7 +32,8 @@ pub struct SweepValue {
 
 impl SweepAxis {
     /// The knob called `name`, an alias or a kind and a target such as
-    /// `rate planner`, with the values in `list`; see [`Axis`].
+    /// `rate planner`, with the values in `list`; see [`Axis`]. Messages have
+    /// commas in between; one that is part of a message has a backslash before it.
     ///
     /// # Errors
     /// [`AxisError`] if there is no such knob, or one of the values is none.
@@ -41,7 +42,7 @@ impl SweepAxis {
         let texts = match kind {
             KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
-            KnobKind::Send => list.split(',').map(|text| text.trim().to_owned()).collect(),
+            KnobKind::Send => messages(list),
         };
         Self::of(knobs, name, texts)
     }
@@ -75,6 +76,22 @@ where
 {
     let axis: Axis<T> = list.parse()?;
     Ok(axis.values().iter().map(text).collect())
+}
+
+fn messages(list: &str) -> Vec<String> {
+    let mut messages = vec![String::new()];
+    for piece in list.split_inclusive(',') {
+        let mut message = messages.pop().unwrap_or_default();
+        match (piece.strip_suffix("\\,"), piece.strip_suffix(',')) {
+            (Some(start), _) => messages.push(message + start + ","),
+            (None, Some(end)) => messages.extend([message + end, String::new()]),
+            (None, None) => {
+                message.push_str(piece);
+                messages.push(message);
+            }
+        }
+    }
+    messages
 }
 
 fn refused(error: KnobTextError) -> AxisError {

@@ -32,7 +32,7 @@ pub use work::all_cores;
 
 use super::{Config, Experiment};
 use crate::{
-    runtime::{ClockKind, Fault, Speed, Time},
+    runtime::{ClockKind, Fault, KnobKind, Speed, Time},
     system::{BuildError, System},
 };
 
@@ -93,6 +93,9 @@ pub enum SweepError {
     /// Its runs would never end.
     #[error("the runs of a sweep must end: give them a duration")]
     Endless,
+    /// A message is set that the system does not take.
+    #[error(transparent)]
+    Setting(#[from] BuildError),
     /// A cell could not be set up.
     #[error("{cell}: {source}")]
     Build {
@@ -172,6 +175,28 @@ impl Sweep {
         let knobs = cell.values.iter().flat_map(|value| &value.knobs);
         config.setup.extend(knobs.cloned());
         config
+    }
+
+    /// The same sweep, its messages in the form in which they are recorded; see
+    /// [`System::resolve`]. What they name is read once, before the first run.
+    fn resolved(&self) -> Result<Self, BuildError> {
+        let mut resolved = self.clone();
+        let Some(first) = self.cell(0) else {
+            return Ok(resolved);
+        };
+        // What an axis sets in its place is not read.
+        resolved.base = self.config(&first).resolved(&*self.system)?;
+        let axes = resolved.axes.iter_mut();
+        let messages = axes.filter(|axis| axis.kind == KnobKind::Send);
+        for value in messages.flat_map(|axis| &mut axis.values) {
+            let mut config = resolved.base.clone();
+            config.setup.extend(value.knobs.iter().cloned());
+            let setup = config.resolved(&*self.system)?.setup;
+            let knobs = setup.iter();
+            let knobs = knobs.filter(|knob| value.knobs.iter().any(|of| of.is_of(knob)));
+            Arc::make_mut(value).knobs = knobs.cloned().collect();
+        }
+        Ok(resolved)
     }
 
     /// Runs one cell.

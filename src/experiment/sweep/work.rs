@@ -23,8 +23,8 @@ pub fn all_cores() -> NonZeroUsize {
 type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 
 /// What the threads of a sweep share.
-struct Work<'a> {
-    sweep: &'a Sweep,
+struct Work {
+    sweep: Sweep,
     cells: usize,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -45,7 +45,7 @@ impl Sweep {
     ) -> Result<Swept, SweepError> {
         let cells = self.cells()?;
         let work = Work {
-            sweep: self,
+            sweep: self.resolved()?,
             cells,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
@@ -62,7 +62,7 @@ impl Sweep {
     }
 }
 
-impl Work<'_> {
+impl Work {
     /// Takes cells one by one until there are no more.
     fn run(&self, done: &Sender<FinishedCell>) {
         while !self.stopped() {

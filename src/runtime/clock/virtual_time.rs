@@ -267,7 +267,9 @@ mod tests {
     use crossbeam_channel::Sender;
 
     use super::*;
-    use crate::runtime::{command::TimedCommand, node::GO_ON, telemetry::Event, time::Hz};
+    use crate::runtime::{
+        command::TimedCommand, knob::Knob, node::GO_ON, telemetry::Event, time::Hz,
+    };
 
     type Ticks = Vec<(&'static str, Time)>;
 
@@ -290,10 +292,10 @@ mod tests {
     /// A graph as the real clock may hand it over: run time has passed what `a` and
     /// `b` are due at, and has come to what `c` is due at.
     fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
-        let slower = Command::SetRate {
+        let slower = Command::Set(Knob::Rate {
             node: "b".to_owned(),
             hz: hz(7.0),
-        };
+        });
         if given == Given::First {
             commander.send(slower.clone()).expect("open");
         }

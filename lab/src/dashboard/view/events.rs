@@ -12,7 +12,7 @@ use super::{
     pane::{border, broken, clip, plain, put, row},
     theme::Theme,
 };
-use crate::dashboard::frame::{VerdictData, VerdictKind};
+use crate::dashboard::frame::{Standing, VerdictData};
 
 /// What the pane is called.
 const TITLE: &str = "5 events";
@@ -80,10 +80,10 @@ fn inset(width: u16) -> u16 {
 
 /// The verdict in a line.
 pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
-    let (glyph, style) = match verdict.kind {
-        VerdictKind::Good => (theme.glyph("✓", "+"), theme.good()),
-        VerdictKind::Done => (theme.glyph("■", "="), theme.strong()),
-        VerdictKind::Lost => (theme.glyph("✖", "!"), theme.alarm()),
+    let (glyph, style) = match verdict.standing {
+        Standing::Good => (theme.glyph("✓", "+"), theme.good()),
+        Standing::Done => (theme.glyph("■", "="), theme.strong()),
+        Standing::Lost => (theme.glyph("✖", "!"), theme.alarm()),
     };
     let text = format!("{glyph} {}", plain(&verdict.headline, theme));
     Line::from(Span::styled(text, style))

@@ -1,7 +1,7 @@
-//! The pole's angle over the last seconds.
+//! A signal over the last seconds.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
-use ratelab::{cartpole::POLE_LIMIT_RAD, runtime::Time};
+use ratelab::{runtime::Time, system::Signal};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke},
@@ -10,15 +10,18 @@ use super::{
 };
 use crate::dashboard::frame::Trace;
 
-/// What the pane is called.
-const TITLE: &str = "3 angle";
-
 /// How much of the run is in sight (s).
 const WINDOW_S: f64 = 10.0;
 
-/// What the axis may reach to (degrees); the first that fits is taken, so that
-/// the scale stands still while the pole is up.
-const REACH_DEG: [f64; 6] = [14.0, 20.0, 30.0, 45.0, 90.0, 180.0];
+/// By how much more the axis reaches out, once or several times, where the signal
+/// leaves its range: the scale stands still while all is well.
+const WIDER: f64 = 1.5;
+
+/// The widest axis in ranges of the signal.
+const WIDEST: f64 = 1e6;
+
+/// The longest unit that is written at the axis.
+const LONGEST_UNIT: usize = 4;
 
 /// Steps of the time axis (s); the first that leaves room for labels is taken.
 const STEPS_S: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -41,57 +44,106 @@ pub fn render(
     let now = now.as_secs_f64();
     // When looking back, the trace knows more than is to be seen.
     let past = &trace.points[..trace.points.partition_point(|point| point.0 <= now)];
-    let inner = border(TITLE, current(past, theme), theme, focused, area, buf);
+    let title = format!("3 {}", trace.signal.name);
+    let current = current(trace.signal, past, theme);
+    let inner = border(&title, current, theme, focused, area, buf);
     if inner.is_empty() {
         return;
     }
-    let chart = Chart::new(past, now, theme, inner);
+    let chart = Chart::new(trace.signal, past, now, theme, inner);
     chart.axes(theme, buf);
     chart.marks(&trace.marks, now, theme, buf);
     chart.curve(past, theme, buf);
 }
 
-/// The newest angle, for the title.
-fn current(past: &[(f64, f64)], theme: &Theme) -> Span<'static> {
-    let Some(&(_, angle)) = past.last() else {
+/// The newest value, for the title.
+fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static> {
+    let Some(&(_, value)) = past.last() else {
         return Span::default();
     };
-    let unit = theme.glyph("°", " deg");
-    let text = |glyph: &str| format!(" {glyph}{}{unit} ", signed(angle, 7, 2, theme));
-    if angle.abs() > limit() {
+    let unit = unit(signal, theme);
+    let text = |glyph: &str| format!(" {glyph}{}{unit} ", signed(value, 7, 2, theme));
+    if signal.is_lost_at(value) {
         Span::styled(text(theme.glyph("✖", "!")), theme.alarm())
     } else {
         Span::styled(text(" "), theme.strong())
     }
 }
 
-/// Where the pole is lost (degrees).
-fn limit() -> f64 {
-    POLE_LIMIT_RAD.to_degrees()
+/// The unit as it stands after a number.
+fn unit(signal: &Signal, theme: &Theme) -> String {
+    match signal.unit {
+        "" => String::new(),
+        "°" => theme.glyph("°", " deg").to_owned(),
+        unit => format!(" {}", pane::plain(unit, theme)),
+    }
 }
 
-/// A label of the angle.
-fn degrees(text: &str, theme: &Theme) -> String {
-    let text = pane::plain(text, theme);
-    format!("{text:>3}{}", theme.glyph("°", " deg"))
+/// A label of the axis, in as many digits as matter; without its unit if that is
+/// long.
+fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
+    let decimals = match value.abs() {
+        0.0 => 0,
+        10.0.. => 0,
+        1.0.. => 1,
+        _ => 2,
+    };
+    let text = if value == 0.0 {
+        "0".to_owned()
+    } else {
+        signed(value, 0, decimals, theme)
+    };
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        &text
+    };
+    let unit = unit(signal, theme);
+    let unit = if pane::width(&unit) <= LONGEST_UNIT {
+        &unit
+    } else {
+        ""
+    };
+    format!("{text:>3}{unit}")
+}
+
+/// The lines across the chart: limits, or else the ends of the range, and zero.
+fn levels(signal: &Signal) -> Vec<f64> {
+    let [least, greatest] = signal.limits.unwrap_or(signal.range);
+    vec![greatest, least, 0.0]
+}
+
+/// The axis of `signal`, wide enough for values from `least` to `greatest`.
+fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
+    let [low, high] = signal.range;
+    let (middle, half) = (f64::midpoint(low, high), (high - low) / 2.0);
+    let needed = (greatest - middle).max(middle - least);
+    let mut times = 1.0;
+    while half * times < needed && times < WIDEST {
+        times *= WIDER;
+    }
+    [middle - half * times, middle + half * times]
 }
 
 /// Where things are in the pane.
-struct Chart {
+struct Chart<'s> {
+    signal: &'s Signal,
     canvas: BrailleCanvas,
     plot: Rect,
-    /// Room for the texts of marks, for times, and for angles.
+    /// Room for the texts of marks, for times, and for values.
     texts: Rect,
     times: Rect,
-    angles: Rect,
+    values: Rect,
     /// First and last run time in sight (s).
     span: (f64, f64),
 }
 
-impl Chart {
-    fn new(past: &[(f64, f64)], now: f64, theme: &Theme, inner: Rect) -> Self {
+impl<'s> Chart<'s> {
+    fn new(signal: &'s Signal, past: &[(f64, f64)], now: f64, theme: &Theme, inner: Rect) -> Self {
         let labelled = u16::from(inner.width >= LEAST.0 && inner.height >= LEAST.1);
-        let margin = labelled * clamp(pane::width(&degrees("+12", theme)) + 1);
+        let labels = levels(signal).into_iter();
+        let widest = labels.map(|level| pane::width(&label(signal, level, theme)));
+        let margin = labelled * clamp(widest.max().unwrap_or(0) + 1);
         let right = Rect {
             x: inner.x + margin,
             width: inner.width - margin,
@@ -105,15 +157,17 @@ impl Chart {
         let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
         let span = (begin, begin + WINDOW_S);
         let seen = past.iter().filter(|point| point.0 >= begin);
-        let largest = seen.fold(0.0_f64, |most, point| most.max(point.1.abs()));
-        let reach = REACH_DEG.into_iter().find(|reach| largest <= *reach);
-        let reach = reach.unwrap_or(REACH_DEG[5]);
+        let ends = [f64::INFINITY, f64::NEG_INFINITY];
+        let ends = seen.fold(ends, |[least, most], point| {
+            [least.min(point.1), most.max(point.1)]
+        });
         Self {
-            canvas: BrailleCanvas::new(plot, [span.0, span.1], [-reach, reach], theme),
+            signal,
+            canvas: BrailleCanvas::new(plot, [span.0, span.1], reach(signal, ends), theme),
             plot,
             texts: rows(right, 0, edge),
             times: rows(right, edge + height, edge),
-            angles: Rect {
+            values: Rect {
                 x: inner.x,
                 width: margin,
                 ..plot
@@ -122,22 +176,26 @@ impl Chart {
         }
     }
 
-    /// The upright, the limits, and what the axes say.
+    /// The limits, zero, and what the axes say.
     fn axes(&self, theme: &Theme, buf: &mut Buffer) {
         let pen = |ascii| Pen {
             style: theme.faint(),
             ascii,
         };
-        for (angle, text) in [(limit(), "+12"), (-limit(), "−12"), (0.0, "0")] {
-            let (on, of) = if angle == 0.0 { (1, 8) } else { (2, 4) };
-            let line = self.canvas.level(angle, on, of);
-            self.canvas
-                .draw(pen(if angle == 0.0 { '.' } else { '-' }), line, buf);
-            let Some(y) = self.canvas.row(angle) else {
+        for level in levels(self.signal) {
+            let Some(y) = self.canvas.row(level) else {
                 continue;
             };
-            let place = row(self.angles, usize::from(y - self.plot.y));
-            put(&degrees(text, theme), theme.faint(), 0, place, buf);
+            let (on, of, ascii) = if level == 0.0 {
+                (1, 8, '.')
+            } else {
+                (2, 4, '-')
+            };
+            let line = self.canvas.level(level, on, of);
+            self.canvas.draw(pen(ascii), line, buf);
+            let place = row(self.values, usize::from(y - self.plot.y));
+            let text = label(self.signal, level, theme);
+            put(&text, theme.faint(), 0, place, buf);
         }
         self.time_axis(theme, buf);
     }
@@ -200,7 +258,8 @@ impl Chart {
             [x1, y1, x2, y2]
         });
         let seen = lines.filter(|line| line[2] >= self.span.0);
-        let beyond = |line: &Stroke| line[1].abs().max(line[3].abs()) > limit();
+        let lost = |value: f64| self.signal.is_lost_at(value);
+        let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);
         let pen = |style: Style, ascii| Pen { style, ascii };
         self.canvas.draw(pen(theme.good(), '*'), good, buf);
@@ -235,6 +294,7 @@ mod tests {
         Trace {
             points: points.map(|time| (time, angle(time))).collect(),
             marks: marks.map(|(time, text)| (time, text.to_owned())).to_vec(),
+            ..sample::trace()
         }
     }
 
@@ -248,7 +308,7 @@ mod tests {
     #[test]
     fn the_last_seconds_are_in_sight() {
         insta::assert_snapshot!(text(&pane(&long(), 14_400, (70, 14), &RICH)), @"
-        ┌3 angle────────────────────────────────────────────────── ✖ +12.89° ┐
+        ┌3 pole angle───────────────────────────────────────────── ✖ +12.89° ┐
         │              policy 10 Hz                            policy 5 Hz   │
         │+12° ⣀ ⣀ ⣀⡄⣀ ⣀⢠⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀ ⣀⢠⣀⣀⣤│
         │          ⡄   ⢠                                               ⣀⡤⢶⠋⠁ │
@@ -263,8 +323,8 @@ mod tests {
         │               6 s         8 s         10 s        12 s         14 s│
         └────────────────────────────────────────────────────────────────────┘
         ");
-        insta::assert_snapshot!(text(&pane(&long(), 14_400, (50, 10), &POOR)), @r"
-        +3 angle--------------------------- ! +12.89 deg +
+        insta::assert_snapshot!(text(&pane(&long(), 14_400, (50, 10), &POOR)), @"
+        +3 pole angle---------------------- ! +12.89 deg +
         |             policy 10 Hz         policy 5 Hz   |
         |+12 deg - : -:- - - - - - - - - - - - - - - :*X |
         |          :  :                           *****  |
@@ -280,8 +340,8 @@ mod tests {
     #[test]
     fn what_was_later_is_not_shown_when_looking_back() {
         let buf = pane(&sample::trace(), 500, (50, 10), &RICH);
-        insta::assert_snapshot!(text(&buf), @r"
-        ┌3 angle──────────────────────────────    +1.62° ┐
+        insta::assert_snapshot!(text(&buf), @"
+        ┌3 pole angle─────────────────────────    +1.62° ┐
         │      policy 5 Hz                               │
         │+12° ⠤⡄⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤ ⠤│
         │      ⡄                                         │
@@ -312,8 +372,14 @@ mod tests {
                 (0.3, -0.0),
             ],
             marks: vec![(0.1, "→".repeat(200)), (f64::NAN, String::new())],
+            ..sample::trace()
         };
-        for trace in [odd, long(), Trace::default()] {
+        let nothing = Trace {
+            points: Vec::new(),
+            marks: Vec::new(),
+            ..sample::trace()
+        };
+        for trace in [odd, long(), nothing] {
             for now in [Time::ZERO, Time::from_nanos(14_400_000_000), Time::MAX] {
                 torture(|theme, area, buf| render(&trace, now, theme, true, area, buf));
             }
