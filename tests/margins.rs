@@ -207,7 +207,6 @@ proptest! {
 fn the_continuous_loop_has_the_margins_of_another_program() {
     let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
     let margins = control.continuous_margins().expect("margins");
-    println!("{margins:?} oldest {:?}", control.oldest_push());
     near(margins.crossover, 21.1, 0.005);
     near(margins.phase_margin.to_degrees(), 72.0, 0.01);
     near(margins.delay.as_secs_f64(), 0.0598, 0.005);
@@ -249,7 +248,6 @@ fn a_faster_loop_comes_near_the_continuous_one() {
     let control = scripted(World::Continuous, Timing::direct(hz(2_000.0)));
     let margins = control.continuous_margins().expect("margins");
     let delay = shortest_unstable_delay(&control) + Duration::from_micros(250);
-    println!("{delay:?} {:?}", margins.delay);
     near(delay.as_secs_f64(), margins.delay.as_secs_f64(), 1e-3);
 }
 
@@ -319,13 +317,6 @@ fn the_limit_of_age_is_told_or_the_reason_why_not() {
             .map(|age| age.as_secs_f64() * 1e3)
             .map_err(|error| error.to_string())
     };
-    for control in [500.0, 100.0, 50.0, 25.0, 20.0, 16.0, 12.5, 10.0, 8.0, 5.0] {
-        println!(
-            "{control} Hz: scripted {:?} lqr {:?}",
-            limit("scripted", control),
-            limit("lqr", control)
-        );
-    }
     assert!((59.0..=62.0).contains(&limit("scripted", 50.0).expect("limit")));
     // At 10 Hz holding alone is too much.
     near(limit("scripted", 10.0).expect("limit"), 50.0, 1e-6);
@@ -371,7 +362,6 @@ fn jitter_is_never_borne_beyond_the_delay_that_is() {
             timing.action_delay = ms(constant);
             let control = scripted(World::Continuous, timing);
             let jitter = control.jitter_margin().expect("short");
-            println!("{rate} Hz, constant {constant} ms, delay margin {margin:?}: {jitter:?}");
             assert_eq!(jitter.is_some(), ms(constant) < margin);
             if let Some(jitter) = jitter {
                 assert!(ms(constant) + jitter.jitter < margin);
@@ -405,6 +395,13 @@ fn left(pushes: impl IntoIterator<Item = (u64, u64)>) -> f64 {
         past.push(plant.a * x + plant.b * (gains * past[newest as usize]));
     }
     past[STEPS].amax()
+}
+
+#[test]
+fn a_deviation_grows_where_the_delay_is_beyond_the_margin() {
+    let late = |delay| left((0..750).map(|tick| (tick * 200, tick * 200 + delay)));
+    assert!(late(490) < 1.0);
+    assert!(late(515) > 1.0);
 }
 
 proptest! {
@@ -452,7 +449,6 @@ fn random_loss_is_borne_up_to_the_share_that_another_program_found() {
         for world in [World::Continuous, World::Own(ms(1))] {
             let control = scripted(world, Timing::direct(hz(50.0)));
             let margin = control.loss_margin(lost).expect("short");
-            println!("{lost:?} {world:?} {margin}");
             // The first that is unstable, in steps of 0.02.
             assert!(
                 (expected - 0.02..=expected).contains(&margin),
@@ -551,7 +547,6 @@ fn a_loop_that_grows_has_no_bound_to_its_cost() {
     };
     assert_eq!(cost(0.6, Lost::Hold), None);
     let costs = [0.0, 0.2, 0.4, 0.5].map(|probability| cost(probability, Lost::Hold));
-    println!("{costs:?}");
     assert!(costs.is_sorted_by(|a, b| a.is_some() && a < b));
 }
 
@@ -611,7 +606,6 @@ fn random_loss_costs_what_many_seconds_cost_on_average() {
                 (true, true) => 0.0,
             }
         });
-        println!("{lost:?}: {cost} run {run}");
         near(run, cost, 0.04);
     }
 }
@@ -646,7 +640,6 @@ fn drawn_delays_cost_what_many_runs_with_them_cost_on_average() {
         })
     });
     let run = runs.sum::<f64>() / 4_000.0;
-    println!("drawn: {cost} runs {run}");
     near(run, cost, 0.04);
 }
 
