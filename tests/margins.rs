@@ -353,6 +353,33 @@ fn the_jitter_margins_of_an_integrator_are_those_of_their_closed_forms() {
 }
 
 #[test]
+fn the_jitter_margins_are_those_of_another_program() {
+    // Sensor (Hz), constant delay (ms), jitter (ms): masses and lengths from the
+    // model, aliases of the response added one by one.
+    const KNOWN: [(f64, u64, f64); 6] = [
+        (50.0, 0, 36.808),
+        (50.0, 10, 29.340),
+        (50.0, 30, 11.459),
+        (20.0, 20, 3.713),
+        (100.0, 20, 25.808),
+        (25.0, 10, 15.172),
+    ];
+    for (rate, constant, jitter) in KNOWN {
+        let mut timing = Timing::direct(hz(rate));
+        timing.action_delay = ms(constant);
+        let control = scripted(World::Continuous, timing);
+        let margin = control.jitter_margin().expect("short").expect("stable");
+        near(margin.jitter.as_secs_f64() * 1e3, jitter, 2e-4);
+    }
+    let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+    near(
+        control.oldest_push().expect("stable").as_secs_f64() * 1e3,
+        47.5245,
+        1e-5,
+    );
+}
+
+#[test]
 fn jitter_is_never_borne_beyond_the_delay_that_is() {
     for rate in [20.0, 25.0, 50.0, 100.0, 500.0] {
         let mut last = Duration::MAX;
