@@ -131,8 +131,9 @@ impl Graph {
         let (mut force, mut heard, mut seen) = (Answers::zeros(), None, None);
         let (mut readings, mut actions) = (Vec::new(), Vec::new());
         let (mut free_at, mut log_scale, mut begin) = (0, 0.0, 0.0);
-        let due =
-            |[period, offset]: [u64; 2], now: u64| now >= offset && (now - offset) % period == 0;
+        let due = |[period, offset]: [u64; 2], now: u64| {
+            now >= offset && (now - offset).is_multiple_of(period)
+        };
         for now in 0..to {
             let deliver = |queue: &mut Vec<(u64, States)>| {
                 let newest = queue
@@ -159,7 +160,7 @@ impl Graph {
             }
             x = self.plant.a * x + self.plant.b * force;
             let size = x.amax();
-            if size > 1e50 || size < 1e-50 {
+            if !(1e-50..1e50).contains(&size) {
                 let scaled = |queue: &mut Vec<(u64, States)>| {
                     queue.iter_mut().for_each(|(_, x)| *x /= size);
                 };
