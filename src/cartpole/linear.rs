@@ -47,7 +47,7 @@ impl LinearPlant {
     }
 
     /// One physics step at upright rest, by MuJoCo's finite differences.
-    fn physics_step() -> Result<Self, PlantError> {
+    pub(super) fn physics_step() -> Result<Self, PlantError> {
         let mut data = at_rest(STEP)?;
         let model = data.model().ffi();
         let mut a = Matrix4::zeros();
