@@ -108,7 +108,8 @@ fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest()
     let summary = run(&config);
     let costs = &summary.node(POLICY).expect("a policy").tick_time;
     let drawn: Vec<Duration> = costs.bars().map(|(duration, _)| duration).collect();
-    assert_eq!((drawn, costs.count()), (vec![ms(3), ms(5), ms(7)], 501));
+    // All but the tick that starts at the very end.
+    assert_eq!((drawn, costs.count()), (vec![ms(3), ms(5), ms(7)], 500));
 
     let pinned = knob.to_string();
     assert!(
@@ -242,7 +243,6 @@ fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
         }
         let beacon = &graph.observer().snapshot().nodes[0];
         assert_eq!(beacon.ticks + beacon.overruns, 6, "{spec}");
-        assert!(!beacon.busy);
     }
 }
 
