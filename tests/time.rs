@@ -79,9 +79,13 @@ impl Run {
         let system = Arc::new(CartPole::default());
         let experiment = Experiment::new(system, config).expect("an experiment");
         let (taps, observer) = (experiment.taps(), experiment.observer());
-        let observations = taps.messages::<Observation>(OBS, CAPACITY).expect("a topic");
+        let observations = taps
+            .messages::<Observation>(OBS, CAPACITY)
+            .expect("a topic");
         let actions = taps.messages::<Action>(ACTION, CAPACITY).expect("a topic");
-        let steps = taps.messages::<ControlStep>(STATE, CAPACITY).expect("a topic");
+        let steps = taps
+            .messages::<ControlStep>(STATE, CAPACITY)
+            .expect("a topic");
         let summary = experiment.run().expect("a run");
         let mut bytes = Vec::new();
         for message in messages(&observations) {
@@ -109,7 +113,10 @@ impl Run {
 
 fn messages<T: Payload>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
     assert_eq!(tap.lost(), 0);
-    tap.items().try_iter().map(|tapped| tapped.message).collect()
+    tap.items()
+        .try_iter()
+        .map(|tapped| tapped.message)
+        .collect()
 }
 
 fn head<T>(message: &Message<T>) -> Vec<u8> {

@@ -3,10 +3,10 @@
 use std::sync::OnceLock;
 
 use mujoco_rs::prelude::{MjData, MjModel};
+use thiserror::Error;
 
 use super::{
     message::{Action, Observation},
-    plant::PlantError,
     pose::Pose,
     seeding::{generator, unit},
 };
@@ -21,6 +21,17 @@ const START_SPREAD: f64 = 0.05;
 /// Where the coordinates of the two joints are, in the order of the model.
 const SLIDER: usize = 0;
 const HINGE: usize = 1;
+
+/// MuJoCo could not set the plant up.
+#[derive(Clone, Debug, Error)]
+#[error("MuJoCo could not set up the cart-pole: {0}")]
+pub struct PlantError(String);
+
+impl PlantError {
+    fn new(why: impl std::fmt::Display) -> Self {
+        Self(why.to_string())
+    }
+}
 
 /// Cart and pole. Knows physics, and nothing of who asks for a step of it.
 pub(super) struct Body {

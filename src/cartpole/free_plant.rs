@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use super::{
-    body::Body,
+    body::{Body, PlantError},
     message::{Action, ControlStep, Observation},
-    plant::PlantError,
     pose::Pose,
 };
 use crate::{

@@ -6,8 +6,8 @@ use mujoco_rs::mujoco_c::mjd_transitionFD;
 use nalgebra::{Matrix4, Vector4};
 
 use super::{
-    body::at_rest,
-    plant::{PlantError, STEP, SUBSTEPS},
+    body::{PlantError, at_rest},
+    plant::{STEP, SUBSTEPS},
 };
 
 /// Perturbation of each coordinate in the finite differences, in its own unit.

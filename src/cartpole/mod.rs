@@ -27,16 +27,15 @@ pub mod stability;
 mod system;
 mod table;
 
+pub use body::PlantError;
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
 pub use nodes::{
-    ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode, SENSE_TO_ACT,
-    SENSOR, Sensor,
+    ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
+    SENSE_TO_ACT, SENSOR, Sensor,
 };
-pub use plant::{
-    CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version,
-};
+pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;

@@ -1,14 +1,9 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::{
-    fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
-
-use thiserror::Error;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{
-    body::Body,
+    body::{Body, PlantError},
     message::{Action, Observation},
     pose::{Fall, Pose},
 };
@@ -31,17 +26,6 @@ pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 pub fn actuator_hz() -> Hz {
     // A constant within the range of rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
-}
-
-/// MuJoCo could not set the plant up.
-#[derive(Clone, Debug, Error)]
-#[error("MuJoCo could not set up the cart-pole: {0}")]
-pub struct PlantError(String);
-
-impl PlantError {
-    pub(super) fn new(why: impl fmt::Display) -> Self {
-        Self(why.to_string())
-    }
 }
 
 /// A cart-pole in MuJoCo.

@@ -6,10 +6,10 @@ use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
-    table,
     policy::{
         DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
     },
+    table,
 };
 use crate::{
     experiment::Config,

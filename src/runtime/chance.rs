@@ -154,8 +154,16 @@ mod tests {
             chance.uniform(0),
             chance.uniform(1),
             Chance { seed: 1, ..chance }.uniform(0),
-            Chance { what: "wakes", ..chance }.uniform(0),
-            Chance { name: "sensor", ..chance }.uniform(0),
+            Chance {
+                what: "wakes",
+                ..chance
+            }
+            .uniform(0),
+            Chance {
+                name: "sensor",
+                ..chance
+            }
+            .uniform(0),
         ];
         for (index, draw) in draws.iter().enumerate() {
             assert!((0.0..1.0).contains(draw));

@@ -165,7 +165,9 @@ impl Recorded {
             None => (text, None),
         };
         if file.is_empty() {
-            return Err(format!("{RECORDED} names no recording: expected {RECORDED}FILE"));
+            return Err(format!(
+                "{RECORDED} names no recording: expected {RECORDED}FILE"
+            ));
         }
         Ok(Self {
             file: file.to_owned(),
@@ -186,7 +188,9 @@ impl Recorded {
     pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, String> {
         let file = &self.file;
         if durations.is_empty() {
-            return Err(format!("{file} has no such durations: record a run on the real clock"));
+            return Err(format!(
+                "{file} has no such durations: record a run on the real clock"
+            ));
         }
         durations.sort_unstable();
         let nanos = durations.iter().map(|d| d.as_nanos() as u64);
@@ -208,6 +212,12 @@ impl Recorded {
         let table = self.table.as_deref().unwrap_or_default();
         let index = (u * table.len() as f64) as usize;
         table.get(index).copied().unwrap_or_default()
+    }
+}
+
+impl From<Recorded> for Draw {
+    fn from(recorded: Recorded) -> Self {
+        Self::Recorded(recorded)
     }
 }
 

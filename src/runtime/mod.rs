@@ -20,7 +20,8 @@
 //! | threads | one per node | one for all |
 //! | time | the wall's | the schedule's own |
 //! | order of nodes due together | up to the operating system | by priority, always |
-//! | late ticks | measured; missed periods skipped and counted | impossible |
+//! | late ticks | measured; missed periods skipped and counted | only where they are asked for |
+//! | ticks that take time | as long as they take, or as they are asked to | as long as they are asked to |
 //! | twice the same run | no, and it does not pretend | to the bit |
 //!
 //! [`Command`]s are the one way into a running graph. Two ways lead out: an

@@ -96,7 +96,10 @@ impl<'a> Builder<'a> {
                 KnobKind::Offset,
                 KnobKind::Wakes,
             ];
-            wiring.fix(TIMES, "the world moves by itself: choose a node of the robot");
+            wiring.fix(
+                TIMES,
+                "the world moves by itself: choose a node of the robot",
+            );
             let mut look = look(wiring);
             move |now| look(&world.at(now), now)
         })?;

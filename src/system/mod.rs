@@ -59,8 +59,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 pub use alias::Alias;
-pub use builder::{Builder, WORLD};
 pub(crate) use builder::Built;
+pub use builder::{Builder, WORLD};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use setup::Setup;

@@ -151,10 +151,7 @@ fn obey(
         Command::HandOver(next) if *next == kind => {
             return refuse(control, command, at, "it runs under that clock already");
         }
-        Command::Step
-        | Command::Set(_)
-        | Command::HandOver(_)
-        | Command::Stop => None,
+        Command::Step | Command::Set(_) | Command::HandOver(_) | Command::Stop => None,
     };
     control.log().applied(at, command, was);
     match command {

@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use super::{
-    Distribution, Event, EventLog, Meter, PushAge, PushAgeView, ReadMark, TopicCounters,
-};
+use super::{Distribution, Event, EventLog, Meter, PushAge, PushAgeView, ReadMark, TopicCounters};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
