@@ -61,6 +61,11 @@ impl<P: Observed> Node for Sensor<P> {
         self.observations.publish(observation, now, None);
         GO_ON
     }
+
+    /// It remembers nothing.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
+    }
 }
 
 /// Runs a policy on the newest observation. Knows two topics and nothing of
@@ -103,6 +108,10 @@ impl Node for PolicyNode {
     /// Swaps the policy for the one that is named, if it can be swapped.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.policy.swap(text)
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.policy.restart()
     }
 }
 
@@ -194,6 +203,11 @@ impl Node for Actuator {
         self.steps.publish(step, now, sensed);
         if fall.is_some() { END } else { GO_ON }
     }
+
+    /// It remembers nothing from one tick to the next.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
+    }
 }
 
 /// Applies the newest action to a plant that moves by itself.
@@ -216,5 +230,10 @@ impl Node for FreeActuator {
             plant.push(now, command.data, command.origin);
         }
         GO_ON
+    }
+
+    /// It remembers nothing from one tick to the next.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
     }
 }

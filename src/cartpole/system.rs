@@ -243,7 +243,7 @@ impl System for CartPole {
                 topics.robot(builder, plant.clone(), policy, |wiring, input| {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
-                    wiring.fix(&[KnobKind::Rate], REASON);
+                    wiring.fix(&[KnobKind::Rate, KnobKind::Clock], REASON);
                     Actuator {
                         plant,
                         input,

@@ -58,6 +58,12 @@ pub struct TopicSummary {
     pub published: u64,
     /// Messages lost unread.
     pub dropped: u64,
+    /// Messages that its link lost.
+    pub lost: u64,
+    /// Messages that its link delivered after a newer one.
+    pub overtaken: u64,
+    /// Messages that were on their way at the end.
+    pub in_flight: u64,
     /// Messages per second of run time.
     pub per_second: f64,
     /// Whether a node reads it.
@@ -168,6 +174,9 @@ impl TopicSummary {
             name: topic.name.to_string(),
             published: topic.published,
             dropped: topic.dropped(),
+            lost: topic.lost,
+            overtaken: topic.overtaken,
+            in_flight: topic.in_flight,
             per_second: topic.average(sim_time),
             read: !topic.subscriptions.is_empty(),
         }

@@ -1,9 +1,11 @@
 //! Chance that can be asked again: every draw follows from the seed of the run and
 //! from what it is for, and from nothing else.
 
+use std::fmt::Display;
+
 use sha2::{Digest as _, Sha256};
 
-/// The draws of one kind for one node.
+/// The draws of one kind for one node or topic.
 ///
 /// A draw is a pure function: to turn one knob moves no other draw, and a run can
 /// be executed again from any part of its log.
@@ -13,13 +15,13 @@ pub(crate) struct Chance<'a> {
     pub(crate) seed: u64,
     /// What is drawn, such as `takes`.
     pub(crate) what: &'a str,
-    /// For which node.
+    /// For which node or topic.
     pub(crate) name: &'a str,
 }
 
 impl Chance<'_> {
     /// Draw number `n`, uniform in 0..1: 53 bits of the SHA-256 of what it is for.
-    pub(crate) fn uniform(&self, n: u64) -> f64 {
+    pub(crate) fn uniform(&self, n: impl Display) -> f64 {
         let Self { seed, what, name } = self;
         let digest = Sha256::digest(format!("{seed} {what} {name} {n}"));
         let bytes = digest.iter().take(8).rev();

@@ -75,8 +75,7 @@ impl Command {
     /// The node that alone can obey it.
     pub(crate) fn node(&self) -> Option<&str> {
         match self {
-            Self::Set(Knob::Depth { .. }) => None,
-            Self::Set(knob) => Some(knob.target()),
+            Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target()),
             _ => None,
         }
     }
@@ -93,6 +92,7 @@ impl fmt::Display for Command {
                 write!(f, "{node} offset {} ms", millis::to_millis(*offset))
             }
             Self::Set(Knob::Wakes { node, spec }) => write!(f, "{node} wakes {spec}"),
+            Self::Set(knob) => knob.fmt(f),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),

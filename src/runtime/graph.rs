@@ -7,9 +7,9 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
-    depth::Depth,
     knob::{Knob, KnobKind},
     message::Payload,
+    millis,
     node::Node,
     rate::Rate,
     scheduled_node::{Fixed, ScheduledNode, Wired},
@@ -66,7 +66,6 @@ pub enum GraphError {
 pub struct Graph {
     pub(crate) nodes: Vec<ScheduledNode>,
     pub(crate) control: ControlPlane,
-    seed: u64,
 }
 
 /// The part of a graph that commands act on and observers see; everything but
@@ -77,6 +76,8 @@ pub(crate) struct ControlPlane {
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
     pub(crate) backpressure: Backpressure,
+    /// From which every draw follows.
+    seed: u64,
 }
 
 struct WiredTopic {
@@ -86,12 +87,30 @@ struct WiredTopic {
 
 /// A topic whose payload does not matter.
 trait AnyTopic: Send {
-    fn set_depth(&self, depth: Depth, now: Time) -> Depth;
+    /// Turns a knob that is for a topic; returns the value before.
+    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String>;
+
+    /// Delivers what arrives by `now`.
+    fn deliver(&self, now: Time);
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set_depth(&self, depth: Depth, now: Time) -> Depth {
-        Topic::set_depth(self, depth, now)
+    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
+        match knob {
+            Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
+            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed).to_string()),
+            Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
+            Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
+            Knob::Postpone { seq, delay, .. } => {
+                let before = self.postpone(*seq, *delay, seed)?;
+                Ok(format!("{} ms", millis::to_millis(before)))
+            }
+            _ => Err(format!("{knob} is not for a topic")),
+        }
+    }
+
+    fn deliver(&self, now: Time) {
+        Topic::deliver(self, now);
     }
 }
 
@@ -121,8 +140,8 @@ impl Graph {
                 nodes: Vec::new(),
                 topics: Vec::new(),
                 backpressure: Backpressure::default(),
+                seed: 0,
             },
-            seed: 0,
         }
     }
 
@@ -152,7 +171,7 @@ impl Graph {
         self.control.connect(endpoints)?;
         let rate = Rate::new(hz, self.now());
         let mut node = ScheduledNode::new(name, priority, rate, node, wired);
-        node.seed = self.seed;
+        node.seed = self.control.seed;
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
         Ok(())
@@ -205,7 +224,7 @@ impl Graph {
 
     /// Sets the seed from which every duration follows that is drawn by chance.
     pub fn set_seed(&mut self, seed: u64) {
-        self.seed = seed;
+        self.control.seed = seed;
         self.nodes.iter_mut().for_each(|node| node.seed = seed);
     }
 
@@ -215,7 +234,7 @@ impl Graph {
     /// Why not, and what there is instead.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         match knob {
-            Knob::Depth { topic, .. } => self.control.topic(topic).map(drop),
+            knob if knob.kind().is_of_topic() => self.control.check(knob),
             knob => {
                 let index = self.control.node_index(knob.target())?;
                 self.nodes[index].check(knob)
@@ -259,8 +278,40 @@ impl ControlPlane {
         known.ok_or_else(|| nothing_called("node", name, names))
     }
 
-    pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
-        Ok(self.topic(topic)?.topic.set_depth(depth, now))
+    /// Turns a knob that is for a topic at run time `now`; returns the value before.
+    ///
+    /// # Errors
+    /// Why not, and what there is instead.
+    pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
+        self.check(knob)?;
+        let topic = &self.topic(knob.target())?.topic;
+        topic.turn(knob, self.seed, now)
+    }
+
+    /// Whether there is such a knob of a topic.
+    fn check(&self, knob: &Knob) -> Result<(), String> {
+        let topic = self.topic(knob.target())?;
+        let read = !topic.entry.subscriptions.is_empty();
+        if read || knob.kind() == KnobKind::Depth {
+            return Ok(());
+        }
+        let names = self
+            .topics
+            .iter()
+            .filter(|t| !t.entry.subscriptions.is_empty());
+        let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
+        let names = names.join(", ");
+        Err(format!(
+            "nobody reads {}: expected one of {names}",
+            topic.entry.name
+        ))
+    }
+
+    /// Delivers on all topics what arrives by `now`.
+    pub(crate) fn deliver(&self, now: Time) {
+        self.topics
+            .iter()
+            .for_each(|topic| topic.topic.deliver(now));
     }
 
     fn topic(&self, name: &str) -> Result<&WiredTopic, String> {

@@ -9,13 +9,15 @@ use super::{
     cost::Cost,
     depth::{Depth, DepthError},
     draw::Draw,
+    link::Link,
+    local_clock::ClockError,
     millis,
+    read_order::ReadOrder,
     time::{Hz, HzError, Time},
 };
 
 /// One setting of one node or topic of a graph. As text `rate NODE HZ`,
-/// `depth TOPIC N`, `send NODE TEXT`, `takes NODE SPEC`, `offset NODE MS` or
-/// `wakes NODE SPEC`.
+/// `depth TOPIC N`, `send NODE TEXT` and so on; see [`KnobKind::usage`].
 ///
 /// ```
 /// use ratelab::runtime::{Hz, Knob};
@@ -76,6 +78,62 @@ pub enum Knob {
         /// How late.
         spec: Draw,
     },
+    /// How messages travel from those who publish to a topic to those who read it.
+    Link {
+        /// The topic's name.
+        topic: String,
+        /// How they travel.
+        spec: Link,
+    },
+    /// Which message of a topic is read.
+    Read {
+        /// The topic's name.
+        topic: String,
+        /// Which one.
+        order: ReadOrder,
+    },
+    /// One message of a topic is lost on its way.
+    Lose {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+    },
+    /// One message of a topic is delivered later than it would be.
+    Postpone {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+        /// By how much.
+        #[serde(rename = "ms", with = "millis")]
+        delay: Duration,
+    },
+    /// A node stops ticking; what it had not released is gone.
+    Crash {
+        /// The node's name.
+        node: String,
+    },
+    /// A node begins anew; see [`Node::restart`](super::Node::restart).
+    Restart {
+        /// The node's name.
+        node: String,
+    },
+    /// What the next tick of a node takes, instead of the usual.
+    Hang {
+        /// The node's name.
+        node: String,
+        /// How long it takes.
+        #[serde(rename = "ms", with = "millis")]
+        cost: Duration,
+    },
+    /// How wrong a node's own clock is from now on: due times and stamps follow it.
+    Clock {
+        /// The node's name.
+        node: String,
+        /// How wrong it is.
+        error: ClockError,
+    },
 }
 
 /// The kinds of knobs, for those who list or complete them.
@@ -93,17 +151,41 @@ pub enum KnobKind {
     Offset,
     /// [`Knob::Wakes`].
     Wakes,
+    /// [`Knob::Link`].
+    Link,
+    /// [`Knob::Read`].
+    Read,
+    /// [`Knob::Lose`].
+    Lose,
+    /// [`Knob::Postpone`].
+    Postpone,
+    /// [`Knob::Crash`].
+    Crash,
+    /// [`Knob::Restart`].
+    Restart,
+    /// [`Knob::Hang`].
+    Hang,
+    /// [`Knob::Clock`].
+    Clock,
 }
 
 impl KnobKind {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 14] = [
         Self::Rate,
         Self::Depth,
         Self::Send,
         Self::Takes,
         Self::Offset,
         Self::Wakes,
+        Self::Link,
+        Self::Read,
+        Self::Lose,
+        Self::Postpone,
+        Self::Crash,
+        Self::Restart,
+        Self::Hang,
+        Self::Clock,
     ];
 
     /// The first word of such a knob.
@@ -115,6 +197,14 @@ impl KnobKind {
             Self::Takes => "takes",
             Self::Offset => "offset",
             Self::Wakes => "wakes",
+            Self::Link => "link",
+            Self::Read => "read",
+            Self::Lose => "lose",
+            Self::Postpone => "postpone",
+            Self::Crash => "crash",
+            Self::Restart => "restart",
+            Self::Hang => "hang",
+            Self::Clock => "clock",
         }
     }
 
@@ -127,6 +217,14 @@ impl KnobKind {
             Self::Takes => "takes NODE SPEC",
             Self::Offset => "offset NODE MS",
             Self::Wakes => "wakes NODE SPEC",
+            Self::Link => "link TOPIC SPEC",
+            Self::Read => "read TOPIC newest|oldest",
+            Self::Lose => "lose TOPIC N",
+            Self::Postpone => "postpone TOPIC N MS",
+            Self::Crash => "crash NODE",
+            Self::Restart => "restart NODE",
+            Self::Hang => "hang NODE MS",
+            Self::Clock => "clock NODE OFFSET_MS DRIFT_PPM",
         }
     }
 
@@ -134,16 +232,36 @@ impl KnobKind {
     pub fn value_name(self) -> &'static str {
         match self {
             Self::Rate => "HZ",
-            Self::Depth => "N",
+            Self::Depth | Self::Lose => "N",
             Self::Send => "TEXT",
-            Self::Takes | Self::Wakes => "SPEC",
-            Self::Offset => "MS",
+            Self::Takes | Self::Wakes | Self::Link => "SPEC",
+            Self::Offset | Self::Hang => "MS",
+            Self::Read => "newest|oldest",
+            Self::Postpone => "N MS",
+            Self::Crash | Self::Restart => "",
+            Self::Clock => "OFFSET_MS DRIFT_PPM",
         }
     }
 
     /// Whether its value may have spaces in it.
     pub(crate) fn takes_words(self) -> bool {
-        matches!(self, Self::Send | Self::Takes | Self::Wakes)
+        matches!(
+            self,
+            Self::Send | Self::Takes | Self::Wakes | Self::Link | Self::Postpone | Self::Clock
+        )
+    }
+
+    /// Whether such a knob is a topic's, and else a node's.
+    pub fn is_of_topic(self) -> bool {
+        matches!(
+            self,
+            Self::Depth | Self::Link | Self::Read | Self::Lose | Self::Postpone
+        )
+    }
+
+    /// Whether such a knob is an event, which has no value.
+    fn has_no_value(self) -> bool {
+        self.value_name().is_empty()
     }
 
     /// The knob of this kind on `target`, a node or a topic, set to `value`.
@@ -151,6 +269,14 @@ impl KnobKind {
     /// # Errors
     /// [`KnobError`] if it does not take the value.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
+        let refused = |expected| KnobError::Shape {
+            text: format!("{} {target} {value}", self.name()),
+            expected,
+        };
+        if self.has_no_value() && !value.is_empty() {
+            return Err(refused(self.usage()));
+        }
+        let whole = |text: &str| text.parse().map_err(|_| refused(self.usage()));
         let target = target.to_owned();
         Ok(match self {
             Self::Rate => Knob::Rate {
@@ -167,15 +293,45 @@ impl KnobKind {
             },
             Self::Takes => Knob::Takes {
                 node: target,
-                spec: value.parse().map_err(KnobError::Time)?,
+                spec: value.parse().map_err(KnobError::Value)?,
             },
             Self::Offset => Knob::Offset {
                 node: target,
-                offset: millis::parse(value).map_err(KnobError::Time)?,
+                offset: millis::parse(value).map_err(KnobError::Value)?,
             },
             Self::Wakes => Knob::Wakes {
                 node: target,
-                spec: value.parse().map_err(KnobError::Time)?,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Link => Knob::Link {
+                topic: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Read => Knob::Read {
+                topic: target,
+                order: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Lose => Knob::Lose {
+                seq: whole(value)?,
+                topic: target,
+            },
+            Self::Postpone => {
+                let (seq, delay) = first_word(value).ok_or_else(|| refused(self.usage()))?;
+                Knob::Postpone {
+                    seq: whole(seq)?,
+                    delay: millis::parse(delay).map_err(KnobError::Value)?,
+                    topic: target,
+                }
+            }
+            Self::Crash => Knob::Crash { node: target },
+            Self::Restart => Knob::Restart { node: target },
+            Self::Hang => Knob::Hang {
+                node: target,
+                cost: millis::parse(value).map_err(KnobError::Value)?,
+            },
+            Self::Clock => Knob::Clock {
+                node: target,
+                error: value.parse().map_err(KnobError::Value)?,
             },
         })
     }
@@ -191,18 +347,34 @@ impl Knob {
             Self::Takes { .. } => KnobKind::Takes,
             Self::Offset { .. } => KnobKind::Offset,
             Self::Wakes { .. } => KnobKind::Wakes,
+            Self::Link { .. } => KnobKind::Link,
+            Self::Read { .. } => KnobKind::Read,
+            Self::Lose { .. } => KnobKind::Lose,
+            Self::Postpone { .. } => KnobKind::Postpone,
+            Self::Crash { .. } => KnobKind::Crash,
+            Self::Restart { .. } => KnobKind::Restart,
+            Self::Hang { .. } => KnobKind::Hang,
+            Self::Clock { .. } => KnobKind::Clock,
         }
     }
 
     /// The node or the topic that it is of.
     pub fn target(&self) -> &str {
         match self {
-            Self::Depth { topic, .. } => topic,
+            Self::Depth { topic, .. }
+            | Self::Link { topic, .. }
+            | Self::Read { topic, .. }
+            | Self::Lose { topic, .. }
+            | Self::Postpone { topic, .. } => topic,
             Self::Rate { node, .. }
             | Self::Send { node, .. }
             | Self::Takes { node, .. }
             | Self::Offset { node, .. }
-            | Self::Wakes { node, .. } => node,
+            | Self::Wakes { node, .. }
+            | Self::Crash { node }
+            | Self::Restart { node }
+            | Self::Hang { node, .. }
+            | Self::Clock { node, .. } => node,
         }
     }
 
@@ -233,19 +405,39 @@ impl Knob {
             Self::Takes { spec, .. } => spec.to_string(),
             Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
             Self::Wakes { spec, .. } => spec.to_string(),
+            Self::Link { spec, .. } => spec.to_string(),
+            Self::Read { order, .. } => order.to_string(),
+            Self::Lose { seq, .. } => seq.to_string(),
+            Self::Postpone { seq, delay, .. } => format!("{seq} {}", millis::to_millis(*delay)),
+            Self::Crash { .. } | Self::Restart { .. } => String::new(),
+            Self::Hang { cost, .. } => millis::to_millis(*cost).to_string(),
+            Self::Clock { error, .. } => error.to_string(),
         }
     }
 
     /// Whether `other` sets the same thing, to whatever value.
     pub fn is_of(&self, other: &Self) -> bool {
-        self.kind() == other.kind() && self.target() == other.target()
+        let same = self.kind() == other.kind() && self.target() == other.target();
+        same && self.message() == other.message()
+    }
+
+    /// The message that it is about, if it is about a single one.
+    fn message(&self) -> Option<u64> {
+        match self {
+            Self::Lose { seq, .. } | Self::Postpone { seq, .. } => Some(*seq),
+            _ => None,
+        }
     }
 }
 
 impl fmt::Display for Knob {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = self.kind().name();
-        write!(f, "{kind} {} {}", self.target(), self.value())
+        let kind = self.kind();
+        write!(f, "{} {}", kind.name(), self.target())?;
+        match kind.has_no_value() {
+            true => Ok(()),
+            false => write!(f, " {}", self.value()),
+        }
     }
 }
 
@@ -256,7 +448,8 @@ impl FromStr for Knob {
         let (name, rest) = first_word(text).ok_or_else(|| KnobError::Name(text.to_owned()))?;
         let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
-        let (target, value) = first_word(rest).ok_or_else(|| KnobError::Shape {
+        let words = first_word(rest).or(kind.has_no_value().then_some((rest, "")));
+        let (target, value) = words.ok_or_else(|| KnobError::Shape {
             text: text.trim().to_owned(),
             expected: kind.usage(),
         })?;
@@ -268,6 +461,12 @@ impl FromStr for Knob {
         }
         kind.set(target, value)
     }
+}
+
+/// What a knob can begin with.
+fn names() -> String {
+    let [first @ .., last] = KnobKind::ALL.map(KnobKind::name);
+    format!("{} or {last}", first.join(", "))
 }
 
 /// The first word of `text` and all that follows, if something does.
@@ -297,7 +496,7 @@ pub enum KnobError {
         expected: &'static str,
     },
     /// There is no knob of this name.
-    #[error("{0:?} is not a knob: expected rate, depth, send, takes, offset or wakes")]
+    #[error("{0:?} is not a knob: expected {known}", known = names())]
     Name(String),
     /// The value is no rate.
     #[error(transparent)]
@@ -305,7 +504,7 @@ pub enum KnobError {
     /// The value is no depth.
     #[error(transparent)]
     Depth(#[from] DepthError),
-    /// The value is no duration.
+    /// The value is none; what is wrong with it.
     #[error("{0}")]
-    Time(String),
+    Value(String),
 }

@@ -70,6 +70,14 @@ pub trait Node: Send {
         GO_ON
     }
 
+    /// Begins anew, as it was when it was built: a program that was started again.
+    ///
+    /// # Errors
+    /// Why it cannot. Unless a node knows better, nobody knows how it was built.
+    fn restart(&mut self) -> Result<(), String> {
+        Err("this node cannot begin anew: it does not implement Node::restart".to_owned())
+    }
+
     /// Obeys a text that was sent to it, between two ticks, and returns what was
     /// before, for the log. Answer and effect must depend on nothing but `text` and
     /// the node itself: then a run that is executed again is the same run.

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use super::time::{Hz, Time};
+use super::{
+    local_clock::LocalClock,
+    time::{Hz, Time},
+};
 
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
 /// `anchor + k / f`, rounded down to a nanosecond.
@@ -40,6 +43,8 @@ pub struct Rate {
     next: u64,
     due: Time,
     last: Option<Time>,
+    /// The clock that anchor and last due time are of, if it is wrong.
+    clock: Option<LocalClock>,
 }
 
 impl Rate {
@@ -52,6 +57,7 @@ impl Rate {
             next: 0,
             due: first,
             last: None,
+            clock: None,
         }
     }
 
@@ -68,12 +74,12 @@ impl Rate {
     /// When the period before the next tick was due, kept or skipped; `None`
     /// before the first.
     pub fn last_due(&self) -> Option<Time> {
-        self.last
+        Some(self.when(self.last?))
     }
 
     /// Moves on to the next tick.
     pub fn advance(&mut self) {
-        self.last = Some(self.due);
+        self.last = Some(self.period.due(self.anchor, self.next));
         self.schedule(self.next + 1);
     }
 
@@ -113,10 +119,29 @@ impl Rate {
     /// next tick is due at `free` at the earliest.
     pub fn set_offset(&mut self, offset: Duration, free: Time) {
         self.anchor = Time::ZERO + offset;
+        self.resume(free);
+    }
+
+    /// Follows another clock. The next tick is due at `free` at the earliest. Returns
+    /// the clock before.
+    pub(crate) fn set_clock(&mut self, clock: LocalClock, free: Time) -> LocalClock {
+        let before = self.clock.replace(clock);
+        self.resume(free);
+        before.unwrap_or_default()
+    }
+
+    /// Moves on to the first tick that is due at `free` or later, or back to it.
+    pub(crate) fn resume(&mut self, free: Time) {
         self.schedule(self.first_at_or_after(free));
     }
 
+    /// The run time at which the clock shows `shown`.
+    fn when(&self, shown: Time) -> Time {
+        self.clock.map_or(shown, |clock| clock.when(shown))
+    }
+
     fn first_at_or_after(&self, time: Time) -> u64 {
+        let time = self.clock.map_or(time, |clock| clock.shows_first(time));
         let elapsed = time.since(self.anchor);
         self.period
             .ticks_until(u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX))
@@ -124,7 +149,7 @@ impl Rate {
 
     fn schedule(&mut self, tick: u64) {
         self.next = tick;
-        self.due = self.period.due(self.anchor, tick);
+        self.due = self.when(self.period.due(self.anchor, tick));
     }
 }
 

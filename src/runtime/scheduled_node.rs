@@ -10,6 +10,7 @@ use std::{
 use super::{
     command::Command,
     knob::{Knob, KnobKind},
+    local_clock::{ClockError, LocalClock},
     millis,
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
@@ -80,6 +81,7 @@ impl ScheduledNode {
                 ticks: Arc::default(),
                 overruns: Arc::default(),
                 busy: Arc::new(AtomicBool::new(false)),
+                crashed: Arc::default(),
                 micro_hz: Arc::new(AtomicU64::new(rate.hz().as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,
@@ -124,8 +126,60 @@ impl ScheduledNode {
                 let before = std::mem::replace(&mut self.timing().wakes, spec.clone());
                 Ok(before.to_string())
             }
-            Knob::Depth { .. } => Err(format!("{command} is not for a node")),
+            Knob::Hang { cost, .. } => {
+                let timing = self.timing();
+                timing.hang = Some(*cost);
+                Ok(timing.takes.to_string())
+            }
+            Knob::Crash { .. } => Ok(self.crash(at)),
+            Knob::Restart { .. } => self.restart(at),
+            Knob::Clock { error, .. } => Ok(self.set_clock(*error, at)),
+            _ => Err(format!("{command} is not for a node")),
         }
+    }
+
+    /// Lets the node stop ticking at run time `at`. What it had not released is gone.
+    fn crash(&mut self, at: Time) -> String {
+        self.overrun_before(at);
+        self.cut_off();
+        self.outbox.clear();
+        if let Some(timing) = &mut self.timing {
+            (timing.waiting, timing.running, timing.hang) = (None, None, None);
+        }
+        self.entry.busy.store(false, Ordering::Relaxed);
+        let crashed = self.entry.crashed.swap(true, Ordering::Relaxed);
+        state(crashed).to_owned()
+    }
+
+    /// Lets the node begin anew at run time `at`.
+    fn restart(&mut self, at: Time) -> Result<String, String> {
+        let began = catch_unwind(AssertUnwindSafe(|| self.node.restart()));
+        began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
+        let was = match self.is_crashed() {
+            true => state(true).to_owned(),
+            false => {
+                self.crash(at);
+                state(false).to_owned()
+            }
+        };
+        self.panicked = None;
+        self.rate.resume(at);
+        self.entry.crashed.store(false, Ordering::Relaxed);
+        Ok(was)
+    }
+
+    /// Whether the node crashed and was not restarted.
+    pub(crate) fn is_crashed(&self) -> bool {
+        self.entry.crashed.load(Ordering::Relaxed)
+    }
+
+    /// Lets the node's own clock be wrong from run time `at` on.
+    fn set_clock(&mut self, error: ClockError, at: Time) -> String {
+        let free = self.free_at(at);
+        let clock = LocalClock::new(at, error);
+        let before = self.rate.set_clock(clock, free);
+        self.outbox.set_clock(clock);
+        before.error.to_string()
     }
 
     /// Whether the node has such a knob, and all is there that its value needs.
@@ -207,11 +261,10 @@ impl ScheduledNode {
     }
 
     /// What the next tick takes, if it was asked to take something.
-    pub(crate) fn cost(&self) -> Option<Duration> {
-        let timing = self.timing.as_ref()?;
+    pub(crate) fn cost(&mut self) -> Option<Duration> {
+        let timing = self.timing.as_mut()?;
         let number = self.entry.ticks.load(Ordering::Relaxed);
-        let asked = !timing.takes.draw.is_none();
-        asked.then(|| timing.cost(self.seed, &self.entry.name, number))
+        timing.cost(self.seed, &self.entry.name, number)
     }
 
     /// How late a tick is that starts at `now`, if ticks were asked to be late.
@@ -293,7 +346,15 @@ impl ScheduledNode {
         let timing = self.timing.as_ref();
         let ends = timing.and_then(|t| Some(t.running.as_ref()?.ends));
         let starts = timing.and_then(|t| Some(t.waiting?.starts));
-        ends.or(starts).unwrap_or(self.rate.due())
+        ends.or(starts).unwrap_or_else(|| self.due())
+    }
+
+    /// When its next tick is due; never if it crashed.
+    pub(crate) fn due(&self) -> Time {
+        match self.is_crashed() {
+            true => Time::MAX,
+            false => self.rate.due(),
+        }
     }
 
     /// When the tick was due that starts now; moves on to the next.
@@ -387,6 +448,10 @@ impl ScheduledNode {
             self.note_tick(began, lateness, None);
         }
     }
+}
+
+fn state(crashed: bool) -> &'static str {
+    if crashed { "crashed" } else { "running" }
 }
 
 /// Ends the run if either part of a tick does.

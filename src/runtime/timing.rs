@@ -12,6 +12,8 @@ pub(crate) struct Timing {
     pub(crate) takes: Cost,
     /// How late a tick starts in virtual time.
     pub(crate) wakes: Draw,
+    /// What the next tick takes instead, once.
+    pub(crate) hang: Option<Duration>,
     /// A tick that was due and is still to start.
     pub(crate) waiting: Option<Waiting>,
     /// A tick that has started and is not over.
@@ -44,6 +46,7 @@ impl Default for Timing {
         Self {
             takes: Cost::NONE,
             wakes: Draw::NONE,
+            hang: None,
             waiting: None,
             running: None,
         }
@@ -51,9 +54,11 @@ impl Default for Timing {
 }
 
 impl Timing {
-    /// What tick number `n` takes.
-    pub(crate) fn cost(&self, seed: u64, node: &str, n: u64) -> Duration {
-        draw(&self.takes.draw, seed, "takes", node, n)
+    /// What tick number `n`, which starts, takes, if it was asked to take something.
+    pub(crate) fn cost(&mut self, seed: u64, node: &str, n: u64) -> Option<Duration> {
+        let asked = !self.takes.draw.is_none();
+        let usual = || draw(&self.takes.draw, seed, "takes", node, n);
+        self.hang.take().or_else(|| asked.then(usual))
     }
 
     /// How late tick number `n` starts.

@@ -95,6 +95,10 @@ impl<'a> Builder<'a> {
                 KnobKind::Takes,
                 KnobKind::Offset,
                 KnobKind::Wakes,
+                KnobKind::Crash,
+                KnobKind::Restart,
+                KnobKind::Hang,
+                KnobKind::Clock,
             ];
             wiring.fix(
                 TIMES,
@@ -185,12 +189,12 @@ impl<'a> Builder<'a> {
     /// Turns a knob that the graph was not built by.
     fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
         let node = knob.target();
-        match knob.kind() {
+        let answer = match knob.kind() {
             KnobKind::Rate | KnobKind::Depth => return Ok(()),
             KnobKind::Send if self.answered.iter().any(|known| known == node) => return Ok(()),
-            _ => {}
-        }
-        let answer = self.graph.obey(node, &knob.clone().into(), Time::ZERO);
+            kind if kind.is_of_topic() => self.graph.control.turn(knob, Time::ZERO),
+            _ => self.graph.obey(node, &knob.clone().into(), Time::ZERO),
+        };
         answer.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
         Ok(())
     }

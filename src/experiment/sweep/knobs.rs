@@ -43,7 +43,7 @@ impl SweepAxis {
             KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
             KnobKind::Offset => list.split(',').map(|text| text.trim().to_owned()).collect(),
-            KnobKind::Send | KnobKind::Takes | KnobKind::Wakes => messages(list),
+            _ => messages(list),
         };
         Self::of(knobs, name, texts)
     }

@@ -88,13 +88,16 @@ impl EventQueue {
         order.sort_by_key(|&index| nodes[index].entry.priority);
         let mut known = HashMap::new();
         for (rank, index) in order.into_iter().enumerate() {
+            queue.ranks[index] = rank;
+            if nodes[index].is_crashed() {
+                continue;
+            }
             let rate = &nodes[index].rate;
             let cohort = match known.entry(rate) {
                 hash_map::Entry::Occupied(known) => *known.get(),
                 hash_map::Entry::Vacant(new) => *new.insert(queue.found(rate.due(), rank)),
             };
             queue.cohorts[cohort].members.push(Member { rank, index });
-            queue.ranks[index] = rank;
         }
         for (index, node) in nodes.iter().enumerate() {
             queue.add_pending(index, node);

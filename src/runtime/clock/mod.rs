@@ -24,7 +24,6 @@ use super::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     inbox::Inbox,
-    knob::Knob,
     node::Fault,
     telemetry::EventKind,
     time::Time,
@@ -105,6 +104,7 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         }
         Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
+    graph.control.deliver(graph.now());
     for node in &mut graph.nodes {
         if let Some((at, _)) = ended {
             // What is due at the end passes, also where nobody ticks any more.
@@ -126,8 +126,8 @@ fn obey(
     at: Time,
 ) -> Option<ClockExit> {
     let was = match command {
-        Command::Set(Knob::Depth { topic, depth }) => match control.set_depth(topic, *depth, at) {
-            Ok(before) => Some(before.to_string()),
+        Command::Set(knob) => match control.turn(knob, at) {
+            Ok(before) => Some(before),
             Err(reason) => return refuse(control, command, at, &reason),
         },
         Command::Pause => {
@@ -151,7 +151,7 @@ fn obey(
         Command::HandOver(next) if *next == kind => {
             return refuse(control, command, at, "it runs under that clock already");
         }
-        Command::Step | Command::Set(_) | Command::HandOver(_) | Command::Stop => None,
+        Command::Step | Command::HandOver(_) | Command::Stop => None,
     };
     control.log().applied(at, command, was);
     match command {

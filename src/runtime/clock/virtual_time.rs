@@ -92,7 +92,7 @@ enum Turn {
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let late = graph.nodes.iter().any(|node| node.rate.due() < now);
+        let late = graph.nodes.iter().any(|node| node.due() < now);
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now: this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
@@ -202,7 +202,14 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::Set(Knob::Rate { .. } | Knob::Offset { .. }) => {
+            // Knobs by which a node is due at another time.
+            Command::Set(
+                Knob::Rate { .. }
+                | Knob::Offset { .. }
+                | Knob::Crash { .. }
+                | Knob::Restart { .. }
+                | Knob::Clock { .. },
+            ) => {
                 self.queue = EventQueue::new(&self.graph.nodes);
             }
             Command::Speed(_) | Command::Resume => {

@@ -47,6 +47,7 @@ pub(crate) struct NodeEntry {
     pub(crate) ticks: Arc<AtomicU64>,
     pub(crate) overruns: Arc<AtomicU64>,
     pub(crate) busy: Arc<AtomicBool>,
+    pub(crate) crashed: Arc<AtomicBool>,
     pub(crate) micro_hz: Arc<AtomicU64>,
     pub(crate) lateness: Meter,
     pub(crate) tick_time: Meter,
@@ -127,6 +128,8 @@ pub struct NodeView {
     pub overruns: u64,
     /// Whether it is in a tick. In virtual time ticks take none unless asked to.
     pub busy: bool,
+    /// Whether it crashed and was not restarted.
+    pub crashed: bool,
     /// How late ticks began. In virtual time they are not, unless asked to be.
     pub lateness: Distribution,
     /// How long ticks took: in run time where they were asked to take some, else in
@@ -160,6 +163,13 @@ pub struct TopicView {
     pub depth: usize,
     /// Messages published so far.
     pub published: u64,
+    /// Messages that its link lost.
+    pub lost: u64,
+    /// Messages that its link delivered after a newer one: nobody reads them.
+    pub overtaken: u64,
+    /// Messages that were on their way when somebody last published or read, or when
+    /// the run ended.
+    pub in_flight: u64,
     /// Messages per second over the last second.
     pub per_second: f64,
     /// When the newest message was published; `None` before the first.
@@ -282,6 +292,7 @@ impl NodeEntry {
             ticks: self.ticks.load(Ordering::Relaxed),
             overruns: self.overruns.load(Ordering::Relaxed),
             busy: self.busy.load(Ordering::Relaxed),
+            crashed: self.crashed.load(Ordering::Relaxed),
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
             response: read(&self.response),
@@ -304,6 +315,9 @@ impl TopicEntry {
             name: self.name.clone(),
             depth: self.counters.depth.load(Ordering::Relaxed),
             published: self.counters.published.load(Ordering::Relaxed),
+            lost: self.counters.lost.load(Ordering::Relaxed),
+            overtaken: self.counters.overtaken.load(Ordering::Relaxed),
+            in_flight: self.counters.in_flight.load(Ordering::Relaxed),
             per_second: self.counters.window.per_second(now),
             newest: self.counters.newest(),
             publishers: self.publishers.clone(),

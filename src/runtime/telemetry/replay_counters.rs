@@ -139,6 +139,13 @@ impl ReplayCounters {
                     node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
                 }
             }
+            Command::Set(Knob::Crash { node } | Knob::Restart { node }) => {
+                let known = self.nodes.iter().find(|n| *n.entry.name == **node);
+                if let Some(node) = known {
+                    let crashed = matches!(command, Command::Set(Knob::Crash { .. }));
+                    node.entry.crashed.store(crashed, Ordering::Relaxed);
+                }
+            }
             Command::Set(Knob::Depth { topic, depth }) => {
                 let known = self.topics.iter_mut().find(|t| *t.entry.name == **topic);
                 if let Some(topic) = known {
@@ -174,6 +181,7 @@ impl ReplayNode {
                 ticks: Arc::default(),
                 overruns: Arc::default(),
                 busy: Arc::default(),
+                crashed: Arc::default(),
                 micro_hz: Arc::new(AtomicU64::new(topology.hz.as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,
