@@ -182,6 +182,12 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
     ]
 }
 
+/// What a link did to the messages of a topic.
+fn on_the_way(run: &Run, topic: &str) -> String {
+    let topic = run.summary.topic(topic);
+    format!("{},{},{}", topic.lost, topic.overtaken, topic.in_flight)
+}
+
 #[test]
 fn every_reference_run_is_reproduced_to_the_bit() {
     let mut runs = 0;
@@ -191,6 +197,10 @@ fn every_reference_run_is_reproduced_to_the_bit() {
         for (key, value) in got(&run) {
             assert_eq!(value, reference.got[key], "{key} of\n{block}");
         }
+        for (key, topic) in [("obs_way", OBS), ("action_way", ACTION)] {
+            let way = reference.got.get(key).copied().unwrap_or("0,0,0");
+            assert_eq!(on_the_way(&run, topic), way, "{key} of\n{block}");
+        }
         let area = run.push_age.map_or(0.0, |age| age.area_s2);
         let twice: f64 = reference.got["push_area"].parse().expect("number");
         assert!((area * 2e18 - twice).abs() <= 1e-9 * twice, "{block}");
@@ -198,7 +208,7 @@ fn every_reference_run_is_reproduced_to_the_bit() {
         assert_eq!(hash, reference.hash, "{block}");
         runs += 1;
     }
-    assert!(runs >= 35, "only {runs} reference runs were found");
+    assert!(runs >= 90, "only {runs} reference runs were found");
 }
 
 #[test]

@@ -21,12 +21,14 @@ Blocks with a blank line between them, each:
 The hash is FNV-1a, 64 bit, over every message of /obs, then of /action, then of
 /state, little-endian: stamp u64, seq u64, origin u64 (2^64 - 1 for none), then the
 payload: five f32; one f32; the 80 bytes of `reference.py` without their time.
+obs_way and action_way, where a link did something: lost, overtaken, in flight at the end.
 push_area is twice the integral of the push age since the first push (ns^2).
 """
 
 import argparse
 import hashlib
 import math
+import random
 import statistics
 import struct
 from dataclasses import dataclass, field
@@ -74,6 +76,60 @@ def drawn(spec, u):
     return millis(spec)
 
 
+# -------------------------------------------------------------------- links
+
+
+class Link:
+    """What a link does to one message after the other."""
+
+    def __init__(self, spec, seed, topic):
+        self.seed, self.topic = seed, topic
+        self.delay, self.loss, self.burst, self.rto, self.ordered = "none", 0.0, None, None, False
+        pieces = [] if spec == "none" else spec.split(",")
+        while pieces:
+            name, _, value = pieces.pop(0).partition(":")
+            if name == "burst" or value.startswith("lognormal"):
+                value += "," + pieces.pop(0)
+            if name == "delay":
+                self.delay = value
+            elif name == "loss":
+                self.loss = float(value)
+            elif name == "burst":
+                self.burst = tuple(map(float, value.split(",")))
+            elif name == "reliable":
+                self.rto, self.ordered = millis(value), True
+            else:
+                assert name == "in-order", name
+                self.ordered = True
+        self.bad = False
+
+    def draw(self, what, number):
+        return uniform(self.seed, what, self.topic, number)
+
+    def sent_in_vain(self, number, told):
+        """For how long (ns); None if the message is lost."""
+        lost = told or self.draw("loss", number) < self.loss
+        if self.burst:
+            p, n = self.burst
+            u = self.draw("burst", number)
+            if self.bad:
+                self.bad = not u < 1 / n
+            else:
+                self.bad = u < p
+            lost = lost or self.bad
+        if not lost:
+            return 0
+        if self.rto is None:
+            return None
+        retry = 1
+        while self.draw("loss", f"{number}.{retry}") < self.loss:
+            retry += 1
+        return retry * self.rto
+
+    def flight(self, number):
+        return drawn(self.delay, self.draw("delay", number))
+
+
 # ---------------------------------------------------------------- the plants
 
 
@@ -115,6 +171,9 @@ class Node:
     anchor: int = 0
     k: int = 0
     last: int | None = None
+    clock: tuple = (0, 0, 0)  # wrong since, by so much (ns), and so much more (10^-12)
+    crashed: bool = False
+    hang: int | None = None
     takes: str = "none"
     wakes: str = "none"
     waiting: int | None = None  # when the late tick starts
@@ -124,21 +183,62 @@ class Node:
     spent: int = 0
     late: int = 0
 
-    def due(self):
+    def instant(self):
+        """What the node's clock shows when its next tick is due."""
         return self.anchor + math.floor(self.k * SECOND / self.hz)
+
+    def reading(self, now):
+        since, offset, drift = self.clock
+        return now + offset + (now - since) * drift // 10**12
+
+    def shows(self, now):
+        """The same as a stamp."""
+        return max(0, self.reading(now))
+
+    def due(self):
+        """The first ns at which the clock shows the instant, by bisection."""
+        if self.crashed:
+            return NEVER
+        since, offset, drift = self.clock
+        if not offset and not drift:
+            return self.instant()
+        low, high = since, since + 1
+        while self.reading(high) < self.instant():
+            high = since + 2 * (high - since)
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if self.reading(middle) >= self.instant() else (middle + 1, high)
+        return low
 
     def occupied(self):
         return self.waiting is not None or self.ends is not None
 
     def pass_by(self):
-        self.last = self.due()
+        self.last = self.instant()
         self.k += 1
 
     def move_to(self, now):
         """The first due time at or after now that finds the node free."""
+        while self.instant() < self.reading(self.clock[0]):
+            self.k += 1
         while self.due() < now or self.due() < (self.ends or 0) or (
                 self.waiting is not None and self.due() <= self.waiting):
             self.k += 1
+
+    def set_clock(self, value, now):
+        offset, drift = value.split()
+        self.clock = (now, millis(offset), round(Fraction(drift) * 10**6))
+        self.k = 0
+        self.move_to(now)
+
+    def crash(self):
+        self.crashed, self.waiting, self.ends, self.hang = True, None, None, None
+
+    def restart(self, now):
+        self.crash()
+        self.crashed = False
+        self.k = 0
+        self.move_to(now)
 
     def rate(self, hz, now):
         self.hz, self.k = Fraction(hz), 0
@@ -173,16 +273,53 @@ class Config:
 
 
 class Line(Topic):
-    """A topic that remembers all messages."""
+    """A topic that remembers all messages, behind a link."""
 
-    def __init__(self, depth):
+    def __init__(self, depth, seed, name):
         super().__init__(depth)
         self.all = []
+        self.link = Link("none", seed, name)
+        self.flying = []  # (delivery, number, data, origin)
+        self.lose, self.postpone = set(), {}
+        self.sent = self.lost = self.overtaken = self.highest = self.latest_delivery = 0
+        self.oldest = False
 
-    def send(self, data, payload, stamp, origin):
+    def send(self, data, payload, now, stamp, origin):
         origin_bytes = NEVER if origin is None else origin
-        self.all.append(struct.pack("<QQQ", stamp, self.published, origin_bytes) + payload)
-        self.publish(data, stamp if origin is None else origin)
+        self.all.append(struct.pack("<QQQ", stamp, self.sent, origin_bytes) + payload)
+        number, self.sent = self.sent, self.sent + 1
+        vain = self.link.sent_in_vain(number, number in self.lose)
+        if vain is None:
+            self.lost += 1
+            return
+        at = now + vain + self.link.flight(number)
+        if self.link.ordered:
+            at = max(at, self.latest_delivery)
+        at += self.postpone.get(number, 0)
+        self.latest_delivery = max(self.latest_delivery, at)
+        self.flying.append((at, number, data, stamp if origin is None else origin))
+        if at == now:
+            self.arrive(now)
+
+    def arrive(self, now):
+        here = sorted(f[:2] for f in self.flying if f[0] == now)
+        for _, number in here:
+            flight = next(f for f in self.flying if f[1] == number)
+            self.flying.remove(flight)
+            if number < self.highest:
+                self.overtaken += 1
+                continue
+            self.highest = number + 1
+            self.published = number
+            self.publish(*flight[2:])
+
+    def latest(self):
+        """The message to be read."""
+        unread = [message for message in self.buffer if message.number >= self.seen]
+        if self.oldest and unread:
+            self.seen = unread[0].number + 1
+            return unread[0]
+        return super().latest()
 
 
 @dataclass
@@ -198,7 +335,9 @@ class Run:
         self.own = config.world == "own"
         self.plant = OwnWorld(config.seed, config.step_ms) if self.own else Plant(config.seed)
         self.policy = scripted
-        self.obs, self.action, self.state = Line(config.depth), Line(config.depth), Line(1)
+        self.obs, self.action, self.state = (
+            Line(depth, config.seed, name)
+            for depth, name in [(config.depth, "/obs"), (config.depth, "/action"), (1, "/state")])
         self.nodes = [Node("sensor", 0), Node("policy", 1), Node("actuator", 2)]
         self.results = {}  # what a tick in progress is going to do, by node
         self.force = None  # (since, origin) of the push in force
@@ -206,6 +345,7 @@ class Run:
         self.first_push = None
         for knob in config.setup:
             self.turn(knob, 0)
+        self.first_policy = self.policy
         self.execute()
 
     # What the nodes do: read at the start, and return what to do at the end.
@@ -213,8 +353,13 @@ class Run:
     def sensor(self, now):
         reading = self.plant.at(now).observe() if self.own else self.plant.observe()
 
+        node = self.nodes[0]
+        began = node.shows(now)
+
         def publish(end):
-            self.obs.send(reading, reading.tobytes(), end, now if end != now else None)
+            stamp = node.shows(end)
+            origin = began if stamp != began else None
+            self.obs.send(reading, reading.tobytes(), end, stamp, origin)
         return publish
 
     def policy_node(self, _now):
@@ -222,14 +367,16 @@ class Run:
         if message is None:
             return lambda end: None
         action = self.policy(message.data)
-        return lambda end: self.action.send(action, struct.pack("<f", action), end, message.origin)
+        shows = self.nodes[1].shows
+        return lambda end: self.action.send(
+            action, struct.pack("<f", action), end, shows(end), message.origin)
 
     def actuator(self, _now):
         message = self.action.latest()
 
         def apply(end):
             if message is not None:
-                self.ages.append(end - message.origin)
+                self.ages.append(max(0, end - message.origin))
                 self.put_in_force(end, message.origin)
             if not self.own:
                 wanted = np.float32(0.0) if message is None else message.data
@@ -250,16 +397,17 @@ class Run:
     def close_force(self, now):
         if self.force is not None:
             since, origin = self.force
-            self.area += (now - origin) ** 2 - (since - origin) ** 2
+            self.area += max(0, now - origin) ** 2 - max(0, since - origin) ** 2
             self.force = (now, origin)
 
     def publish_state(self, number, now, applied):
         origin = None if self.force is None else self.force[1]
-        latency = -1 if origin is None else now - origin
+        latency = -1 if origin is None else max(0, now - origin)
         obs, state = self.plant.observe(), self.plant.state()
         payload = struct.pack("<Q6fq4d", number, *obs, applied, latency, *state)
         self.states.append((number, now, obs.tobytes(), struct.pack("<f", applied), state))
-        self.state.send(None, payload, now, origin)
+        stamp = now if self.own else self.nodes[2].shows(now)
+        self.state.send(None, payload, now, stamp, origin)
 
     def judge(self, now):
         failure = self.plant.failure()
@@ -280,6 +428,8 @@ class Run:
         work = {"sensor": self.sensor, "policy": self.policy_node, "actuator": self.actuator}
         finish = work[node.name](now)
         cost = drawn(node.takes, uniform(self.config.seed, "takes", node.name, n))
+        if node.hang is not None:
+            cost, node.hang = node.hang, None
         if cost == 0:
             finish(now)
         else:
@@ -307,9 +457,11 @@ class Run:
             node.late += late
 
     def turn(self, knob, now):
-        kind, target, value = knob.split(" ", 2)
-        if kind == "depth":
-            {"/obs": self.obs, "/action": self.action}[target].resize(int(value))
+        kind, target, value = (knob + " ").split(" ", 2)
+        value = value.strip()
+        topic = {"/obs": self.obs, "/action": self.action}.get(target)
+        if topic is not None:
+            self.turn_topic(topic, kind, target, value)
             return
         node = next((node for node in self.nodes if node.name == target), None)
         if kind == "rate":
@@ -320,9 +472,35 @@ class Run:
             node.takes = value
         elif kind == "wakes":
             node.wakes = value
+        elif kind == "hang":
+            node.hang = millis(value)
+        elif kind == "clock":
+            node.set_clock(value, now)
+        elif kind == "crash":
+            self.results.pop(node.name, None)
+            node.crash()
+        elif kind == "restart":
+            self.results.pop(node.name, None)
+            node.restart(now)
+            if target == "policy":
+                self.policy = self.first_policy
         else:
             assert kind == "send", kind
             self.policy = POLICIES[value]
+
+    def turn_topic(self, topic, kind, name, value):
+        if kind == "depth":
+            topic.resize(int(value))
+        elif kind == "link":
+            topic.link = Link(value, self.config.seed, name)
+        elif kind == "read":
+            topic.oldest = value == "oldest"
+        elif kind == "lose":
+            topic.lose.add(int(value))
+        else:
+            assert kind == "postpone", kind
+            number, ms = value.split()
+            topic.postpone[int(number)] = millis(ms)
 
     # The order of all that happens.
 
@@ -337,6 +515,7 @@ class Run:
             times += [node.ends for node in self.nodes if node.ends is not None]
             times += [knobs[0][0]] if knobs else []
             times += [next_look] if self.own else []
+            times += [flight[0] for topic in (self.obs, self.action) for flight in topic.flying]
             now = min(times)
             if now > duration:
                 self.end = duration
@@ -354,6 +533,8 @@ class Run:
         for node in self.nodes:
             if node.ends == now and self.standing():
                 self.release(node, now)
+        self.obs.arrive(now)
+        self.action.arrive(now)
         if self.own and now == next_look and self.standing():
             self.look(now)
         for node in self.nodes:
@@ -369,9 +550,9 @@ class Run:
 
     def results_line(self):
         got = {
-            "steps": self.state.published,
-            "obs_published": self.obs.published, "obs_dropped": self.obs.dropped,
-            "action_published": self.action.published, "action_dropped": self.action.dropped,
+            "steps": self.state.sent,
+            "obs_published": self.obs.sent, "obs_dropped": self.obs.dropped,
+            "action_published": self.action.sent, "action_dropped": self.action.dropped,
             "latency_count": len(self.ages), "latency_sum_ns": sum(self.ages),
             "push_first_ns": "none" if self.first_push is None else self.first_push,
             "push_area": self.area,
@@ -380,6 +561,9 @@ class Run:
             "spent_ns": ",".join(str(node.spent) for node in self.nodes),
             "verdict": self.verdict, "sim_time_ns": self.end,
         }
+        for name, topic in [("obs", self.obs), ("action", self.action)]:
+            if topic.lost or topic.overtaken or topic.flying:
+                got[f"{name}_way"] = f"{topic.lost},{topic.overtaken},{len(topic.flying)}"
         return "got " + " ".join(f"{key}={value}" for key, value in got.items())
 
     def digest(self):
@@ -448,6 +632,69 @@ CONFIGS = [
 ]
 
 
+def combinations():
+    """Runs with links, reading and clocks at random, beside all that there was."""
+    chance = random.Random(15)
+    pick, number = chance.choice, chance.randrange
+
+    def link():
+        parts = [
+            pick(["", f"delay:{number(1, 60)}", f"delay:{number(30)}..{number(30, 90)}",
+                  f"delay:lognormal:{number(2, 30)},{number(30, 120)}", "delay:12.5"]),
+            pick(["", "", "in-order"]),
+            pick(["", f"loss:0.{number(1, 7)}"]),
+            pick(["", "", f"burst:0.0{number(1, 9)},{number(1, 8)}", "burst:0.1,2.5"]),
+            pick(["", "", f"reliable:{number(1, 40)}"]),
+        ]
+        return ",".join(filter(None, parts)) or "none"
+
+    def knobs(live):
+        topic, node = pick(["/obs", "/action"]), pick(["sensor", "policy", "actuator"])
+        node_of_clock = pick(["sensor", "policy"])
+        return pick([
+            f"link {topic} {link()}", f"link {topic} {link()}", f"link {topic} {link()}",
+            f"read {topic} {pick(['oldest', 'newest'])}", f"read {topic} oldest",
+            f"depth {topic} {number(1, 12)}",
+            f"takes {node} {pick(['none', f'{number(1, 40)}', f'0..{number(1, 30)}'])}",
+            f"wakes {node} 0..{number(1, 15)}", f"offset {node} {number(25)}",
+            f"rate {node_of_clock} {pick(['49', '50', '60', '33.3', '100', '20'])}",
+            f"lose {topic} {number(200, 480)}", f"postpone {topic} {number(200, 480)} {number(99)}",
+            f"clock {node_of_clock} {number(-30, 30)} {number(-3000, 3000)}",
+        ] + ([f"hang {node} {number(1, 90)}", f"crash {node}", f"restart {node}",
+              f"restart {node}"] if live else []))
+
+    for seed in range(100, 140):
+        setup = {" ".join(knob.split()[:2]): knob for knob in (knobs(False) for _ in range(5))}
+        times = sorted(number(1, 400) for _ in range(number(6)))
+        yield Config(
+            seed=seed, world=pick(["own", "own", "own", "course"]), step_ms=pick([1, 2, 5, 10]),
+            depth=number(1, 4), duration_s=pick(["4", "3.02", "5.001"]), setup=tuple(setup.values()),
+            knobs=tuple((f"{time / 100:g}", knobs(True)) for time in times))
+
+
+LINKS = [
+    Config(setup=("link /action delay:60",)),
+    Config(seed=1, setup=("link /obs loss:0.8",)),
+    Config(seed=2, setup=("depth /obs 10", "read /obs oldest", "rate policy 49")),
+    Config(seed=3, setup=("link /action delay:0..90",)),
+    Config(seed=4, setup=("link /action delay:0..90,in-order",)),
+    Config(seed=5, setup=("link /action loss:0.3,reliable:15",)),
+    Config(seed=6, setup=("link /obs burst:0.05,4", "link /action delay:lognormal:10,60")),
+    Config(seed=7, setup=("link /obs loss:0.2,burst:0.1,3,reliable:7,delay:3..9",)),
+    Config(seed=8, setup=("lose /obs 100", "lose /obs 101", "postpone /action 150 55")),
+    Config(seed=9, setup=("link /obs delay:20", "takes policy 20", "depth /obs 1"), depth=3),
+    Config(seed=10, knobs=(("2", "crash policy"), ("2.07", "restart policy"))),
+    Config(seed=11, knobs=(("2", "crash sensor"),)),
+    Config(seed=12, setup=("takes policy 5",), knobs=(("1", "hang policy 71"), ("3", "hang sensor 33"))),
+    Config(seed=13, setup=("clock sensor 15 0",)),
+    Config(seed=14, setup=("clock sensor -15 200", "clock policy 7.5 -35.25")),
+    Config(seed=15, setup=("takes sensor 3",), knobs=(("1.005", "clock sensor 100 500"),
+                                                      ("2", "clock sensor 0 0"),
+                                                      ("3", "rate sensor 70"))),
+    *combinations(),
+]
+
+
 def check_facts():
     """With H = 10 ms and nothing asked for, both worlds are one to the policy."""
     for seed, control in [(0, "50"), (1, "25"), (2, "10"), (3, "5"), (4, "12.5")]:
@@ -476,7 +723,7 @@ def main():
     parser.add_argument("--check", action="store_true", help="check, and write nothing")
     arguments = parser.parse_args()
     check_facts()
-    text = "\n".join(map(block, CONFIGS))
+    text = "\n".join(map(block, CONFIGS + LINKS))
     if arguments.check:
         check_file(text)
     else:
