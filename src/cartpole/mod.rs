@@ -18,6 +18,7 @@ mod free_plant;
 mod linear;
 mod message;
 mod nodes;
+mod on_stale;
 mod picture;
 mod plant;
 pub mod policy;
@@ -35,6 +36,7 @@ pub use nodes::{
     ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
     SENSE_TO_ACT, SENSOR, Sensor,
 };
+pub use on_stale::OnStale;
 pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;

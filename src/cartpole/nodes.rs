@@ -5,6 +5,7 @@ use thiserror::Error;
 use super::{
     free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
+    on_stale::OnStale,
     plant::SharedPlant,
     policy::Policy,
 };
@@ -138,6 +139,7 @@ pub struct ActuatorInput {
     /// The same at any time.
     pub push_age: PushAge,
     command: Option<Message<Action>>,
+    on_stale: OnStale,
 }
 
 impl ActuatorInput {
@@ -152,6 +154,7 @@ impl ActuatorInput {
             sense_to_act,
             push_age,
             command: None,
+            on_stale: OnStale::Hold,
         }
     }
 
@@ -166,14 +169,24 @@ impl ActuatorInput {
         self.command = self.actions.latest(now);
     }
 
-    /// The action that was read, which is applied `now`.
+    /// What is applied `now`: the action that was read, unless that is stale.
     fn applied(&mut self, now: Time) -> Option<Message<Action>> {
         let sensed = self.command.and_then(|command| command.origin);
         if let Some(sensed) = sensed {
             self.sense_to_act.record(now.since(sensed));
             self.push_age.push(now, sensed);
         }
-        self.command
+        let mut command = self.command?;
+        if sensed.is_some_and(|sensed| !self.on_stale.allows(now.since(sensed))) {
+            command.data = Action::ZERO;
+        }
+        Some(command)
+    }
+
+    /// Sets what to do with stale actions; returns what it was before.
+    fn set_on_stale(&mut self, text: &str) -> Result<String, String> {
+        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
+        Ok(before.to_string())
     }
 }
 
@@ -204,6 +217,10 @@ impl Node for Actuator {
         if fall.is_some() { END } else { GO_ON }
     }
 
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
+    }
+
     /// It remembers nothing from one tick to the next.
     fn restart(&mut self) -> Result<(), String> {
         Ok(())
@@ -230,6 +247,10 @@ impl Node for FreeActuator {
             plant.push(now, command.data, command.origin);
         }
         GO_ON
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
     }
 
     /// It remembers nothing from one tick to the next.

@@ -340,6 +340,7 @@ class Run:
             for depth, name in [(config.depth, "/obs"), (config.depth, "/action"), (1, "/state")])
         self.nodes = [Node("sensor", 0), Node("policy", 1), Node("actuator", 2)]
         self.results = {}  # what a tick in progress is going to do, by node
+        self.limit = None  # (ns): a push of an older sensing is none
         self.force = None  # (since, origin) of the push in force
         self.area = 0
         self.first_push = None
@@ -374,17 +375,21 @@ class Run:
     def actuator(self, _now):
         message = self.action.latest()
 
+        def to_apply(end):
+            stale = self.limit is not None and end - message.origin > self.limit
+            return np.float32(0.0) if stale else message.data
+
         def apply(end):
             if message is not None:
                 self.ages.append(max(0, end - message.origin))
                 self.put_in_force(end, message.origin)
             if not self.own:
-                wanted = np.float32(0.0) if message is None else message.data
+                wanted = np.float32(0.0) if message is None else to_apply(end)
                 applied = self.plant.step(wanted)
                 self.publish_state(len(self.states) + 1, end, applied)
                 self.judge(end)
             elif message is not None:
-                self.plant.at(end).push(end, message.data)
+                self.plant.at(end).push(end, to_apply(end))
         return apply
 
     # The world.
@@ -486,6 +491,9 @@ class Run:
                 self.policy = self.first_policy
         else:
             assert kind == "send", kind
+            if target == "actuator":
+                self.limit = None if value == "hold" else millis(value.removeprefix("zero:"))
+                return
             self.policy = POLICIES[value]
 
     def turn_topic(self, topic, kind, name, value):
@@ -692,6 +700,11 @@ LINKS = [
                                                       ("2", "clock sensor 0 0"),
                                                       ("3", "rate sensor 70"))),
     *combinations(),
+    # What the actuator does with a stale action.
+    Config(setup=("send actuator zero:50",), knobs=(("2", "crash policy"),)),
+    Config(seed=1, setup=("send actuator zero:20", "link /obs loss:0.7")),
+    Config(seed=2, setup=("send actuator zero:20", "link /action delay:20"), world="course"),
+    Config(seed=3, knobs=(("1", "send actuator zero:0"), ("1.1", "send actuator hold"))),
 ]
 
 
