@@ -464,3 +464,38 @@ fn a_delay_is_the_wall_s_under_the_real_clock() {
     );
     assert_eq!(summary.latency.count(), 0);
 }
+
+#[test]
+fn a_tap_holds_every_message_with_its_arrival() {
+    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
+    let talker = graph.node("talker", hz(50.0), 0, |wiring| {
+        let publisher = wiring.publisher(&topic);
+        move |now| {
+            publisher.publish((), now, None);
+            GO_ON
+        }
+    });
+    talker.expect("a node");
+    let reader = graph.node("reader", hz(1.0), 1, |wiring| {
+        let mut messages = wiring.subscription(&topic);
+        move |now| {
+            messages.latest(now);
+            GO_ON
+        }
+    });
+    reader.expect("a node");
+    let tap = graph.tap(&topic, 10);
+    let timed = [
+        (0.01, "link /test delay:30"),
+        (0.01, "lose /test 2"),
+        (0.05, "link /test none"),
+    ];
+    let timed = timed.map(|(seconds, text)| support::at(seconds, knob(text).into()));
+    run_virtual(&mut graph, timed.to_vec(), secs(0.06));
+    let tapped: Vec<_> = tap.items().try_iter().collect();
+    let ms = |ms: u64| Some(Time::from_nanos(ms * 1_000_000));
+    let arrivals: Vec<_> = tapped.iter().map(|tapped| tapped.arrives).collect();
+    assert_eq!(arrivals, [ms(0), ms(50), None, ms(60)]);
+    let seqs = tapped.iter().map(|tapped| tapped.message.seq);
+    assert!(seqs.eq(0..4));
+}

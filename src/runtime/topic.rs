@@ -306,13 +306,21 @@ impl<T: Payload> Queue<T> {
 
     /// The newest message, and what was lost by now.
     fn newest(&self) -> Option<TapMessage<T>> {
-        let message = match &self.transit {
+        let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
-            None => self.messages.back()?.clone(),
+            None => {
+                let message = self.messages.back()?.clone();
+                let at = message.stamp;
+                (message, Some(at))
+            }
         };
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
-        Some(TapMessage { message, dropped })
+        Some(TapMessage {
+            message,
+            arrives,
+            dropped,
+        })
     }
 }
 

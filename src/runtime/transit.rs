@@ -31,8 +31,8 @@ pub(crate) struct Transit<T> {
     messages: BTreeMap<(Time, u64), Message<T>>,
     /// The latest delivery so far.
     latest: Time,
-    /// The newest message that was released.
-    pub(crate) newest: Option<Message<T>>,
+    /// The newest message that was released, and when it arrives if it does.
+    pub(crate) newest: Option<(Message<T>, Option<Time>)>,
     /// One more than the highest sequence number that was delivered.
     pub(crate) next_delivered: u64,
 }
@@ -41,6 +41,7 @@ impl<T: Clone> Transit<T> {
     /// A perfect link on `topic`, of whose messages those before `next` were
     /// delivered, the last of them `newest`.
     pub(crate) fn new(seed: u64, topic: &str, next: u64, newest: Option<Message<T>>) -> Self {
+        let newest = newest.map(|message| (message.clone(), Some(message.stamp)));
         Self {
             seed,
             topic: topic.to_owned(),
@@ -76,18 +77,23 @@ impl<T: Clone> Transit<T> {
     /// Sends `message`, which is released at `now`; false if it is lost.
     pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> bool {
         let seq = message.seq;
-        self.newest = Some(message.clone());
-        let Some(late) = self.time_lost(seq) else {
-            return false;
-        };
+        let arrives = self.arrival(seq, now);
+        self.newest = Some((message.clone(), arrives));
+        let sent = arrives.map(|at| self.messages.insert((at, seq), message));
+        sent.is_some()
+    }
+
+    /// When message number `seq` arrives, which is released at `now`; `None` if it is
+    /// lost.
+    fn arrival(&mut self, seq: u64, now: Time) -> Option<Time> {
+        let late = self.time_lost(seq)?;
         let mut at = now + late + self.delay(seq);
         if self.link.in_order || self.link.reliable.is_some() {
             at = at.max(self.latest);
         }
         at = at + self.postpone.remove(&seq).unwrap_or_default();
         self.latest = self.latest.max(at);
-        self.messages.insert((at, seq), message);
-        true
+        Some(at)
     }
 
     /// Takes out the next message that is delivered by `now`, and when that is.
