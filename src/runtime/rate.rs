@@ -42,6 +42,8 @@ pub struct Rate {
     /// Number of the next tick, counted from the anchor.
     next: u64,
     due: Time,
+    /// What the clock shows then.
+    shown: Time,
     last: Option<Time>,
     /// The clock that anchor and last due time are of, if it is wrong.
     clock: Option<LocalClock>,
@@ -56,6 +58,7 @@ impl Rate {
             anchor: first,
             next: 0,
             due: first,
+            shown: first,
             last: None,
             clock: None,
         }
@@ -79,7 +82,7 @@ impl Rate {
 
     /// Moves on to the next tick.
     pub fn advance(&mut self) {
-        self.last = Some(self.period.due(self.anchor, self.next));
+        self.last = Some(self.shown);
         self.schedule(self.next + 1);
     }
 
@@ -149,7 +152,8 @@ impl Rate {
 
     fn schedule(&mut self, tick: u64) {
         self.next = tick;
-        self.due = self.when(self.period.due(self.anchor, tick));
+        self.shown = self.period.due(self.anchor, tick);
+        self.due = self.when(self.shown);
     }
 }
 

@@ -269,7 +269,9 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Sends `message`, released at run time `now`, through the link.
+    /// Sends `message`, released at run time `now`, through the link. Most topics have
+    /// none.
+    #[cold]
     fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
         let transit = self.transit.as_mut();
         if !transit.is_some_and(|transit| transit.send(message, now)) {
@@ -286,6 +288,7 @@ impl<T: Payload> Queue<T> {
     }
 
     /// Delivers what arrives by `now`, in the order of arrival.
+    #[cold]
     fn deliver(&mut self, now: Time, counters: &TopicCounters) {
         let Some(mut transit) = self.transit.take() else {
             return;
@@ -326,6 +329,7 @@ impl<T: Payload> Queue<T> {
 
 impl<T> Queue<T> {
     /// Puts in a message that is delivered at run time `now`.
+    #[inline]
     fn push(&mut self, message: Message<T>, now: Time) {
         if self.messages.len() >= self.depth.get() {
             self.evict_oldest(now);
@@ -333,14 +337,15 @@ impl<T> Queue<T> {
         self.messages.push_back(message);
     }
 
-    /// The message to be read by who has not read those from `unread` on.
-    fn to_read(&self, unread: u64) -> Option<&Message<T>> {
-        let newest = self.messages.back();
+    /// The message to be read by a subscription that has read as far as `mark`.
+    #[inline]
+    fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
         match self.order {
-            ReadOrder::Newest => newest,
+            ReadOrder::Newest => self.messages.back(),
             ReadOrder::Oldest => {
+                let unread = mark.next_unread.load(Ordering::Relaxed);
                 let read = self.messages.partition_point(|m| m.seq < unread);
-                self.messages.get(read).or(newest)
+                self.messages.get(read).or(self.messages.back())
             }
         }
     }
@@ -460,9 +465,10 @@ impl<T: Payload> Subscription<T> {
             if queue.transit.is_some() {
                 queue.deliver(now, &self.bus.counters);
             }
-            let next_unread = &self.mark.next_unread;
-            let message = queue.to_read(next_unread.load(Ordering::Relaxed))?.clone();
-            next_unread.store(message.seq + 1, Ordering::Relaxed);
+            let message = queue.to_read(&self.mark)?.clone();
+            self.mark
+                .next_unread
+                .store(message.seq + 1, Ordering::Relaxed);
             message
         };
         self.ages.record(now.since(message.stamp));
