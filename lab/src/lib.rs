@@ -57,6 +57,7 @@ mod results;
 mod screen;
 mod signals;
 mod sweep;
+mod timing;
 mod version;
 
 use std::{process::ExitCode, sync::Arc};

@@ -12,6 +12,8 @@ use ratelab::{
     system::System,
 };
 
+use crate::timing::takes_time;
+
 /// What is known of a run that was lost.
 #[derive(Clone, Debug)]
 pub struct Facts {
@@ -20,12 +22,10 @@ pub struct Facts {
     /// Age of the oldest reading behind a state of the last second; `None` if none
     /// was behind any.
     pub oldest: Option<Duration>,
-    /// The nodes on the path of a reading, up to the one that makes the states.
+    /// The nodes on the path of a reading, up to the one that acts.
     pub path: Vec<NodeFacts>,
-    /// Period of the node that makes the states.
+    /// Period of the node that acts.
     pub step: Duration,
-    /// How long a decision is made to take.
-    pub think: Duration,
 }
 
 /// How often a node works.
@@ -41,6 +41,8 @@ pub struct NodeFacts {
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
+    /// Whether a knob says what its ticks take.
+    pub takes: bool,
     /// What it reads.
     pub input: Option<Input>,
 }
@@ -93,16 +95,16 @@ impl Facts {
         graph: &Snapshot,
         oldest: Option<Duration>,
     ) -> Option<Self> {
-        system.latency()?;
-        let states = graph.topic(system.state()?)?;
-        let last = *states.publishers.first()?;
+        let (acts, _) = system.latency()?;
+        let last = graph.nodes.iter().position(|node| *node.name == *acts)?;
         let path = upstream(graph, last).into_iter();
         Some(Self {
             anyway: system.lost_anyway(&config.setup),
             oldest,
-            path: path.map(|node| node_facts(system, graph, node)).collect(),
+            path: path
+                .map(|node| node_facts(system, config, graph, node))
+                .collect(),
             step: graph.nodes.get(last)?.hz.period(),
-            think: config.think,
         })
     }
 
@@ -152,10 +154,9 @@ impl Facts {
         if !node.is_overrun() {
             return vec![format!("{ticks}: raise {}", node.setting)];
         }
-        let relief = if self.think.is_zero() {
-            "its ticks take too long"
-        } else {
-            "lower --think-ms"
+        let relief = match node.takes {
+            true => format!("lower takes {}", node.name),
+            false => "its ticks take too long".to_owned(),
         };
         vec![
             format!("{ticks}, not every {}", ms(node.period)),
@@ -186,10 +187,11 @@ fn inputs(graph: &Snapshot, node: usize) -> impl Iterator<Item = &TopicView> {
     topics.filter(move |topic| topic.subscriptions.iter().any(|reader| reader.node == node))
 }
 
-/// How often a node works. Overruns are those of the real clock, and say nothing of
-/// a run that was handed over since.
-fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts {
+/// How often a node works. Overruns of ticks that a knob gives no time are those of
+/// the real clock, and say nothing of a run that was handed over since.
+fn node_facts(system: &dyn System, config: &Config, graph: &Snapshot, index: usize) -> NodeFacts {
     let node = &graph.nodes[index];
+    let takes = takes_time(&config.setup, &node.name);
     let real = graph.status.clock == ClockKind::Real;
     let of_node = [(KnobKind::Rate, &*node.name)];
     let mut aliases = system.aliases().iter();
@@ -204,7 +206,8 @@ fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts 
         setting,
         period: node.hz.period(),
         ticks: node.ticks,
-        overruns: if real { node.overruns } else { 0 },
+        overruns: if real || takes { node.overruns } else { 0 },
+        takes,
         input: input.and_then(|topic| {
             let publishers = topic.publishers.iter();
             let periods = publishers.map(|node| graph.nodes[*node].hz.period());
@@ -240,6 +243,7 @@ mod tests {
             period: millis(period),
             ticks: 10,
             overruns: 0,
+            takes: false,
             input: None,
         }
     }
@@ -261,7 +265,6 @@ mod tests {
             oldest: Some(millis(oldest)),
             path: vec![node("sensor", "sensor-hz", sensor), policy],
             step: millis(20),
-            think: Duration::ZERO,
         }
     }
 
@@ -305,15 +308,15 @@ mod tests {
     fn overruns_count_and_not_the_rate_that_was_set() {
         let mut facts = lost(140, 20, 20, (1, 30));
         (facts.path[1].ticks, facts.path[1].overruns) = (13, 39);
-        facts.think = millis(60);
+        facts.path[1].takes = true;
         let cause = "the policy ticks every 80 ms, not every 20 ms";
         let age = "the last actions used readings up to 140 ms old";
         let symptom = "30 dropped readings are the symptom, latency is the disease";
         explained(
             &facts,
-            &[cause, "39 overruns: lower --think-ms", age, symptom],
+            &[cause, "39 overruns: lower takes policy", age, symptom],
         );
-        facts.think = Duration::ZERO;
+        facts.path[1].takes = false;
         explained(
             &facts,
             &[cause, "39 overruns: its ticks take too long", age, symptom],

@@ -20,6 +20,7 @@ use super::{
     frame::{FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData},
     settings::setting,
 };
+use crate::timing::is_of_time;
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -167,7 +168,9 @@ impl Sampler {
         let (system, setup) = (session.system(), self.setup(session));
         let aliases = system.aliases().iter();
         let sent = aliases.filter(|alias| alias.kind() == KnobKind::Send);
-        sent.map(|alias| setting(system, alias, &setup)).collect()
+        let sent = sent.map(|alias| setting(system, alias, &setup));
+        let world = world(session, &setup).map(str::to_owned);
+        world.into_iter().chain(sent).collect()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
@@ -254,6 +257,16 @@ impl Sampler {
         Facts::of(session.system(), &config, snapshot, oldest)
             .map_or_else(Vec::new, |facts| facts.reasons())
     }
+}
+
+/// What is to be known of the world of `session`, where it matters.
+fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
+    if !session.config().world.is_course() {
+        return Some("world: own");
+    }
+    session.system().state()?;
+    let asked = setup.iter().any(is_of_time);
+    asked.then_some("the world waits for the actuator")
 }
 
 /// A run that goes on, and well.

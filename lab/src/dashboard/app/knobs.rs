@@ -10,11 +10,14 @@ use ratelab::{
 };
 
 use super::App;
-use crate::dashboard::{
-    presets::{self, Direction},
-    prompt::{Typed, Vocabulary},
-    sampler::RunSource,
-    settings::listed,
+use crate::{
+    dashboard::{
+        presets::{self, Direction},
+        prompt::{Typed, Vocabulary},
+        sampler::RunSource,
+        settings::listed,
+    },
+    recording::with_durations,
 };
 
 impl App {
@@ -172,7 +175,7 @@ impl App {
                 let text = self.system().resolve(seed, &setup, &node, &text)?;
                 Ok(Knob::Send { node, text })
             }
-            other => Ok(other),
+            other => with_durations(other),
         }
     }
 

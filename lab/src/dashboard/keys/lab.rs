@@ -40,6 +40,8 @@ pub enum LabAction {
     OtherClock,
     /// Start again with the same seed.
     Restart,
+    /// Start again in the other world.
+    OtherWorld,
     /// Start again with a neighbouring seed.
     Seed(Direction),
     /// Send the neighbouring one of the messages to choose from, such as a policy.
@@ -137,6 +139,11 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         &[(Key::Char('c'), LabAction::OtherClock)],
         "hand the running graph to the other clock",
         Some("clock"),
+    ),
+    row(
+        &[(Key::Char('o'), LabAction::OtherWorld)],
+        "start again in the other world: one that waits for the actuator, or does not",
+        Some("world"),
     ),
     row(
         &[
