@@ -1,7 +1,9 @@
 //! What was asked of the time that nodes take.
 
+use std::sync::Arc;
+
 use ratelab::{
-    experiment::Summary,
+    experiment::{Config, Experiment, Summary},
     runtime::{Knob, KnobKind},
     system::{Setup, System, WorldKind},
 };
@@ -48,4 +50,18 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
             Some("course: it waits for the actuator, whatever ticks take".to_owned())
         }
     }
+}
+
+/// The world of its own in which a run of `system` can be: that of `config`, or one of
+/// the usual steps; `None` if the system has none.
+pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
+    if !config.world.is_course() {
+        return Some(config.world);
+    }
+    let own = Config {
+        world: WorldKind::OWN,
+        ..config.clone()
+    };
+    let built = Experiment::new(system.clone(), &own);
+    built.is_ok().then_some(WorldKind::OWN)
 }

@@ -5,7 +5,7 @@ use ratelab::runtime::Knob;
 
 use super::{heading, values};
 
-/// What can be asked of the world, and of the machine that the graph is to run on.
+/// Whether the plant waits, and what nodes take.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::TIME)]
 pub struct TimingArgs {

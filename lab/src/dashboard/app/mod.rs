@@ -14,7 +14,7 @@ use std::{sync::Arc, time::Duration};
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::{Config, Experiment},
+    experiment::Config,
     runtime::{Command, Snapshot, Time, telemetry::Event},
     system::{System, WorldKind},
 };
@@ -40,7 +40,10 @@ use super::{
     session::{Session, SessionResult, Setup},
     view::{Footer, ScreenState, StatusExtra},
 };
-use crate::recording::{Destination, RecordError, Recorded, Recorder};
+use crate::{
+    recording::{Destination, RecordError, Recorded, Recorder},
+    timing::own_world,
+};
 
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.
@@ -114,7 +117,7 @@ impl App {
         let session = Session::start(config, &setup, record)?;
         Ok(Self {
             choices: choices::available(session.system(), session.config()),
-            own_world: own_world(&setup, session.config()),
+            own_world: own_world(&setup.system, session.config()),
             config: without_knobs(session.config().clone()),
             knobs: Knobs::new(session.config().setup.clone()),
             knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
@@ -431,20 +434,6 @@ impl App {
             }
         }
     }
-}
-
-/// The world of its own in which a system can be run: that of `config`, or one of
-/// the usual steps.
-fn own_world(setup: &Setup, config: &Config) -> Option<WorldKind> {
-    if !config.world.is_course() {
-        return Some(config.world);
-    }
-    let own = Config {
-        world: WorldKind::OWN,
-        ..config.clone()
-    };
-    let built = Experiment::new(setup.system.clone(), &own);
-    built.is_ok().then_some(WorldKind::OWN)
 }
 
 /// Whether a key is held with Ctrl or Alt: such a key types nothing.

@@ -141,11 +141,6 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         Some("clock"),
     ),
     row(
-        &[(Key::Char('o'), LabAction::OtherWorld)],
-        "start again in the other world: one that waits for the actuator, or does not",
-        Some("world"),
-    ),
-    row(
         &[
             (Key::Char('+'), LabAction::Speed(Direction::Up)),
             (Key::Char('-'), LabAction::Speed(Direction::Down)),
@@ -169,6 +164,11 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         ],
         "mark the next topic, the one before, or those of the beginning",
         Some("topic"),
+    ),
+    row(
+        &[(Key::Char('o'), LabAction::OtherWorld)],
+        "start again in the other world: one that waits for the actuator, or does not",
+        Some("world"),
     ),
     row(
         &[
