@@ -39,7 +39,7 @@ fn a_session_with_knobs_turned_live_comes_again() {
     for command in [
         knobs("control-hz 12"),
         vec![Command::Pause, Command::Step, Command::Step],
-        knobs("rate actuator 40"),
+        knobs("rate sensor 40"),
         knobs("depth /action 1"),
         vec![Command::Resume],
         knobs("control-hz 50"),
