@@ -67,27 +67,17 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
 /// What ticks took and when they began: of all nodes if the wall had a part in it,
 /// else of those whose ticks were given a time of their own.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
-    let (all, timed) = (
-        |_: &NodeSummary| true,
-        |node: &NodeSummary| timing::is_timed(summary, &node.name),
-    );
+    let timed = |node: &NodeSummary| timing::is_timed(summary, &node.name);
     let wall = saw_the_wall(summary);
-    let late = |node: &NodeSummary| timed(node) && node.lateness.count() > 0;
-    let lines = if wall {
-        vec![
-            ("lateness", each_node(summary, all, lateness)),
-            ("cost", each_node(summary, timed, cost)),
-            ("response", each_node(summary, timed, response)),
-            ("overruns", each_node(summary, all, overruns)),
-        ]
-    } else {
-        vec![
-            ("lateness", each_node(summary, late, lateness)),
-            ("cost", each_node(summary, timed, cost)),
-            ("response", each_node(summary, timed, response)),
-            ("overruns", each_node(summary, timed, overruns)),
-        ]
-    };
+    let shown = |node: &NodeSummary| wall || timed(node);
+    let late = |node: &NodeSummary| wall || (timed(node) && node.lateness.count() > 0);
+    let costly = |node: &NodeSummary| timed(node) && node.tick_time.count() > 0;
+    let lines = [
+        ("lateness", each_node(summary, late, lateness)),
+        ("cost", each_node(summary, costly, cost)),
+        ("response", each_node(summary, costly, response)),
+        ("overruns", each_node(summary, shown, overruns)),
+    ];
     let told = |line: &(_, String)| !line.1.is_empty();
     lines.into_iter().filter(told).collect()
 }
