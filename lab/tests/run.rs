@@ -109,7 +109,7 @@ fn knobs_are_turned_at_their_times_and_told() {
 #[test]
 fn any_knob_is_turned_before_the_run_and_the_last_one_holds() {
     let knobs = [
-        "rate actuator 100",
+        "rate sensor 100",
         "depth /obs 3",
         "control_hz 7",
         "control-hz 10",

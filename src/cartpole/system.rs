@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use super::{
     ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Fall, Observation, POLE_LIMIT_RAD, POLICY,
-    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture, table,
+    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
     policy::{
         DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
     },
+    table,
 };
 use crate::{
     experiment::Config,
