@@ -1,60 +1,123 @@
-//! A plant of your own: a drone that hovers if it is told often enough how.
-//!
-//! The runtime knows no robot. Here one node is altimeter and rotors and owns the
-//! plant; where two share one, it is behind a lock (`cartpole::SharedPlant`).
+//! A plant of your own, with the whole command: a drone that hovers if its pilot
+//! looks often enough.
 
-use std::error::Error;
+use std::process::ExitCode;
 
-use ratelab::runtime::{Clock, ClockExit, Depth, END, GO_ON, Graph, Hz, Inbox};
-use ratelab::runtime::{Time, Topic, VirtualClock};
+use ratelab::fields;
+use ratelab::runtime::{ClockExit, END, GO_ON, Time};
+use ratelab::system::{BuildError, Builder, System};
+use ratelab::system::{Picture, Shape, Signal, Style, Verdict, VerdictKind};
 
-/// Height (m) and climb (m/s) of a drone of one kilogram.
+/// Height and climb of a drone of one kilogram.
 #[derive(Clone, Copy)]
-struct Drone(f64, f64);
-
-impl Drone {
-    /// A hundredth of a second under `thrust` (N), which is 20 N at most.
-    fn step(&mut self, thrust: f64) {
-        self.1 += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
-        self.0 += self.1 / 100.0;
-    }
+struct State {
+    height: f64,
+    climb: f64,
 }
+fields!(State {
+    height: "height (m)",
+    climb: "climb (m/s)"
+});
 
-fn hover(control_hz: f64) -> Result<ClockExit, Box<dyn Error>> {
-    let state = Topic::new("/state", Depth::ONE);
-    let thrust = Topic::new("/thrust", Depth::ONE);
-    let mut graph = Graph::new();
-    graph.node("drone", Hz::new(100.0)?, 0, |wiring| {
-        let (state, mut thrust) = (wiring.publisher(&state), wiring.subscription(&thrust));
-        let mut drone = Drone(1.0, 0.0);
-        move |now| {
-            // Until the next thrust comes, the last one is held.
-            drone.step(thrust.latest(now).map_or(0.0, |newest| newest.data));
-            state.publish(drone, now, None);
-            if drone.0 > 0.0 { GO_ON } else { END }
-        }
-    })?;
-    graph.node("pilot", Hz::new(control_hz)?, 1, |wiring| {
-        let (mut state, thrust) = (wiring.subscription(&state), wiring.publisher(&thrust));
-        move |now| {
-            if let Some(seen) = state.latest(now) {
-                let Drone(height, climb) = seen.data;
-                let wanted = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
-                thrust.publish(wanted, now, Some(seen.stamp));
+/// What its rotors push with.
+#[derive(Clone, Copy)]
+struct Thrust {
+    newton: f64,
+}
+fields!(Thrust {
+    newton: "thrust (N)"
+});
+
+const DOWN: VerdictKind = VerdictKind {
+    name: "down",
+    lost: true,
+    text: "DOWN at {at}",
+};
+
+struct Drone;
+
+impl System for Drone {
+    fn name(&self) -> &'static str {
+        "drone"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let states = builder.topic::<State>("/state");
+        let thrusts = builder.topic::<Thrust>("/thrust");
+        let (height, climb) = (1.0 + (builder.seed() % 10) as f64 / 10.0, 0.0);
+        builder.node("drone", 100.0, 0, |wiring| {
+            let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
+            let mut state = State { height, climb };
+            move |now| {
+                // Until the next thrust comes, the last one is held; 20 N at most.
+                let thrust = thrusts.latest(now).map_or(0.0, |newest| newest.data.newton);
+                state.climb += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
+                state.height += state.climb / 100.0;
+                states.publish(state, now, None);
+                if state.height > 0.0 { GO_ON } else { END }
             }
-            GO_ON
-        }
-    })?;
-    let end = Time::from_secs_f64(20.0)?;
-    Ok(VirtualClock.run(&mut graph, &mut Inbox::default(), end)?)
-}
+        })?;
+        builder.node("pilot", 10.0, 1, |wiring| {
+            let (mut states, thrusts) = (wiring.subscription(&states), wiring.publisher(&thrusts));
+            move |now| {
+                if let Some(seen) = states.latest(now) {
+                    let State { height, climb } = seen.data;
+                    let newton = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
+                    thrusts.publish(Thrust { newton }, now, Some(seen.stamp));
+                }
+                GO_ON
+            }
+        })
+    }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    for hz in [100.0, 10.0, 4.0, 2.0, 1.0] {
-        match hover(hz)? {
-            ClockExit::Ended { at, .. } => println!("{hz} Hz: down at {at}"),
-            _ => println!("{hz} Hz: up in the air"),
+    fn state(&self) -> Option<&'static str> {
+        Some("/state")
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        &[Signal {
+            name: "height",
+            unit: "m",
+            topic: "/state",
+            value: |state| state[0],
+            limits: Some([0.0, f64::INFINITY]),
+            range: [0.0, 3.0],
+        }]
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        match state {
+            Some([height, _]) if *height <= 0.0 => Verdict::new(&DOWN, at),
+            _ => Verdict::of_exit(exit, at),
         }
     }
-    Ok(())
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &DOWN]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        let (centre, half, angle) = ([0.0, *state.first()?], [0.3, 0.05], 0.0);
+        let (from, to) = ([-2.0, 0.0], [2.0, 0.0]);
+        Some(Picture {
+            shapes: vec![
+                (Style::Limit, Shape::Segment { from, to }),
+                (
+                    Style::Subject,
+                    Shape::Box {
+                        centre,
+                        half,
+                        angle,
+                    },
+                ),
+            ],
+            view: [-2.0, 0.0, 2.0, 3.0],
+            focus: centre,
+            captions: vec![format!("height {:.2} m", centre[1])],
+        })
+    }
+}
+
+fn main() -> ExitCode {
+    ratelab_lab::main(Drone)
 }

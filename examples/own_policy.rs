@@ -4,13 +4,12 @@
 //! A policy sees an observation and answers with an action. It is put behind the
 //! policy node, and sensor and actuator never notice.
 
-use std::error::Error;
+use std::{error::Error, sync::Arc};
 
 use ratelab::{
-    cartpole::{Action, Observation},
-    experiment::{Config, Experiment},
+    cartpole::{Action, CartPole, Observation, pole_angle},
+    experiment::Experiment,
     policy::Policy,
-    runtime::Hz,
 };
 
 /// Pushes with all it has to where the pole will be in a quarter of a second, with
@@ -31,14 +30,11 @@ impl Policy for BangBang {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for hz in [50.0, 25.0, 10.0, 5.0] {
-        let config = Config {
-            control_hz: Hz::new(hz)?,
-            ..Config::default()
-        };
-        let experiment = Experiment::with_policy(&config, Box::new(BangBang))?;
-        let summary = experiment.run()?;
-        let angle = summary.final_pole_angle.to_degrees();
+    let system = Arc::new(CartPole::with_policy(|_| Box::new(BangBang)));
+    for hz in [50, 25, 10, 5] {
+        let config = CartPole::config(&format!("control-hz {hz}"))?;
+        let summary = Experiment::new(system.clone(), &config)?.run()?;
+        let angle = pole_angle(&summary.state).to_degrees();
         println!("{hz} Hz: {}, at {angle:.1}° in the end", summary.verdict);
     }
     Ok(())

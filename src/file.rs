@@ -8,7 +8,7 @@ use std::{
 
 use thiserror::Error;
 
-/// Why a file is not read.
+/// A file that is not read.
 #[derive(Debug, Error)]
 pub enum FileError {
     /// It is something else than a file.

@@ -12,7 +12,7 @@ use ratelab::{
         telemetry::{Event, EventKind},
     },
 };
-use support::{TickLog, secs};
+use support::{TickLog, secs, with_policy};
 
 /// The fault of a graph whose second node works like this from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
@@ -55,6 +55,7 @@ fn a_node_that_panics_gives_a_fault_with_its_name_and_the_time() {
 }
 
 /// Answers the same whatever it sees.
+#[derive(Clone)]
 struct Stubborn(f32);
 
 impl Policy for Stubborn {
@@ -70,9 +71,8 @@ impl Policy for Stubborn {
 #[test]
 fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_what_it_saw() {
     for answer in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let policy = Box::new(Stubborn(answer));
-        let experiment = Experiment::with_policy(&Config::default(), policy).expect("experiment");
-        let fault = experiment.run().expect_err("a fault");
+        let stubborn = Experiment::new(with_policy(Stubborn(answer)), &Config::default());
+        let fault = stubborn.expect("experiment").run().expect_err("a fault");
         assert_eq!((fault.node.as_str(), fault.at), (POLICY, Time::ZERO));
         assert!(fault.cause.is::<NotFinite>());
         let start = Plant::new(0).expect("plant").observe();

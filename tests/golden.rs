@@ -12,11 +12,12 @@ mod support;
 use std::collections::HashMap;
 
 use ratelab::{
-    cartpole::Plant,
-    experiment::{Config, Experiment, Verdict},
-    runtime::{Depth, Time},
+    cartpole::{ACTION, OBS, Plant, verdict},
+    experiment::Config,
+    runtime::Time,
+    system::VerdictKind,
 };
-use support::{RunBytes, run_bytes, step_bytes};
+use support::{config, knobs, run, run_bytes, step_bytes};
 
 const RUNS: &str = include_str!("golden/runs.txt");
 
@@ -28,22 +29,18 @@ fn fields(line: &str) -> GoldenRow<'_> {
         .collect()
 }
 
-fn config(fields: &GoldenRow<'_>) -> Config {
-    let knobs = fields.get("knobs").map_or(Vec::new(), |knobs| {
-        knobs
-            .split(',')
-            .map(|knob| knob.replace(':', " ").parse().expect("knob"))
-            .collect()
-    });
+/// The run of a line of `runs.txt`.
+fn golden_config(fields: &GoldenRow<'_>) -> Config {
+    let timed = fields.get("knobs").copied().unwrap_or_default();
+    let setup = format!(
+        "sensor-hz {}, control-hz {}, queue-depth {}, policy {}",
+        fields["sensor_hz"], fields["control_hz"], fields["depth"], fields["policy"]
+    );
     Config {
         seed: fields["seed"].parse().expect("seed"),
         end: Time::from_secs_f64(fields["duration_s"].parse().expect("number")).expect("time"),
-        sensor_hz: fields["sensor_hz"].parse().expect("rate"),
-        control_hz: fields["control_hz"].parse().expect("rate"),
-        queue_depth: fields["depth"].parse().expect("depth"),
-        policy: fields["policy"].parse().expect("policy"),
-        knobs,
-        ..Config::default()
+        knobs: knobs(&timed.replace(',', "\n").replace(':', " ")),
+        ..config(&setup)
     }
 }
 
@@ -53,12 +50,12 @@ fn fnv1a64(bytes: &[u8]) -> u64 {
     })
 }
 
-fn verdict(run: &RunBytes) -> &'static str {
-    match run.summary.verdict {
-        Verdict::Balanced => "balanced",
-        Verdict::PoleFell { .. } => "fell",
-        Verdict::CartLeftRail { .. } => "left_rail",
-        Verdict::Stopped { .. } => "stopped",
+/// The verdict as `runs.txt` has it.
+fn reference_name(kind: &VerdictKind) -> &'static str {
+    match kind {
+        kind if *kind == verdict::POLE_FELL => "fell",
+        kind if *kind == verdict::CART_LEFT_RAIL => "left_rail",
+        kind => kind.name,
     }
 }
 
@@ -67,21 +64,23 @@ fn every_reference_run_is_reproduced_to_the_bit() {
     let mut runs = 0;
     for block in RUNS.trim().split("\n\n") {
         let lines: Vec<&str> = block.lines().collect();
-        let (config, expected, hash) = (config(&fields(lines[0])), fields(lines[1]), lines[2]);
+        let (config, expected, hash) =
+            (golden_config(&fields(lines[0])), fields(lines[1]), lines[2]);
         let run = run_bytes(&config);
         let summary = &run.summary;
+        let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
         let got = [
             ("steps", summary.steps.to_string()),
-            ("obs_published", summary.obs.published.to_string()),
-            ("obs_dropped", summary.obs.dropped.to_string()),
-            ("action_published", summary.action.published.to_string()),
-            ("action_dropped", summary.action.dropped.to_string()),
+            ("obs_published", obs.published.to_string()),
+            ("obs_dropped", obs.dropped.to_string()),
+            ("action_published", action.published.to_string()),
+            ("action_dropped", action.dropped.to_string()),
             ("latency_count", summary.latency.count().to_string()),
             (
                 "latency_sum_ns",
                 summary.latency.sum().as_nanos().to_string(),
             ),
-            ("verdict", verdict(&run).to_owned()),
+            ("verdict", reference_name(summary.verdict.kind).to_owned()),
             ("sim_time_ns", summary.sim_time.as_nanos().to_string()),
         ];
         for (key, value) in got {
@@ -121,41 +120,25 @@ fn starts_are_those_of_numpy_for_seeds_below_and_above_32_bits() {
 
 #[test]
 fn a_deeper_queue_hides_the_drops_and_changes_nothing_else() {
-    let shallow = Config {
-        control_hz: "5".parse().expect("rate"),
-        ..Config::default()
-    };
-    let deep = Config {
-        queue_depth: Depth::new(100).expect("depth"),
-        ..shallow.clone()
-    };
     for seed in 0..3 {
-        let run = |config: &Config| {
+        let run = |setup| {
             run_bytes(&Config {
                 seed,
-                ..config.clone()
+                ..config(setup)
             })
         };
-        let (shallow, deep) = (run(&shallow), run(&deep));
-        assert!(shallow.summary.obs.dropped > 0);
-        assert_eq!(deep.summary.obs.dropped, 0);
+        let (shallow, deep) = (run("control-hz 5"), run("control-hz 5, queue-depth 100"));
+        assert!(shallow.summary.topic(OBS).dropped > 0);
+        assert_eq!(deep.summary.topic(OBS).dropped, 0);
         assert!(shallow.steps == deep.steps, "seed {seed} fell differently");
     }
 }
 
 #[test]
 fn a_run_without_taps_is_the_run_with_all_of_them() {
-    let config = Config {
-        control_hz: "15".parse().expect("rate"),
-        ..Config::default()
-    };
-    let bare = Experiment::new(&config).expect("experiment");
-    let bare = bare.run().expect("run");
-    let tapped = run_bytes(&config).summary;
-    assert_eq!(
-        bare.final_pole_angle.to_bits(),
-        tapped.final_pole_angle.to_bits()
-    );
+    let config = config("control-hz 15");
+    let (bare, tapped) = (run(&config), run_bytes(&config).summary);
+    assert_eq!(bare.state, tapped.state);
     assert_eq!(bare.latency.sum(), tapped.latency.sum());
-    assert_eq!((bare.obs, bare.action), (tapped.obs, tapped.action));
+    assert_eq!(bare.topics, tapped.topics);
 }

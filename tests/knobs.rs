@@ -5,19 +5,38 @@ mod support;
 
 use proptest::prelude::*;
 use ratelab::{
-    experiment::{Knob, TimedKnob, parse_knobs},
-    runtime::Time,
+    cartpole::CartPole,
+    runtime::{Knob, Time, TimedKnob},
+    system::{KnobText, KnobTextError},
 };
-use support::{depth, hz, secs};
+use support::{depth, hz, knobs, secs};
+
+/// Knobs by the names that the cart-pole has for them.
+const KNOBS: KnobText = CartPole::KNOBS;
+
+fn parse(text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
+    KNOBS.parse_list(text)
+}
+
+/// Nodes and topics that the aliases of the cart-pole turn.
+const KNOWN: &[&str] = &["policy", "sensor", "/obs", "/action"];
+
+/// Names of nodes and topics, [`KNOWN`] ones among them.
+fn any_name() -> impl Strategy<Value = String> {
+    prop_oneof![
+        proptest::sample::select(KNOWN).prop_map(str::to_owned),
+        r"[a-z/#\\]{1,6}",
+    ]
+}
 
 fn any_knob() -> impl Strategy<Value = Knob> {
-    let rate = || (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
+    let rate = (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
+    let depth = (1..=1_000_000_usize).prop_map(depth);
+    let text = r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?";
     prop_oneof![
-        rate().prop_map(Knob::ControlHz),
-        rate().prop_map(Knob::SensorHz),
-        (1..=1_000_000_usize).prop_map(|messages| Knob::QueueDepth(depth(messages))),
-        r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?"
-            .prop_map(|text| Knob::Policy(text.parse().expect("a policy"))),
+        (any_name(), rate).prop_map(|(node, hz)| Knob::Rate { node, hz }),
+        (any_name(), depth).prop_map(|(topic, depth)| Knob::Depth { topic, depth }),
+        (any_name(), text).prop_map(|(node, text)| Knob::Send { node, text }),
     ]
 }
 
@@ -27,80 +46,143 @@ fn any_timed_knob() -> impl Strategy<Value = TimedKnob> {
     (time, any_knob()).prop_map(|(at, knob)| TimedKnob { at, knob })
 }
 
+/// Knobs of one time, of which some are turned together by one alias.
+fn turned_together() -> impl Strategy<Value = Vec<TimedKnob>> {
+    let topics = proptest::sample::subsequence(vec!["/obs", "/action"], 1..=2);
+    (any_timed_knob(), topics, 1..3_usize).prop_map(|(first, topics, messages)| {
+        let deep = topics.into_iter().map(|topic| Knob::Depth {
+            topic: topic.to_owned(),
+            depth: depth(messages),
+        });
+        let at = first.at;
+        let deep = deep.map(|knob| TimedKnob { at, knob });
+        deep.chain([first.clone()]).collect()
+    })
+}
+
 /// Something close enough to a list of knobs to get past the first checks.
 fn almost_knobs() -> impl Strategy<Value = String> {
-    let word = "[0-9a-z#.eE_+-]{0,8}|control-hz|queue_depth|NaN|inf|-0|1e400|[ \n]";
+    let word = "[0-9a-z#.eE_+-]{0,8}|control-hz|queue_depth|rate|send|/obs|NaN|inf|-0|1e400|[ \n]";
     proptest::collection::vec(word, 0..20).prop_map(|words| words.join(" "))
 }
 
 proptest! {
     #[test]
     fn a_list_of_knobs_that_is_written_is_read_again(
-        knobs in proptest::collection::vec(any_timed_knob(), 0..20),
+        groups in proptest::collection::vec(turned_together(), 0..10),
     ) {
-        let text: String = knobs.iter().map(|knob| format!("{knob}\n")).collect();
-        prop_assert_eq!(parse_knobs(&text), Ok(knobs));
+        let knobs = groups.concat();
+        let text = KNOBS.lines(&knobs).join("\n");
+        prop_assert_eq!(parse(&text), Ok(knobs.clone()), "{}", text);
+        let plain = KnobText::default().lines(&knobs).join("\n");
+        prop_assert_eq!(parse(&plain), Ok(knobs), "{}", plain);
     }
 
     #[test]
     fn any_text_is_read_or_refused(text in ".*") {
-        let _ = parse_knobs(&text);
+        let _ = parse(&text);
     }
 
     #[test]
     fn any_text_that_resembles_knobs_is_read_or_refused(text in almost_knobs()) {
-        let _ = parse_knobs(&text);
+        let _ = parse(&text);
     }
 }
 
-fn knob(seconds: f64, knob: Knob) -> TimedKnob {
-    let at = secs(seconds);
-    TimedKnob { at, knob }
+fn rate(seconds: f64, node: &str, rate: f64) -> TimedKnob {
+    let (node, hz) = (node.to_owned(), hz(rate));
+    TimedKnob {
+        at: secs(seconds),
+        knob: Knob::Rate { node, hz },
+    }
 }
 
 #[test]
 fn comments_and_empty_lines_do_not_count() {
     let text =
         "# all of it\n\n  0 control-hz 10 # slow\r\n\t\n2.5\tsensor-hz  33.3\n#3 queue-depth 0";
-    let expected = vec![
-        knob(0.0, Knob::ControlHz(hz(10.0))),
-        knob(2.5, Knob::SensorHz(hz(33.3))),
-    ];
-    assert_eq!(parse_knobs(text), Ok(expected));
-    assert_eq!(parse_knobs(""), Ok(Vec::new()));
+    let expected = vec![rate(0.0, "policy", 10.0), rate(2.5, "sensor", 33.3)];
+    assert_eq!(parse(text), Ok(expected));
+    assert_eq!(parse(""), Ok(Vec::new()));
 }
 
 #[test]
 fn underscores_are_as_good_as_dashes() {
     let text = "1 control_hz 10\n1 sensor_hz 20\n1 queue_depth 3";
-    assert_eq!(parse_knobs(text), parse_knobs(&text.replace('_', "-")));
-    assert_eq!(parse_knobs(text).map(|knobs| knobs.len()), Ok(3));
+    assert_eq!(parse(text), parse(&text.replace('_', "-")));
+    assert_eq!(parse(text).map(|knobs| knobs.len()), Ok(4));
 }
 
 #[test]
-fn a_knob_is_written_as_it_is_given() {
-    for line in [
-        "0 control-hz 10",
-        "2.5 sensor-hz 33.3",
-        "0.000000001 queue-depth 100",
-        "3 policy lqr",
-        "3.5 policy my policies/first.pt",
+fn a_knob_is_written_by_its_alias_where_it_has_one() {
+    for (line, written) in [
+        ("0 control-hz 10", "0 control-hz 10"),
+        ("2.5 rate sensor 33.3", "2.5 sensor-hz 33.3"),
+        ("0.000000001 queue-depth 100", "0.000000001 queue-depth 100"),
+        ("3 send policy lqr", "3 policy lqr"),
+        (
+            "3.5 policy my policies/first.pt",
+            "3.5 policy my policies/first.pt",
+        ),
+        ("4 rate actuator 100", "4 rate actuator 100"),
+        ("5 depth /obs 2", "5 depth /obs 2"),
+        ("6 send sensor be quiet", "6 send sensor be quiet"),
     ] {
-        let knob: TimedKnob = line.parse().expect(line);
-        assert_eq!(knob.to_string(), line);
+        assert_eq!(KNOBS.lines(&knobs(line)), [written], "{line}");
+    }
+}
+
+#[test]
+fn knobs_are_written_as_one_alias_only_with_the_same_time_and_value() {
+    for (list, written) in [
+        ("1 depth /obs 8\n1 depth /action 8", "1 queue-depth 8"),
+        (
+            "1 depth /obs 8\n2 depth /action 8",
+            "1 depth /obs 8\n2 depth /action 8",
+        ),
+        (
+            "1 depth /obs 8\n1 depth /action 9",
+            "1 depth /obs 8\n1 depth /action 9",
+        ),
+        (
+            "1 depth /obs 8\n1 rate sensor 5\n1 depth /action 8",
+            "1 depth /obs 8\n1 sensor-hz 5\n1 depth /action 8",
+        ),
+    ] {
+        assert_eq!(KNOBS.lines(&knobs(list)).join("\n"), written);
     }
 }
 
 #[test]
 fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
-    let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 control-hz 10";
+    let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let time = "is not a time: expected seconds, zero or more";
-    let name = "is not a knob: expected control-hz, sensor-hz, queue-depth or policy";
+    let name = "is not a knob: expected control-hz, sensor-hz, queue-depth, policy, \
+                rate, depth or send";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let cases = [
         ("1 control-hz", "1 control-hz", shape),
-        ("1 control-hz 10 20", "1 control-hz 10 20", shape),
+        (
+            "1 control-hz 10 20",
+            "control-hz 10 20",
+            "is not a knob: expected control-hz HZ",
+        ),
+        (
+            "1 rate policy",
+            "rate policy",
+            "is not a knob: expected rate NODE HZ",
+        ),
+        (
+            "1 depth /obs 1 2",
+            "depth /obs 1 2",
+            "is not a knob: expected depth TOPIC N",
+        ),
+        (
+            "1 send policy",
+            "send policy",
+            "is not a knob: expected send NODE TEXT",
+        ),
         ("now control-hz 10", "now", time),
         ("-1 control-hz 10", "-1", time),
         ("NaN control-hz 10", "NaN", time),
@@ -116,14 +198,20 @@ fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
         ("1 queue-depth -1", "-1", depth),
     ];
     for (line, value, expected) in cases {
-        let error = parse_knobs(&format!("# first\n0 control-hz 10\n{line}")).expect_err(line);
+        let error = parse(&format!("# first\n0 control-hz 10\n{line}")).expect_err(line);
         assert_eq!(error.to_string(), format!("line 3: {value:?} {expected}"));
     }
 }
 
 #[test]
 fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
-    let policy = |path: &str| knob(2.5, Knob::Policy(path.parse().expect("a policy")));
+    let policy = |path: &str| TimedKnob {
+        at: secs(2.5),
+        knob: Knob::Send {
+            node: "policy".to_owned(),
+            text: path.to_owned(),
+        },
+    };
     for (line, path) in [
         ("2.5 policy ./a#b.pt", "./a#b.pt"),
         ("2.5 policy ./a#b.pt # ./c.pt", "./a#b.pt"),
@@ -132,11 +220,11 @@ fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
         (r"2.5 policy \#a", "#a"),
         (r"2.5 policy ./a\#b \\#c", r"./a\#b \#c"),
     ] {
-        assert_eq!(parse_knobs(line), Ok(vec![policy(path)]), "{line}");
+        assert_eq!(parse(line), Ok(vec![policy(path)]), "{line}");
         assert_eq!(
-            parse_knobs(&policy(path).to_string()),
+            parse(&KNOBS.lines(&[policy(path)])[0]),
             Ok(vec![policy(path)])
         );
     }
-    assert_eq!(policy("./a#b.pt").to_string(), "2.5 policy ./a#b.pt");
+    assert_eq!(KNOBS.lines(&[policy("./a#b.pt")]), ["2.5 policy ./a#b.pt"]);
 }

@@ -14,19 +14,13 @@ use clone::root;
 use memory::{MOST_MEMORY, allocations, peak};
 use ratelab::{
     cartpole::Observation,
-    experiment::Config,
-    policy::{LARGEST_FILE, PolicySpec, read_weights},
+    policy::{LARGEST_FILE, read_weights},
 };
 
 #[test]
 fn deciding_allocates_nothing() {
     let file = fixture(&root(), "actor.pt").display().to_string();
-    let spec: PolicySpec = file.parse().expect("a policy");
-    let config = Config {
-        policy: spec,
-        ..Config::default()
-    };
-    let mut policy = support::policy(&config);
+    let mut policy = support::policy(&support::config(&format!("policy {file}")));
     let seen = Observation {
         cart_position: 0.1,
         cart_velocity: -0.2,

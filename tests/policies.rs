@@ -8,14 +8,13 @@ use std::{fs, path::Path, path::PathBuf};
 use rand_pcg::rand_core::RngCore;
 use ratelab::{
     cartpole::{Observation, generator},
-    experiment::Experiment,
     experiment::{
-        Config, SetupError,
+        Config,
         sweep::{Axis, Sweep, all_cores},
     },
-    policy::{Policy, PolicyContext, PolicyKind, PolicySpec},
+    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec},
 };
-use support::hz;
+use support::{cart_pole, config, hz, run};
 use tempfile::TempDir;
 
 /// Observations whose answers are known; see `tests/fixtures/policies/make.py`.
@@ -29,11 +28,20 @@ fn fixture(name: &str) -> String {
 }
 
 fn context() -> PolicyContext {
-    Config::default().policy_context()
+    PolicyContext {
+        seed: 0,
+        control_hz: hz(50.0),
+    }
 }
 
 fn spec(text: &str) -> PolicySpec {
     text.parse().expect("a policy")
+}
+
+/// `text`, pinned to the content that its file has now.
+fn pinned(text: &str) -> PolicySpec {
+    let pinned = PolicyCache::default().pin(&spec(text));
+    pinned.expect("a policy")
 }
 
 fn policy(text: &str) -> Box<dyn Policy> {
@@ -109,11 +117,10 @@ fn a_policy_is_called_like_its_file() {
 
 #[test]
 fn a_policy_that_is_written_is_read_again() {
-    let pinned = spec(&fixture("actor.pt")).pinned().expect("a policy");
     let built_in = PolicyKind::ALL.map(PolicySpec::from);
     for spec in built_in
         .into_iter()
-        .chain([spec("some where/x.pt"), pinned])
+        .chain([spec("some where/x.pt"), pinned(&fixture("actor.pt"))])
     {
         assert_eq!(spec.to_string().parse(), Ok(spec.clone()));
         let json = serde_json::to_string(&spec).expect("JSON");
@@ -132,9 +139,7 @@ fn a_pinned_file_that_changes_is_refused() {
     let folder = TempDir::new().expect("folder");
     let path = folder.path().join("actor.pt");
     fs::copy(fixture("actor.pt"), &path).expect("copy");
-    let pinned = spec(path.to_str().expect("UTF-8"))
-        .pinned()
-        .expect("a policy");
+    let pinned = pinned(path.to_str().expect("UTF-8"));
     assert!(pinned.load().is_ok());
     fs::copy(fixture("half.pt"), &path).expect("copy");
     let error = pinned.load().expect_err("another file").to_string();
@@ -143,14 +148,8 @@ fn a_pinned_file_that_changes_is_refused() {
         "{error}"
     );
     fs::remove_file(&path).expect("gone");
-    let config = Config {
-        policy: pinned,
-        ..Config::default()
-    };
-    assert!(matches!(
-        Experiment::new(&config),
-        Err(SetupError::Policy(_))
-    ));
+    let error = support::refusal(&config(&format!("policy {pinned}")));
+    assert!(error.contains("actor.pt: expected"), "{error}");
 }
 
 /// Why `text` is no policy.
@@ -266,16 +265,15 @@ fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     }
 }
 
-/// How many of seeds 0 to 99 a policy balances at 50 Hz for ten seconds.
+/// The number of seeds from 0 to 99 that a policy balances at 50 Hz for ten seconds.
 fn balanced(spec: &PolicySpec) -> usize {
     let sweep = Sweep {
-        policies: vec![spec.clone()],
         seeds: "0..99".parse::<Axis<u64>>().expect("seeds").into(),
-        ..Sweep::of(Config::default())
+        ..Sweep::of(cart_pole(), config(&format!("policy {spec}")))
     };
     let swept = sweep.run(all_cores(), |_, _| std::ops::ControlFlow::Continue(()));
     let swept = swept.expect("a sweep");
-    swept.survival().map(|survival| survival.balanced).sum()
+    swept.survival().map(|survival| survival.held).sum()
 }
 
 #[test]
@@ -332,17 +330,12 @@ fn an_agent_trained_by_the_course_runs_as_it_does_there() {
     let Some(folder) = course() else { return };
     let steps = |format: &str, rate: f64| -> Vec<u64> {
         let path = folder.join(format!("ppo_agent.{format}"));
+        let setup = format!("control-hz {rate}, policy {}", path.display());
         let config = |seed| Config {
             seed,
-            control_hz: hz(rate),
-            policy: spec(path.to_str().expect("UTF-8")),
-            ..Config::default()
+            ..config(&setup)
         };
-        let run = |seed| {
-            let experiment = Experiment::new(&config(seed)).expect("experiment");
-            experiment.run().expect("run").steps
-        };
-        (0..10).map(run).collect()
+        (0..10).map(|seed| run(&config(seed)).steps).collect()
     };
     for format in formats() {
         assert_eq!(steps(format, 50.0), COURSE_STEPS, "{format}");

@@ -15,22 +15,23 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    cartpole::POLICY,
-    experiment::{Config, Experiment, Summary, Verdict},
+    cartpole::{POLICY, verdict},
+    experiment::{Config, Summary},
     runtime::{
         Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Observer, Rate,
         RealClock, Time, Topic,
     },
 };
-use support::{TickLog, applied, at, hz, run_timed, secs, set_depth, set_rate, ticks};
+use support::{
+    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
+};
 
+/// Runs the cart-pole under the real clock.
 fn run_experiment(config: Config) -> Summary {
-    let config = Config {
+    support::run(&Config {
         clock: ClockKind::Real,
         ..config
-    };
-    let experiment = Experiment::new(&config).expect("experiment");
-    experiment.run().expect("run")
+    })
 }
 
 fn run_real(graph: &mut Graph, until: Time) -> ClockExit {
@@ -75,7 +76,7 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
         end,
         ..Config::default()
     });
-    assert_eq!(summary.verdict, Verdict::Balanced);
+    assert_eq!(*summary.verdict.kind, verdict::BALANCED);
     assert_eq!(summary.sim_time, end);
     assert!(summary.steps > 80, "{} steps", summary.steps);
     assert_eq!(summary.steps, summary.nodes[2].ticks);
@@ -89,15 +90,8 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
 
 #[test]
 fn the_pole_falls_when_control_is_slow() {
-    let summary = run_experiment(Config {
-        control_hz: hz(5.0),
-        ..Config::default()
-    });
-    assert!(
-        matches!(summary.verdict, Verdict::PoleFell { .. }),
-        "{}",
-        summary.verdict
-    );
+    let summary = run_experiment(config("control-hz 5"));
+    assert_eq!(*summary.verdict.kind, verdict::POLE_FELL);
 }
 
 /// One tick of a slow node, as the node itself saw it.
@@ -252,10 +246,9 @@ fn run_time_never_goes_back_through_pauses() {
 
 #[test]
 fn timed_knobs_take_effect_under_the_real_clock() {
-    let knob = "0.1 control-hz 25".parse().expect("knob");
     let summary = run_experiment(Config {
         end: secs(0.3),
-        knobs: vec![knob],
+        knobs: knobs("0.1 control-hz 25"),
         ..Config::default()
     });
     let [(when, command)] = &applied(&summary.events)[..] else {

@@ -9,20 +9,20 @@ use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{
     cartpole::{
-        ACTUATOR, Actuator, POLICY, Plant, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+        ACTION, ACTUATOR, Actuator, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSE_TO_ACT,
+        SENSOR, STATE, Sensor, SharedPlant,
     },
-    experiment::{ACTION, Config, Experiment, OBS, STATE},
-    policy::PolicyKind,
+    experiment::Config,
     runtime::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event},
 };
 use support::{
-    RunBytes, applied, collect, hz, message_bytes, messages_of, policy, run_bytes, run_virtual,
-    secs, send_to, set_depth, set_rate, ticks,
+    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
+    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
 };
 
 /// Runs an experiment as configured while `person` gives commands.
 fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {
-    let experiment = Experiment::new(config).expect("experiment");
+    let experiment = experiment(config);
     let commander = experiment.commands();
     thread::scope(|scope| {
         scope.spawn(|| person(commander));
@@ -33,20 +33,23 @@ fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> Run
 /// Every message of the cart-pole under `timed` commands, headless.
 fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
     let plant = SharedPlant::new(Plant::new(config.seed).expect("plant"));
-    let observations = Topic::new(OBS, config.queue_depth);
-    let actions = Topic::new(ACTION, config.queue_depth);
+    let setup = &config.setup;
+    let rate = |node| setup.rate(node).unwrap_or(hz(CONTROL_HZ));
+    let depth = |topic| setup.depth(topic).unwrap_or(Depth::ONE);
+    let observations = Topic::new(OBS, depth(OBS));
+    let actions = Topic::new(ACTION, depth(ACTION));
     let steps = Topic::new(STATE, Depth::ONE);
     let mut graph = Graph::new();
-    let sensor = graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
+    let sensor = graph.node(SENSOR, rate(SENSOR), 0, |wiring| Sensor {
         plant: plant.clone(),
         observations: wiring.publisher(&observations),
     });
-    let policy = graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
+    let policy = graph.node(POLICY, rate(POLICY), 1, |wiring| PolicyNode {
         policy: policy(config),
         observations: wiring.subscription(&observations),
         actions: wiring.publisher(&actions),
     });
-    let actuator = graph.node(ACTUATOR, hz(50.0), 2, |wiring| Actuator {
+    let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| Actuator {
         plant: plant.clone(),
         actions: wiring.subscription(&actions),
         steps: wiring.publisher(&steps),
@@ -112,9 +115,10 @@ proptest! {
     fn a_session_executed_again_is_the_same_to_the_bit(
         script in proptest::collection::vec((any_command(), 0..4_000u64), 1..30),
         seed in 0..100u64,
-        policy in prop_oneof![Just(PolicyKind::Scripted), Just(PolicyKind::Random)],
+        policy in prop_oneof![Just("policy scripted"), Just("policy random")],
     ) {
-        let config = Config { seed, policy: policy.into(), ..live_config() };
+        let setup = config(policy).setup;
+        let config = Config { seed, setup, ..live_config() };
         let live = run_live(&config, |commander| {
             for (command, pause_us) in script {
                 thread::sleep(Duration::from_micros(pause_us));
@@ -143,10 +147,7 @@ fn a_session_that_was_stopped_ends_at_the_same_message_when_executed_again() {
 #[test]
 fn timed_knobs_and_live_commands_replay_together() {
     let config = Config {
-        knobs: vec![
-            "1 control-hz 20".parse().expect("knob"),
-            "2 queue-depth 5".parse().expect("knob"),
-        ],
+        knobs: knobs("1 control-hz 20\n2 queue-depth 5"),
         ..live_config()
     };
     let live = run_live(&config, |commander| {
@@ -162,17 +163,14 @@ fn timed_knobs_and_live_commands_replay_together() {
 
 #[test]
 fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
-    let config = Config {
-        control_hz: hz(15.0),
-        ..Config::default()
-    };
+    let config = config("control-hz 15");
     assert!(run_bytes(&config).bytes() == replay(&config, Vec::new()));
 }
 
 #[test]
 fn the_pace_of_a_run_does_not_change_it() {
     let paced = Config {
-        control_hz: hz(15.0),
+        setup: config("control-hz 15").setup,
         ..live_config()
     };
     let flat_out = Config {
@@ -187,13 +185,12 @@ fn the_pace_of_a_run_does_not_change_it() {
 #[test]
 fn single_stepping_through_a_whole_run_is_the_run() {
     let config = Config {
-        control_hz: hz(15.0),
         end: secs(1.0),
-        ..Config::default()
+        ..config("control-hz 15")
     };
     let whole = run_bytes(&config);
     let total: u64 = whole.summary.nodes.iter().map(|node| node.ticks).sum();
-    let experiment = Experiment::new(&config).expect("experiment");
+    let experiment = experiment(&config);
     let (commander, observer) = (experiment.commands(), experiment.observer());
     commander.send(Command::Pause).expect("open");
     let stepped = thread::scope(|scope| {

@@ -5,10 +5,10 @@ mod support;
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{Config, Knob, TimedKnob},
+    experiment::Config,
     stability::{LONGEST, Rates, Stability, StabilityError, measured_growth},
 };
-use support::{hz, run_bytes, secs};
+use support::{hz, knobs, run_bytes, secs};
 
 fn rates(sensor: f64, control: f64) -> Rates {
     Rates {
@@ -90,10 +90,7 @@ fn a_run_grows_as_theory_says_until_the_action_clips() {
         let settled = secs(30.0);
         let config = Config {
             end: secs(60.0),
-            knobs: vec![TimedKnob {
-                at: settled,
-                knob: Knob::ControlHz(hz(control)),
-            }],
+            knobs: knobs(&format!("30 control-hz {control}")),
             ..Config::default()
         };
         let steps = run_bytes(&config).steps;

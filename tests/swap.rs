@@ -1,20 +1,26 @@
-//! Nodes can be told something while they run, and a policy node becomes another
-//! policy: between ticks, in the log, and the same again when executed again.
+//! Nodes take messages while they run, and a policy node becomes another policy:
+//! between ticks, in the log, and the same again when executed again.
 
 mod support;
 
-use std::{thread, time::Duration};
+use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
 
 use ratelab::{
-    cartpole::POLICY,
-    experiment::{Config, Experiment, TimedKnob, parse_knobs},
-    policy::{PolicyCache, PolicySpec, Scripted},
+    cartpole::{CartPole, POLICY},
+    experiment::{
+        Config, Experiment,
+        sweep::{Sweep, SweepAxis},
+    },
+    policy::Scripted,
     runtime::{
-        ClockKind, Command, GO_ON, Graph, Inbox, Node, RealClock, Tick, Time, TimedCommand,
+        ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
         VirtualClock, clock, telemetry::Event,
     },
 };
-use support::{RunBytes, applied, at, collect, hz, refused, run_timed, secs, send_to};
+use support::{
+    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
+    run_bytes, run_timed, secs, send_to, with_policy,
+};
 
 /// Keeps the last word, refuses "no" and panics at "boom".
 struct Listener(String);
@@ -96,10 +102,6 @@ fn a_node_that_panics_over_what_it_is_told_is_a_fault_with_its_name() {
     }
 }
 
-fn knobs(text: &str) -> Vec<TimedKnob> {
-    parse_knobs(text).expect("knobs")
-}
-
 fn actor() -> String {
     format!(
         "{}/tests/fixtures/policies/actor.pt",
@@ -118,45 +120,39 @@ fn policies(run: &RunBytes) -> Vec<String> {
 fn a_run_that_swaps_policies_is_the_same_every_time_and_when_executed_again() {
     let actor = actor();
     let config = Config {
-        control_hz: hz(25.0),
         end: secs(4.0),
         knobs: knobs(&format!(
             "0.5 policy lqr\n1 policy random\n1.1 policy scripted\n3 policy {actor}\n3.1 policy lqr"
         )),
-        ..Config::default()
+        ..config("control-hz 25")
     };
-    let run = || collect(Experiment::new(&config).expect("experiment"));
-    let first = run();
+    let first = run_bytes(&config);
     assert_eq!(policies(&first).len(), 5, "{:?}", policies(&first));
-    assert_eq!(first.bytes(), run().bytes());
+    assert_eq!(first.bytes(), run_bytes(&config).bytes());
     let bare = Config {
         knobs: Vec::new(),
         ..config.clone()
     };
-    let mut again = Experiment::new(&bare).expect("experiment");
+    let mut again = experiment(&bare);
     let events = first.summary.events.iter();
     again.schedule(events.filter_map(Event::replayable).collect());
     assert_eq!(collect(again).bytes(), first.bytes());
-    assert_ne!(
-        collect(Experiment::new(&bare).expect("experiment")).bytes(),
-        first.bytes()
-    );
+    assert_ne!(run_bytes(&bare).bytes(), first.bytes());
     let turned = first.summary.knobs();
+    assert_eq!(turned, first.summary.config.knobs);
     assert_eq!(turned[0], config.knobs[0]);
-    let last_file = turned[3].knob.policy().expect("a policy");
-    assert_eq!(last_file, &actor.parse::<PolicySpec>().expect("a policy"));
+    let file = turned[3].knob.value();
+    assert!(file.starts_with(&format!("{actor}@sha256:")), "{file}");
 }
 
 #[test]
 fn a_swap_to_the_same_policy_changes_nothing() {
-    let config = |knobs| Config {
-        knobs,
-        control_hz: hz(10.0),
-        ..Config::default()
+    let bytes = |list| {
+        let knobs = knobs(list);
+        let config = config("control-hz 10");
+        run_bytes(&Config { knobs, ..config }).bytes()
     };
-    let swapped = config(knobs("2.503 policy scripted"));
-    let run = |config| collect(Experiment::new(config).expect("experiment")).bytes();
-    assert_eq!(run(&swapped), run(&config(Vec::new())));
+    assert_eq!(bytes("2.503 policy scripted"), bytes(""));
 }
 
 #[test]
@@ -165,34 +161,33 @@ fn a_policy_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
         knobs: knobs("9 policy no/such.pt"),
         ..Config::default()
     };
-    let error = Experiment::new(&config)
-        .err()
-        .expect("no experiment")
-        .to_string();
+    let error = refusal(&config);
     assert!(error.starts_with("no/such.pt: expected"), "{error}");
-    assert!(config.pinned().is_err());
+    assert!(config.resolved(&*cart_pole()).is_err());
 }
 
 #[test]
-fn a_pinned_configuration_names_the_content_of_every_file() {
+fn a_resolved_configuration_names_the_content_of_every_file() {
     let actor = actor();
     let config = Config {
-        policy: actor.parse().expect("a policy"),
         knobs: knobs(&format!("1 policy lqr\n2 policy {actor}")),
-        ..Config::default()
+        ..config(&format!("policy {actor}"))
     };
-    let pinned = config.pinned().expect("pinned");
-    let texts: Vec<String> = pinned.policies().map(ToString::to_string).collect();
+    let resolved = config.resolved(&*cart_pole()).expect("resolved");
+    let turned = resolved.setup.iter();
+    let turned = turned.chain(resolved.knobs.iter().map(|timed| &timed.knob));
+    let texts: Vec<String> = turned.map(Knob::value).collect();
     assert_eq!(texts[1], "lqr");
     assert!(
         texts[0].contains("@sha256:") && texts[0] == texts[2],
         "{texts:?}"
     );
-    let json = serde_json::to_string(&pinned).expect("JSON");
+    let json = serde_json::to_string(&resolved).expect("JSON");
     assert_eq!(
         serde_json::from_str::<Config>(&json).expect("a configuration"),
-        pinned
+        resolved
     );
+    assert_eq!(resolved.resolved(&*cart_pole()).ok(), Some(resolved));
 }
 
 #[test]
@@ -200,21 +195,48 @@ fn a_file_that_was_read_once_is_not_read_again() {
     let folder = tempfile::tempdir().expect("folder");
     let file = folder.path().join("actor.pt");
     std::fs::copy(actor(), &file).expect("copied");
-    let cache = PolicyCache::default();
-    let named: PolicySpec = file.display().to_string().parse().expect("a policy");
-    let policy = cache.pin(&named).expect("weights");
-    std::fs::remove_file(&file).expect("removed");
+    let system = cart_pole();
     let config = Config {
-        knobs: knobs(&format!("0.1 policy lqr\n0.2 policy {policy}")),
+        knobs: knobs(&format!("0.1 policy lqr\n0.2 policy {}", file.display())),
         end: secs(0.3),
-        policy,
+        ..config(&format!("policy {}", file.display()))
+    };
+    let config = config.resolved(&*system).expect("weights");
+    std::fs::remove_file(&file).expect("removed");
+    let known = Experiment::new(system, &config).expect("experiment");
+    let summary = known.run().expect("run");
+    assert_eq!(summary.knobs().len(), 2, "{:?}", summary.events);
+    // Another one has not read it.
+    assert!(refusal(&config).contains("actor.pt"));
+}
+
+#[test]
+fn a_sweep_reads_the_file_of_a_policy_before_its_first_run_and_then_no_more() {
+    let folder = tempfile::tempdir().expect("folder");
+    let [base, listed] = ["base.pt", "listed.pt"].map(|name| {
+        let file = folder.path().join(name);
+        std::fs::copy(actor(), &file).expect("copied");
+        file
+    });
+    let policies = format!("{},lqr", listed.display());
+    let knobs = knobs(&format!("0.1 policy {}", base.display()));
+    let config = Config {
+        end: secs(0.2),
+        knobs,
         ..Config::default()
     };
-    let summary = Experiment::with_cache(&config, cache).expect("experiment");
-    let summary = summary.run().expect("run");
-    assert_eq!(summary.knobs().len(), 2, "{:?}", summary.events);
-    // By itself it is not there any more.
-    assert!(Experiment::new(&config).is_err());
+    let sweep = Sweep {
+        axes: vec![SweepAxis::parse(CartPole::KNOBS, "policy", &policies).expect("an axis")],
+        seeds: (0..3).collect(),
+        ..Sweep::of(cart_pole(), config)
+    };
+    let swept = sweep.run(NonZeroUsize::MIN, |_, _| {
+        for file in [&base, &listed] {
+            let _ = std::fs::remove_file(file);
+        }
+        ControlFlow::Continue(())
+    });
+    assert!(swept.expect("a sweep").is_complete());
 }
 
 #[test]
@@ -223,35 +245,33 @@ fn a_swap_that_fails_leaves_the_policy_as_it_is() {
         end: secs(2.0),
         ..Config::default()
     };
-    let mut experiment = Experiment::new(&config).expect("experiment");
-    experiment.schedule(vec![at(1.0, send_to(POLICY, "no/such.pt"))]);
-    let run = collect(experiment);
-    let [(_, reason)] = &refused(&run.summary.events)[..] else {
-        panic!("{:?}", run.summary.events);
+    let mut swapped = experiment(&config);
+    swapped.schedule(vec![at(1.0, send_to(POLICY, "no/such.pt"))]);
+    let swapped = collect(swapped);
+    let [(_, reason)] = &refused(&swapped.summary.events)[..] else {
+        panic!("{:?}", swapped.summary.events);
     };
     assert!(reason.contains("no/such.pt"), "{reason}");
-    let plain = collect(Experiment::new(&config).expect("experiment"));
-    assert_eq!(run.bytes(), plain.bytes());
+    assert_eq!(swapped.bytes(), run_bytes(&config).bytes());
 }
 
 #[test]
 fn a_policy_of_the_callers_own_is_not_swapped() {
-    let experiment = Experiment::with_policy(&Config::default(), Box::new(Scripted));
-    let mut experiment = experiment.expect("experiment");
-    experiment.schedule(vec![at(1.0, send_to(POLICY, "lqr"))]);
-    let summary = experiment.run().expect("run");
+    let own = Experiment::new(with_policy(Scripted), &Config::default());
+    let mut own = own.expect("experiment");
+    own.schedule(vec![at(1.0, send_to(POLICY, "lqr"))]);
+    let summary = own.run().expect("run");
     let (_, reason) = &refused(&summary.events)[0];
     assert!(reason.contains("cannot be swapped"), "{reason}");
 }
 
 #[test]
 fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
-    let config = Config {
+    let experiment = experiment(&Config {
         clock: ClockKind::Real,
         end: secs(0.6),
         ..Config::default()
-    };
-    let experiment = Experiment::new(&config).expect("experiment");
+    });
     let commands = experiment.commands();
     let person = thread::spawn(move || {
         for policy in ["lqr", "scripted", "lqr"] {
@@ -261,26 +281,18 @@ fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     });
     let summary = experiment.run().expect("run");
     person.join().expect("a person");
-    assert!(summary.verdict.balanced());
-    let policies = |(_, command)| match command {
-        Command::Send { text, .. } => text,
-        other => panic!("{other}"),
-    };
-    let told: Vec<String> = applied(&summary.events).into_iter().map(policies).collect();
-    assert_eq!(told, ["lqr", "scripted", "lqr"]);
+    assert!(!summary.verdict.is_lost());
+    let swaps = summary.knobs();
+    let swaps: Vec<String> = swaps.iter().map(|timed| timed.knob.value()).collect();
+    assert_eq!(swaps, ["lqr", "scripted", "lqr"]);
 }
 
 #[test]
 fn a_timed_swap_to_a_regulator_that_cannot_be_is_refused_before_the_run() {
-    let config = Config {
-        control_hz: hz(0.001),
+    let error = refusal(&Config {
         knobs: knobs("9 policy lqr"),
-        ..Config::default()
-    };
-    let error = Experiment::new(&config)
-        .err()
-        .expect("no experiment")
-        .to_string();
+        ..config("control-hz 0.001")
+    });
     assert!(
         error.starts_with("lqr: ") && error.contains("0.001 Hz"),
         "{error}"

@@ -7,27 +7,40 @@ use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyL
 
 use proptest::prelude::*;
 use ratelab::{
+    cartpole::CartPole,
     experiment::{
-        Config, Experiment, Verdict,
+        Config,
         sweep::{
-            Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepError, Swept,
-            all_cores,
+            Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepAxis, SweepError,
+            Swept, all_cores,
         },
     },
-    policy::PolicyKind,
     runtime::{ClockKind, Depth, Hz, Time},
+    system::Verdict,
 };
-use support::{depth, hz, secs};
+use support::{cart_pole, config, depth, knobs, secs};
 
 /// 30 rates × 200 seeds, by all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
 
 fn cliff() -> Sweep {
     Sweep {
-        control_hz: axis("1..30"),
+        axes: axes(&[("control-hz", "1..30")]),
         seeds: axis("0..199"),
-        ..Sweep::of(Config::default())
+        ..of(Config::default())
     }
+}
+
+/// The one run of the cart-pole that `config` is.
+fn of(config: Config) -> Sweep {
+    Sweep::of(cart_pole(), config)
+}
+
+/// Knobs of the cart-pole and the values that they go through.
+fn axes(axes: &[(&str, &str)]) -> Vec<SweepAxis> {
+    let axes = axes.iter();
+    let axes = axes.map(|(name, list)| SweepAxis::parse(CartPole::KNOBS, name, list));
+    axes.collect::<Result<_, _>>().expect("axes")
 }
 
 fn axis<T: Quantity>(text: &str) -> Vec<T> {
@@ -44,16 +57,21 @@ fn run(sweep: &Sweep, threads: NonZeroUsize) -> Swept {
 }
 
 /// The bits of everything a cell came to.
-fn bits(outcome: &CellResult) -> (Verdict, u64, Time, Option<u64>, u64, u64, u64) {
+fn bits(outcome: &CellResult) -> (Verdict, u64, Time, Option<u64>, Vec<u64>, Vec<u64>) {
     (
         outcome.verdict,
         outcome.steps,
         outcome.sim_time,
         outcome.mean_latency_s.map(f64::to_bits),
-        outcome.obs_dropped,
-        outcome.action_dropped,
-        outcome.final_pole_angle.to_bits(),
+        outcome.dropped.clone(),
+        outcome.state.iter().copied().map(f64::to_bits).collect(),
     )
+}
+
+/// The control rate of a cell (Hz).
+fn rate(cell: &Cell) -> f64 {
+    let rate = cell.value("control-hz").expect("an axis");
+    rate.parse().expect("a rate")
 }
 
 fn all_bits(swept: &Swept) -> Vec<(Cell, impl PartialEq + use<>)> {
@@ -72,9 +90,9 @@ fn survival_over_200_seeds_is_that_of_an_independent_count() {
     };
     let mut rates = 0;
     for survival in CLIFF.survival() {
-        let rate = survival.cell.control_hz.get();
+        let rate = rate(&survival.cell);
         assert_eq!(survival.runs, 200);
-        assert_eq!(survival.balanced, expected(rate), "{rate} Hz");
+        assert_eq!(survival.held, expected(rate), "{rate} Hz");
         assert_eq!(survival.share(), Some(expected(rate) as f64 / 200.0));
         rates += 1;
     }
@@ -84,25 +102,22 @@ fn survival_over_200_seeds_is_that_of_an_independent_count() {
 #[test]
 fn survival_is_not_monotone_between_whole_rates() {
     let between = Sweep {
-        control_hz: axis("7.5,7.75"),
+        axes: axes(&[("control-hz", "7.5,7.75")]),
         ..cliff()
     };
     let swept = run(&between, all_cores());
-    let balanced: Vec<usize> = swept.survival().map(|rate| rate.balanced).collect();
-    assert_eq!(balanced, [199, 58]);
+    let held: Vec<usize> = swept.survival().map(|rate| rate.held).collect();
+    assert_eq!(held, [199, 58]);
 }
 
 #[test]
 fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
     let mut compared = 0;
     for (cell, outcome) in CLIFF.finished().step_by(37) {
-        let config = Config {
+        let alone = support::run(&Config {
             seed: cell.seed,
-            control_hz: cell.control_hz,
-            ..Config::default()
-        };
-        let experiment = Experiment::new(&config).expect("experiment");
-        let alone = experiment.run().expect("run");
+            ..config(&format!("control-hz {}", rate(&cell)))
+        });
         assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
         compared += 1;
     }
@@ -113,16 +128,18 @@ fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
 fn small() -> Sweep {
     let config = Config {
         end: secs(2.0),
-        knobs: vec!["1 control-hz 12".parse().expect("knob")],
+        knobs: knobs("1 control-hz 12"),
         ..Config::default()
     };
     Sweep {
-        policies: vec![PolicyKind::Scripted.into(), PolicyKind::Random.into()],
-        sensor_hz: axis("30,50"),
-        queue_depths: axis("1,5"),
-        control_hz: axis("5..10:2.5"),
+        axes: axes(&[
+            ("policy", "scripted,random"),
+            ("rate sensor", "30,50"),
+            ("queue-depth", "1,5"),
+            ("control-hz", "5..10:2.5"),
+        ]),
         seeds: axis("3..6"),
-        ..Sweep::of(config)
+        ..of(config)
     }
 }
 
@@ -144,7 +161,7 @@ fn every_cell_is_run_and_told_of_once() {
     let sweep = small();
     let mut told = Vec::new();
     let swept = sweep.run(threads(2), |cell, outcome| {
-        told.push((cell.clone(), *outcome));
+        told.push((cell.clone(), outcome.clone()));
         ControlFlow::Continue(())
     });
     let swept = swept.expect("a sweep");
@@ -153,22 +170,24 @@ fn every_cell_is_run_and_told_of_once() {
     for (cell, outcome) in swept.finished() {
         let same = told
             .iter()
-            .filter(|told| **told == (cell.clone(), *outcome));
+            .filter(|(told, came_to)| (told, came_to) == (&cell, outcome));
         assert_eq!(same.count(), 1, "{cell:?}");
     }
 }
 
 #[test]
-fn the_seed_changes_fastest_and_the_policy_slowest() {
+fn the_seed_changes_fastest_and_the_first_axis_slowest() {
     let sweep = small();
     let cells: Vec<Cell> = (0..).map_while(|index| sweep.cell(index)).collect();
     assert_eq!(cells.len(), sweep.cells().expect("cells"));
     let seeds: Vec<u64> = cells.iter().take(5).map(|cell| cell.seed).collect();
     assert_eq!(seeds, [3, 4, 5, 6, 3]);
-    assert_eq!(cells[4].control_hz, hz(7.5));
-    assert_eq!(cells[12].queue_depth, depth(5));
-    assert_eq!(cells[24].sensor_hz, hz(50.0));
-    assert_eq!(cells[48].policy, PolicyKind::Random.into());
+    let first = "policy scripted, rate sensor 30, queue-depth 1, control-hz 5, seed 3";
+    assert_eq!(cells[0].to_string(), first);
+    assert_eq!(cells[4].value("control-hz"), Some("7.5"));
+    assert_eq!(cells[12].value("queue-depth"), Some("5"));
+    assert_eq!(cells[24].value("rate sensor"), Some("50"));
+    assert_eq!(cells[48].value("policy"), Some("random"));
     assert_eq!(sweep.cell(96), None);
 }
 
@@ -196,19 +215,19 @@ fn a_sweep_that_is_cut_short_keeps_what_is_done() {
 
 #[test]
 fn a_sweep_runs_on_the_virtual_clock_whatever_its_base_says() {
-    let sweep = Sweep::of(Config {
+    let sweep = of(Config {
         clock: ClockKind::Real,
         think: std::time::Duration::from_secs(3_600),
         ..Config::default()
     });
     let swept = run(&sweep, threads(1));
     let (_, outcome) = swept.finished().next().expect("a cell");
-    assert_eq!((outcome.steps, outcome.obs_dropped), (501, 0));
+    assert_eq!((outcome.steps, &outcome.dropped[..]), (501, &[0, 0][..]));
 }
 
 #[test]
 fn what_cannot_be_swept_is_refused() {
-    let sweep = Sweep::of(Config::default());
+    let sweep = of(Config::default());
     let refused = |sweep: Sweep| sweep.cells().expect_err("refused").to_string();
     let none = Sweep {
         seeds: Vec::new(),
@@ -217,18 +236,29 @@ fn what_cannot_be_swept_is_refused() {
     let said = "a sweep without seeds has no runs: list at least one";
     assert_eq!(refused(none), said);
     let many = Sweep {
-        control_hz: vec![hz(5.0); 3_000],
+        axes: axes(&[("control-hz", "1..3000")]),
         seeds: (0..3_000).collect(),
         ..sweep.clone()
     };
     let said = "9000000 runs are too many for a sweep: list fewer values, 2000000 runs at most";
     assert_eq!(refused(many), said);
-    let endless = Sweep::of(Config {
+    let endless = of(Config {
         end: Time::MAX,
         ..Config::default()
     });
     let run = endless.run(threads(1), |_, _| ControlFlow::Continue(()));
     assert!(matches!(run, Err(SweepError::Endless)));
+    let unknown = Sweep {
+        axes: axes(&[("rate planner", "5")]),
+        ..sweep
+    };
+    let run = unknown.run(threads(1), |_, _| ControlFlow::Continue(()));
+    let said = "rate planner 5, seed 0: rate planner 5: there is no node \"planner\": expected one \
+                of sensor, policy, actuator";
+    assert_eq!(
+        run.err().map(|error| error.to_string()),
+        Some(said.to_owned())
+    );
 }
 
 #[test]

@@ -10,12 +10,9 @@ use std::{
 };
 
 use proptest::prelude::*;
-use ratelab::{
-    experiment::{Config, Experiment},
-    runtime::{
-        Depth, GO_ON, Graph, Time, Topic,
-        telemetry::{Distribution, Meter},
-    },
+use ratelab::runtime::{
+    Depth, GO_ON, Graph, Time, Topic,
+    telemetry::{Distribution, Meter},
 };
 use support::{at, depth, hz, run_virtual, secs, set_depth};
 
@@ -149,16 +146,12 @@ fn nothing_is_lost_uncounted_while_somebody_reads_all_the_time() {
 
 #[test]
 fn the_snapshot_of_a_finished_run_is_its_summary() {
-    let config = Config {
-        control_hz: hz(15.0),
-        ..Config::default()
-    };
-    let experiment = Experiment::new(&config).expect("experiment");
+    let experiment = support::experiment(&support::config("control-hz 15"));
     let observer = experiment.observer();
     let summary = experiment.run().expect("run");
     let snapshot = observer.snapshot();
     assert_eq!(snapshot.now, summary.sim_time);
-    for (topic, summary) in snapshot.topics.iter().zip([&summary.obs, &summary.action]) {
+    for (topic, summary) in snapshot.topics.iter().zip(&summary.topics) {
         assert_eq!(*topic.name, summary.name);
         assert_eq!(
             (topic.published, topic.dropped()),
@@ -180,11 +173,8 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
 
 #[test]
 fn looking_at_a_run_does_not_change_it() {
-    let config = Config {
-        control_hz: hz(15.0),
-        ..Config::default()
-    };
-    let experiment = Experiment::new(&config).expect("experiment");
+    let config = support::config("control-hz 15");
+    let experiment = support::experiment(&config);
     let (observer, done) = (experiment.observer(), AtomicBool::new(false));
     let watched = thread::scope(|scope| {
         scope.spawn(|| {

@@ -1,15 +1,19 @@
-//! How a run ended is told as it was: a cart that leaves the rail is not a pole
+//! How a run ended is named as it was: a cart that leaves the rail is not a pole
 //! that fell.
 
+mod support;
+
 use ratelab::{
-    cartpole::{Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD},
-    experiment::{Config, Experiment, Summary, Verdict},
+    cartpole::{Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD, pole_angle, verdict},
+    experiment::{Config, Experiment},
     policy::{Policy, PolicyKind},
     runtime::Time,
 };
+use support::{config, run, with_policy};
 
 /// Balances the pole about an angle (rad) instead of upright, which takes the
 /// cart along faster and faster.
+#[derive(Clone)]
 struct Lean(f64);
 
 impl Policy for Lean {
@@ -23,41 +27,26 @@ impl Policy for Lean {
     }
 }
 
-fn run(config: &Config, policy: Box<dyn Policy>) -> Summary {
-    let experiment = Experiment::with_policy(config, policy).expect("experiment");
-    experiment.run().expect("run")
-}
-
 #[test]
-fn a_cart_that_leaves_the_rail_with_the_pole_up_is_told_as_such() {
-    let summary = run(&Config::default(), Box::new(Lean(0.05)));
-    let Verdict::CartLeftRail { at } = summary.verdict else {
-        panic!("{}", summary.verdict);
-    };
-    assert_eq!(at, summary.sim_time);
-    assert!(summary.final_pole_angle.abs() < POLE_LIMIT_RAD);
-    assert!(!summary.verdict.balanced());
-    let said = summary.verdict.to_string();
+fn a_cart_that_leaves_the_rail_with_the_pole_up_is_not_a_pole_that_fell() {
+    let leaning = Experiment::new(with_policy(Lean(0.05)), &Config::default());
+    let summary = leaning.expect("experiment").run().expect("run");
+    assert_eq!(*summary.verdict.kind, verdict::CART_LEFT_RAIL);
+    assert_eq!(summary.verdict.at, summary.sim_time);
+    assert!(pole_angle(&summary.state).abs() < POLE_LIMIT_RAD);
+    assert!(summary.verdict.is_lost());
+    let printed = summary.verdict.to_string();
     assert!(
-        said.contains(&CART_LIMIT_M.to_string()) && !said.contains("FELL"),
-        "{said}"
+        printed.contains(&CART_LIMIT_M.to_string()) && !printed.contains("FELL"),
+        "{printed}"
     );
 }
 
 #[test]
 fn an_unattended_pole_falls() {
     for kind in [PolicyKind::Zero, PolicyKind::Random] {
-        let config = Config {
-            policy: kind.into(),
-            ..Config::default()
-        };
-        let experiment = Experiment::new(&config).expect("experiment");
-        let summary = experiment.run().expect("run");
-        assert!(
-            matches!(summary.verdict, Verdict::PoleFell { .. }),
-            "{kind}: {}",
-            summary.verdict
-        );
+        let summary = run(&config(&format!("policy {kind}")));
+        assert_eq!(*summary.verdict.kind, verdict::POLE_FELL, "{kind}");
     }
 }
 
@@ -67,8 +56,7 @@ fn the_last_instant_belongs_to_the_run() {
         end: Time::from_nanos(1_000_000_000),
         ..Config::default()
     };
-    let summary = Experiment::new(&config).expect("experiment");
-    let summary = summary.run().expect("run");
-    assert_eq!(summary.verdict, Verdict::Balanced);
+    let summary = run(&config);
+    assert_eq!(*summary.verdict.kind, verdict::BALANCED);
     assert_eq!((summary.steps, summary.sim_time), (51, config.end));
 }

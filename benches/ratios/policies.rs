@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use ratelab::{
-    cartpole::Observation,
-    experiment::Config,
-    policy::{Policy, PolicySpec, Scripted},
+    cartpole::{CONTROL_HZ, Observation},
+    policy::{Policy, PolicyContext, PolicySpec, Scripted},
+    runtime::Hz,
 };
 
 use super::{
@@ -40,7 +40,10 @@ pub fn measure(table: &mut Table) {
         }));
     for (what, spec) in rows {
         let loaded = spec.load().expect(what);
-        let context = Config::default().policy_context();
+        let context = PolicyContext {
+            seed: 0,
+            control_hz: Hz::new(CONTROL_HZ).expect("a rate"),
+        };
         let mut policy = loaded.policy(context).expect(what);
         let work = paired(ROUNDS, || decide(&mut *policy), || decide(&mut scripted));
         table.row(what, &work, None);

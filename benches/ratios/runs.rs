@@ -3,14 +3,17 @@
 use std::{
     hint::black_box,
     ops::ControlFlow,
-    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    sync::{
+        Arc, LazyLock,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
 
 use mujoco_rs::prelude::{MjData, MjModel};
 use ratelab::{
-    cartpole::{Plant, SUBSTEPS},
+    cartpole::{ACTION, CartPole, ControlStep, OBS, Plant, STATE, SUBSTEPS},
     experiment::{
         Config, Experiment, Summary,
         sweep::{Sweep, all_cores},
@@ -81,6 +84,12 @@ fn robot(steps: usize) -> Nanos {
     })
 }
 
+/// The cart-pole, one for all runs, as in a sweep.
+fn cart_pole() -> Arc<CartPole> {
+    static CART_POLE: LazyLock<Arc<CartPole>> = LazyLock::new(Arc::default);
+    CART_POLE.clone()
+}
+
 fn experiment() -> Experiment {
     experiment_of(Config::default().seed)
 }
@@ -90,7 +99,7 @@ fn experiment_of(seed: u64) -> Experiment {
         seed,
         ..Config::default()
     };
-    Experiment::new(&config).expect("experiment")
+    Experiment::new(cart_pole(), &config).expect("experiment")
 }
 
 fn execute(experiment: Experiment) -> Summary {
@@ -103,13 +112,10 @@ fn time_run(experiment: Experiment) -> Nanos {
 
 fn time_tapped_run() -> Nanos {
     let experiment = experiment();
-    let taps = (
-        experiment.taps().observations(TAP),
-        experiment.taps().actions(TAP),
-        experiment.taps().steps(TAP),
-    );
+    let taps = [OBS, ACTION, STATE].map(|topic| experiment.taps().rows(topic, TAP).expect(topic));
     let time = time_run(experiment);
-    assert_eq!(taps.0.items().len(), 501, "the tap missed messages");
+    let mut rows = taps[0].rows();
+    assert_eq!(taps[0].take(&mut rows), 501, "the tap missed messages");
     time
 }
 
@@ -136,7 +142,7 @@ fn sweep(table: &mut Table) {
     let seeds = SWEPT * cores as u64;
     let sweep = Sweep {
         seeds: (0..seeds).collect(),
-        ..Sweep::of(Config::default())
+        ..Sweep::of(cart_pole(), Config::default())
     };
     let swept = || {
         let whole = time(|| {
@@ -197,7 +203,8 @@ impl Floor {
         let model = include_str!("../../src/cartpole/cartpole.xml");
         let plant = Plant::new(Config::default().seed).expect("plant");
         let experiment = experiment();
-        let tap = experiment.taps().steps(TAP);
+        let tap = experiment.taps().messages::<ControlStep>(STATE, TAP);
+        let tap = tap.expect(STATE);
         execute(experiment);
         let steps: Vec<_> = tap.items().iter().map(|step| step.message.data).collect();
         Self {

@@ -8,7 +8,8 @@ use ratelab::experiment::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, axis, cart_pole,
+    mean_ms,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -45,13 +46,14 @@ impl Exercise for Cliff {
 
     fn run(&self) -> Result<Findings, Failure> {
         let sweep = Sweep {
-            control_hz: hz(&RATES)?,
+            axes: vec![axis("control-hz", &RATES)?],
             seeds: SEEDS.to_vec(),
-            ..Sweep::of(Config::default())
+            ..Sweep::of(cart_pole(), Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-        let cells: Vec<(Cell, CellResult)> = swept.finished().map(|(c, o)| (c, *o)).collect();
-        let rates: Vec<Rate> = cells.chunks(SEEDS.len()).map(Rate::of).collect();
+        let cells: Vec<(Cell, &CellResult)> = swept.finished().collect();
+        let rates = RATES.iter().zip(cells.chunks(SEEDS.len()));
+        let rates: Vec<Rate> = rates.map(|(hz, cells)| Rate::of(*hz, cells)).collect();
         let turn = turn(&rates)?;
         Ok(Findings {
             table: table(&rates),
@@ -60,7 +62,7 @@ impl Exercise for Cliff {
                 failed: turn.fell.hz,
             },
             meaning: turn.meaning(&rates),
-            measurements: measurements(&rates, &cells),
+            measurements: measurements(&rates),
         })
     }
 }
@@ -69,18 +71,18 @@ impl Exercise for Cliff {
 struct Rate {
     hz: f64,
     balanced: usize,
+    seeds: Vec<u64>,
     steps: Vec<u64>,
     latencies_ms: Vec<f64>,
 }
 
 impl Rate {
-    fn of(cells: &[(Cell, CellResult)]) -> Self {
+    fn of(hz: f64, cells: &[(Cell, &CellResult)]) -> Self {
         let outcomes = || cells.iter().map(|(_, outcome)| outcome);
         Self {
-            hz: cells
-                .first()
-                .map_or(f64::NAN, |(cell, _)| cell.control_hz.get()),
-            balanced: outcomes().filter(|o| o.verdict.balanced()).count(),
+            hz,
+            balanced: outcomes().filter(|o| !o.verdict.is_lost()).count(),
+            seeds: cells.iter().map(|(cell, _)| cell.seed).collect(),
             steps: outcomes().map(|o| o.steps).collect(),
             latencies_ms: outcomes().map(|o| mean_ms(o.mean_latency_s)).collect(),
         }
@@ -137,18 +139,20 @@ fn table(rates: &[Rate]) -> Table {
     table
 }
 
-fn measurements(rates: &[Rate], cells: &[(Cell, CellResult)]) -> Vec<Measurement> {
+fn measurements(rates: &[Rate]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for rate in rates {
         let name = format!("{} Hz: starts balanced", rate.hz);
         measured.push(Measurement::new(name, rate.balanced as f64));
     }
-    for (cell, outcome) in cells {
-        let run = format!("{}, seed {}", cell.control_hz, cell.seed);
-        let steps = Measurement::new(format!("{run}: steps"), outcome.steps as f64);
-        let latency = mean_ms(outcome.mean_latency_s);
-        let latency = Measurement::new(format!("{run}: mean latency (ms)"), latency);
-        measured.extend([steps, latency]);
+    for rate in rates {
+        let runs = rate.seeds.iter().zip(&rate.steps).zip(&rate.latencies_ms);
+        for ((seed, steps), latency_ms) in runs {
+            let run = format!("{} Hz, seed {seed}", rate.hz);
+            let steps = Measurement::new(format!("{run}: steps"), *steps as f64);
+            let latency = Measurement::new(format!("{run}: mean latency (ms)"), *latency_ms);
+            measured.extend([steps, latency]);
+        }
     }
     let rises = rates
         .windows(2)

@@ -3,22 +3,23 @@
 use std::ops::ControlFlow;
 
 use ratelab::{
-    experiment::{
-        BROKEN_HZ, Config,
-        sweep::{Cell, CellResult, Sweep, all_cores},
-    },
-    runtime::Depth,
+    cartpole::{BROKEN_HZ, CartPole, pole_angle},
+    experiment::sweep::{Cell, CellResult, Sweep, all_cores},
 };
 
 use crate::{
     cliff::SEEDS,
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, axis,
+        cart_pole, mean_ms,
     },
 };
 
 /// The queues to compare (messages).
 const DEPTHS: [usize; 2] = [1, 100];
+
+/// The knob that sets both queues.
+const DEPTH: &str = "queue-depth";
 
 /// See [the module](self).
 pub struct DeeperQueue;
@@ -47,19 +48,18 @@ impl Exercise for DeeperQueue {
     }
 
     fn run(&self) -> Result<Findings, Failure> {
-        let depths = DEPTHS.into_iter().map(Depth::new);
+        let broken = CartPole::config(&format!("control-hz {BROKEN_HZ}"))?;
         let sweep = Sweep {
-            control_hz: hz(&[BROKEN_HZ])?,
-            queue_depths: depths.collect::<Result<_, _>>()?,
+            axes: vec![axis(DEPTH, &DEPTHS)?],
             seeds: SEEDS.to_vec(),
-            ..Sweep::of(Config::default())
+            ..Sweep::of(cart_pole(), broken)
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-        let cells: Vec<(Cell, CellResult)> = swept.finished().map(|(c, o)| (c, *o)).collect();
-        let (shallow, deep) = cells.split_at(SEEDS.len());
-        let balanced = deep.iter().filter(|(_, o)| o.verdict.balanced()).count();
+        let runs: Vec<Run<'_>> = swept.finished().collect();
+        let (shallow, deep) = runs.split_at(SEEDS.len());
+        let balanced = deep.iter().filter(|(_, o)| !o.verdict.is_lost()).count();
         Ok(Findings {
-            table: table(&cells),
+            table: table(&runs),
             answer: Answer::Exactly(balanced as f64),
             meaning: meaning(shallow, deep),
             measurements: measurements(shallow, deep),
@@ -67,7 +67,19 @@ impl Exercise for DeeperQueue {
     }
 }
 
-fn table(cells: &[(Cell, CellResult)]) -> Table {
+/// One run and its result.
+type Run<'s> = (Cell, &'s CellResult);
+
+fn depth(cell: &Cell) -> &str {
+    cell.value(DEPTH).unwrap_or_default()
+}
+
+/// The first topic that is read is `/obs`.
+fn obs_dropped(outcome: &CellResult) -> u64 {
+    outcome.dropped.first().copied().unwrap_or_default()
+}
+
+fn table(runs: &[Run<'_>]) -> Table {
     let mut table = Table::new([
         "depth",
         "seed",
@@ -76,11 +88,11 @@ fn table(cells: &[(Cell, CellResult)]) -> Table {
         "steps",
         "latency",
     ]);
-    for (cell, outcome) in cells {
+    for (cell, outcome) in runs {
         table.row([
-            cell.queue_depth.to_string(),
+            depth(cell).to_owned(),
             cell.seed.to_string(),
-            outcome.obs_dropped.to_string(),
+            obs_dropped(outcome).to_string(),
             outcome.verdict.name().to_owned(),
             outcome.steps.to_string(),
             format!("{:.1} ms", mean_ms(outcome.mean_latency_s)),
@@ -89,21 +101,22 @@ fn table(cells: &[(Cell, CellResult)]) -> Table {
     table
 }
 
-fn drops(cells: &[(Cell, CellResult)]) -> u64 {
-    cells.iter().map(|(_, outcome)| outcome.obs_dropped).sum()
+fn drops(runs: &[Run<'_>]) -> u64 {
+    runs.iter().map(|(_, outcome)| obs_dropped(outcome)).sum()
 }
 
 /// Starts whose run took the same course under both queues.
-fn unchanged(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> usize {
-    let pairs = shallow.iter().zip(deep);
-    let same = |a: &CellResult, b: &CellResult| {
-        (a.steps, a.verdict, a.final_pole_angle.to_bits())
-            == (b.steps, b.verdict, b.final_pole_angle.to_bits())
+fn unchanged(shallow: &[Run<'_>], deep: &[Run<'_>]) -> usize {
+    let course = |outcome: &CellResult| {
+        let angle = pole_angle(&outcome.state).to_bits();
+        (outcome.steps, outcome.verdict, angle)
     };
-    pairs.filter(|((_, a), (_, b))| same(a, b)).count()
+    let pairs = shallow.iter().zip(deep);
+    let same = pairs.filter(|((_, one), (_, other))| course(one) == course(other));
+    same.count()
 }
 
-fn meaning(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> String {
+fn meaning(shallow: &[Run<'_>], deep: &[Run<'_>]) -> String {
     format!(
         "The deeper queue took the drops from {} to {}, and in {} of {} runs it changed nothing \
          else: the same last step, the same angle to the last bit. The policy reads the newest \
@@ -116,15 +129,15 @@ fn meaning(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> Strin
     )
 }
 
-fn measurements(shallow: &[(Cell, CellResult)], deep: &[(Cell, CellResult)]) -> Vec<Measurement> {
+fn measurements(shallow: &[Run<'_>], deep: &[Run<'_>]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for (cell, outcome) in shallow.iter().chain(deep) {
-        let run = format!("depth {}, seed {}", cell.queue_depth, cell.seed);
-        let balanced = u32::from(outcome.verdict.balanced());
+        let name = |what| format!("depth {}, seed {}: {what}", depth(cell), cell.seed);
+        let balanced = u32::from(!outcome.verdict.is_lost());
         measured.extend([
-            Measurement::new(format!("{run}: /obs dropped"), outcome.obs_dropped as f64),
-            Measurement::new(format!("{run}: balanced"), balanced),
-            Measurement::new(format!("{run}: steps"), outcome.steps as f64),
+            Measurement::new(name("/obs dropped"), obs_dropped(outcome) as f64),
+            Measurement::new(name("balanced"), balanced),
+            Measurement::new(name("steps"), outcome.steps as f64),
         ]);
     }
     let same = unchanged(shallow, deep) as f64;

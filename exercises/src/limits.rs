@@ -1,7 +1,8 @@
 //! Where the theory stops: growth predicted, growth measured, and what follows.
 
 use ratelab::{
-    experiment::{Config, Knob, TimedKnob},
+    cartpole::{CONTROL_HZ, CartPole},
+    experiment::Config,
     runtime::{Hz, Time},
     stability::{Rates, Stability, measured_growth},
 };
@@ -100,9 +101,8 @@ impl Minute {
     fn run(seed: u64, control_hz: Hz) -> Result<Self, Failure> {
         let run = record(&Config {
             seed,
-            control_hz,
             end: Time::from_secs_f64(WATCH_S)?,
-            ..Config::default()
+            ..CartPole::config(&format!("control-hz {}", control_hz.get()))?
         })?;
         let lasted_s = run.summary.sim_time.as_secs_f64();
         let steps = run.steps.iter();
@@ -110,7 +110,7 @@ impl Minute {
         let angles = tail.map(|step| step.data.qpos[1].abs());
         Ok(Self {
             lasted_s,
-            balanced: run.summary.verdict.balanced(),
+            balanced: !run.summary.verdict.is_lost(),
             swing_deg: angles.fold(0.0, f64::max).to_degrees(),
         })
     }
@@ -119,16 +119,13 @@ impl Minute {
 impl Trial {
     fn run(hz: Hz) -> Result<Self, Failure> {
         let theory = Stability::of(Rates {
-            sensor: Config::default().sensor_hz,
+            sensor: Hz::new(CONTROL_HZ)?,
             control: hz,
         })?;
         let slowed = Time::from_secs_f64(SETTLE_S)?;
         let settled = record(&Config {
             end: Time::from_secs_f64(SETTLE_S + WATCH_S)?,
-            knobs: vec![TimedKnob {
-                at: slowed,
-                knob: Knob::ControlHz(hz),
-            }],
+            knobs: CartPole::KNOBS.parse_timed(&format!("{SETTLE_S} control-hz {}", hz.get()))?,
             ..Config::default()
         })?;
         let growth = measured_growth(&settled.steps, slowed, theory.hyper_period);

@@ -1,10 +1,12 @@
 //! What counts as a rescue, and what only looks like one.
 
+use std::sync::Arc;
+
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{
-    cartpole::ControlStep,
-    experiment::{BROKEN_HZ, Config, Experiment, Summary},
-    runtime::{Message, Time},
+    cartpole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep, STATE},
+    experiment::{Config, Experiment, Summary},
+    runtime::{Hz, Message, Time},
 };
 
 /// A session on the virtual clock, from the start of seed 0.
@@ -15,14 +17,15 @@ struct PlayedRun {
 
 /// Runs for so many seconds, turning these knobs.
 fn run(seconds: f64, knobs: &[&str]) -> PlayedRun {
-    let knobs = knobs.iter().map(|knob| knob.parse().expect("knob"));
     let config = Config {
         end: Time::from_secs_f64(seconds).expect("time"),
-        knobs: knobs.collect(),
+        knobs: CartPole::KNOBS
+            .parse_list(&knobs.join("\n"))
+            .expect("knobs"),
         ..Config::default()
     };
-    let experiment = Experiment::new(&config).expect("experiment");
-    let tap = experiment.taps().steps(10_000);
+    let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("experiment");
+    let tap = experiment.taps().messages(STATE, 10_000).expect(STATE);
     let summary = experiment.run().expect("run");
     let steps = tap.items().iter().map(|step| step.message).collect();
     PlayedRun { summary, steps }
@@ -31,7 +34,7 @@ fn run(seconds: f64, knobs: &[&str]) -> PlayedRun {
 impl PlayedRun {
     fn session(&self) -> RescueSession<'_> {
         RescueSession {
-            control_hz: self.summary.config.control_hz,
+            control_hz: Hz::new(CONTROL_HZ).expect("a rate"),
             events: &self.summary.events,
             steps: &self.steps,
             verdict: self.summary.verdict,
@@ -160,7 +163,7 @@ fn a_swing_that_goes_on_is_no_rescue() {
 fn what_comes_after_a_rescue_does_not_take_it_back() {
     let knobs = ["0 control-hz 5", "0.3 control-hz 50", "8 control-hz 5"];
     let run = run(20.0, &knobs);
-    assert!(!run.summary.verdict.balanced());
+    assert!(run.summary.verdict.is_lost());
     assert!(judge(&run.session()).is_ok());
 }
 

@@ -7,19 +7,35 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::ControlStep,
     experiment::Experiment,
-    runtime::{Message, Tap, TapMessage},
+    runtime::{RowTap, Time},
+    system::Table,
 };
 
-/// Names and units of the columns. Observation and action are f32, written with
-/// as many digits as it takes to recover their bits.
-pub const HEADER: &str = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
-                      pole_angular_velocity_rad_s,action,latency_s";
+use crate::names::key;
 
 /// Control steps that may wait to be written before rows are lost to a real
 /// clock, which does not wait: minutes at 50 Hz.
 const BACKLOG: usize = 16_384;
+
+/// The first line of a table of `experiment`; `None` if its system has no states.
+pub fn header(experiment: &Experiment) -> Option<String> {
+    let system = experiment.system();
+    let state = system.state()?;
+    if let Some(table) = system.table() {
+        return Some(table.header.to_owned());
+    }
+    let taps = experiment.taps();
+    let topic = taps.topics().iter().find(|topic| topic.name() == state)?;
+    let fields = topic.fields().iter().map(|field| key(field));
+    Some(
+        ["time_s".to_owned()]
+            .into_iter()
+            .chain(fields)
+            .collect::<Vec<_>>()
+            .join(","),
+    )
+}
 
 /// Writes the control steps of an experiment on a thread of its own.
 pub struct StepWriter(JoinHandle<io::Result<u64>>);
@@ -28,11 +44,19 @@ impl StepWriter {
     /// Writes to `file` from the first step of `experiment` to its last. A file that
     /// could not be opened is an error at the end, and no rows.
     pub fn start(file: io::Result<File>, experiment: &Experiment) -> Self {
-        let tap = experiment.taps().steps(BACKLOG);
-        Self(thread::spawn(move || write(file?, &tap)))
+        let header = header(experiment).unwrap_or_default();
+        let state = experiment.system().state();
+        let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));
+        let table = experiment.system().table();
+        Self(thread::spawn(move || {
+            let mut out = BufWriter::new(file?);
+            writeln!(out, "{header}")?;
+            let lost = tap.map_or(Ok(0), |tap| write(&mut out, &tap, table));
+            out.flush().and(lost)
+        }))
     }
 
-    /// Waits until all is written, which takes the end of the experiment; says
+    /// Waits until all is written, which takes the end of the experiment; returns
     /// how many rows were lost.
     pub fn finish(self) -> io::Result<u64> {
         let written = self.0.join();
@@ -41,28 +65,28 @@ impl StepWriter {
 }
 
 /// Writes rows as long as the tap gives any; returns how many it lost.
-fn write(file: File, tap: &Tap<TapMessage<ControlStep>>) -> io::Result<u64> {
-    let mut out = BufWriter::new(file);
-    writeln!(out, "{HEADER}")?;
-    for tapped in tap.items() {
-        write_row(&mut out, &tapped.message)?;
-        if tap.items().is_empty() {
-            out.flush()?; // Whoever follows the file sees the run as it is.
+fn write(out: &mut impl Write, tap: &RowTap, table: Option<Table>) -> io::Result<u64> {
+    let row = table.map_or(plain as fn(Time, &[f64]) -> String, |table| table.row);
+    let mut rows = tap.rows();
+    while tap.wait(&mut rows) {
+        for (head, values) in rows.iter() {
+            writeln!(out, "{}", row(head.stamp, values))?;
         }
+        rows.clear();
+        out.flush()?; // Whoever follows the file sees the run as it is.
     }
-    out.flush()?;
     Ok(tap.lost())
 }
 
-fn write_row(out: &mut impl Write, message: &Message<ControlStep>) -> io::Result<()> {
-    let step = &message.data;
-    write!(out, "{},{}", step.step, message.stamp.as_secs_f64())?;
-    for value in step.observation.to_array() {
-        write!(out, ",{value}")?;
-    }
-    write!(out, ",{},", step.action.0)?;
-    match step.latency {
-        Some(latency) => writeln!(out, "{}", latency.as_secs_f64()),
-        None => writeln!(out),
-    }
+/// Run time and the numbers; what is not a number is empty.
+fn plain(at: Time, row: &[f64]) -> String {
+    let values = row.iter().map(|value| match value {
+        value if value.is_nan() => String::new(),
+        value => value.to_string(),
+    });
+    let row: Vec<String> = [at.as_secs_f64().to_string()]
+        .into_iter()
+        .chain(values)
+        .collect();
+    row.join(",")
 }

@@ -1,4 +1,4 @@
-//! What is told when something cannot be done.
+//! Errors of the command.
 
 use std::{
     io::{self, ErrorKind},
@@ -8,9 +8,7 @@ use std::{
 
 use exercises::framework::{AnswersError, Failure};
 use ratelab::{
-    experiment::{SetupError, sweep::SweepError},
-    runtime::Fault,
-    stability::StabilityError,
+    experiment::sweep::SweepError, runtime::Fault, stability::StabilityError, system::BuildError,
 };
 use thiserror::Error;
 
@@ -28,9 +26,9 @@ pub enum Error {
     /// A node failed.
     #[error("{0}")]
     Fault(#[from] Fault),
-    /// MuJoCo or the graph could not be set up.
+    /// The graph could not be built as asked.
     #[error("{0}")]
-    Setup(#[from] SetupError),
+    Build(#[from] BuildError),
     /// A sweep could not be run, or one of its runs failed.
     #[error("{0}")]
     Sweep(#[from] SweepError),
@@ -141,10 +139,21 @@ impl Error {
             Self::BadInput(_)
             | Self::Read(_)
             | Self::Answers(_)
-            | Self::Setup(SetupError::Policy(_))
-            | Self::Sweep(SweepError::Empty(_) | SweepError::TooMany(_) | SweepError::Endless) => {
-                ExitCode::from(2)
+            | Self::Build(BuildError::Setting(_))
+            | Self::Unverified {
+                why: VerifyError::OtherSystem { .. },
+                ..
             }
+            | Self::Sweep(
+                SweepError::Setting(_)
+                | SweepError::Empty(_)
+                | SweepError::TooMany(_)
+                | SweepError::Endless
+                | SweepError::Build {
+                    source: BuildError::Setting(_),
+                    ..
+                },
+            ) => ExitCode::from(2),
             _ => ExitCode::FAILURE,
         }
     }

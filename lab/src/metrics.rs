@@ -1,64 +1,83 @@
-//! What a run came to, for programs.
+//! The summary of a run, for programs.
 
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{NodeSummary, Summary, TimedKnob},
+    experiment::{NodeSummary, Summary},
     runtime::telemetry::Distribution,
+    system::{KnobText, System},
 };
 use serde_json::{Map, Value, json};
 
-use crate::report::{ReportContext, saw_the_wall};
+use crate::{
+    names::{self, good, key},
+    report::{ReportContext, saw_the_wall},
+};
 
-/// The metrics as JSON: first the keys of the course's artifact, then ours.
+/// The metrics as JSON, all keys in order.
 ///
 /// Under the virtual clock they hold nothing of the wall's, so the same run
 /// gives the same bytes.
-pub fn json(summary: &Summary, context: &ReportContext) -> String {
-    let mut metrics = course_keys(summary, context);
-    metrics.extend(own_keys(summary, context));
+pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+    let mut metrics = keys(system, summary, context);
+    metrics.extend(system_keys(system, summary));
     if saw_the_wall(summary) {
         metrics.extend(wall_keys(summary, context));
     }
     format!("{:#}", Value::Object(metrics))
 }
 
-fn course_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
-    let config = &summary.config;
+/// What every run has.
+fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
+    let (config, knobs) = (&summary.config, KnobText(system.aliases()));
     object(json!({
-        "action_dropped": summary.action.dropped,
-        "action_published": summary.action.published,
-        "balanced": summary.verdict.balanced(),
         "break_bug": context.break_bug,
-        "clock": config.clock.to_string(),
-        "control_hz": rounded(config.control_hz.get()),
-        "final_pole_angle": rounded(summary.final_pole_angle),
-        "mean_latency_ms": rounded(summary.latency.mean_s().unwrap_or(0.0) * 1e3),
-        "obs_dropped": summary.obs.dropped,
-        "obs_published": summary.obs.published,
-        "queue_depth": config.queue_depth.get(),
-        "seed": config.seed,
-        "sensor_hz": rounded(config.sensor_hz.get()),
-        "sim_time_s": rounded(summary.sim_time.as_secs_f64()),
-        "smoke": context.smoke,
-        "steps": summary.steps,
-    }))
-}
-
-fn own_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
-    let config = &summary.config;
-    object(json!({
         "cause_of_end": summary.verdict.name(),
+        "clock": config.clock.to_string(),
         "csv_rows_lost": context.csv_lost,
         "duration_s": rounded(config.end.as_secs_f64()),
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "knobs": config.knobs.iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
+        "knobs": knobs.lines(&config.knobs),
         "latency": milliseconds(&summary.latency),
+        "mean_latency_ms": rounded(summary.latency.mean_s().unwrap_or(0.0) * 1e3),
         "nodes": summary.nodes.iter().map(node).collect::<Map<_, _>>(),
-        "policy": config.policy.to_string(),
-        "turned": summary.knobs().iter().map(TimedKnob::to_string).collect::<Vec<_>>(),
+        "seed": config.seed,
+        "setup": config.setup.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "sim_time_s": rounded(summary.sim_time.as_secs_f64()),
+        "smoke": context.smoke,
+        "steps": summary.steps,
+        "system": system.name(),
+        "turned": knobs.lines(&summary.knobs()),
         "version": env!("CARGO_PKG_VERSION"),
     }))
+}
+
+/// What the system has names for: whether the run went well, knobs, topics, and
+/// figures of its end.
+fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
+    let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
+    let aliases = system.aliases().iter().map(|alias| {
+        let value = alias.value(&summary.config.setup);
+        let value = match names::value(alias.kind(), &value) {
+            Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
+            value => value,
+        };
+        (key(alias.name), value)
+    });
+    let topics = summary.topics.iter().filter(|topic| topic.read);
+    let topics = topics.flat_map(|topic| {
+        let name = key(&topic.name);
+        let published = (format!("{name}_published"), json!(topic.published));
+        [published, (format!("{name}_dropped"), json!(topic.dropped))]
+    });
+    let finals = system.finals(&summary.state).into_iter();
+    let finals = finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value))));
+    [good]
+        .into_iter()
+        .chain(aliases)
+        .chain(topics)
+        .chain(finals)
+        .collect()
 }
 
 fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {

@@ -3,17 +3,17 @@
 use std::{fmt, path::Path};
 
 use ratelab::{
-    cartpole::CONTROL_HZ,
-    experiment::{BROKEN_HZ, Config, TimedKnob, parse_knobs},
+    experiment::Config,
     file::{self, FileError},
-    policy::PolicyCache,
-    runtime::{ClockKind, Hz, Speed, Time, clock::RealtimePriority},
+    runtime::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority},
+    system::Setup,
 };
 
 use crate::{
     cli::{ClockArg, GraphArgs, RunArgs},
     error::Error,
     output::note,
+    program::Program,
 };
 
 /// What holds where nothing is said.
@@ -35,14 +35,11 @@ const SMOKE: Time = Time::from_nanos(2_000_000_000);
 
 /// The configuration that the options describe.
 ///
-/// Its policy is read into `policies`.
-pub fn config(
-    args: &RunArgs,
-    defaults: &Defaults,
-    policies: &PolicyCache,
-) -> Result<Config, Error> {
+/// # Errors
+/// [`Error::BadInput`] if they make no sense to the system.
+pub fn config(program: &Program, args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
     if !args.smoke {
-        return graph(&args.graph, defaults, policies);
+        return graph(program, &args.graph, defaults);
     }
     if args.graph.clock == Some(ClockArg::Real) {
         let why = "--smoke runs on the virtual clock: leave --clock real out";
@@ -53,35 +50,84 @@ pub fn config(
         end: SMOKE,
         ..*defaults
     };
-    graph(&args.graph, &smoke, policies)
+    graph(program, &args.graph, &smoke)
 }
 
-fn graph(args: &GraphArgs, defaults: &Defaults, policies: &PolicyCache) -> Result<Config, Error> {
+fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
     let clock = args.clock.map_or(defaults.clock, ClockKind::from);
     check_clock(args, clock)?;
-    let default_hz = if args.break_bug {
-        BROKEN_HZ
-    } else {
-        CONTROL_HZ
-    };
-    let control_hz = match args.control_hz {
-        Some(hz) => hz,
-        None => Hz::new(default_hz).map_err(|error| Error::BadInput(error.to_string()))?,
-    };
-    let policy = policies.pin(&args.policy);
-    let policy = policy.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
-    Ok(Config {
+    let mut config = Config {
         seed: args.seed,
         clock,
         speed: args.speed.unwrap_or(defaults.speed),
         end: args.duration_s.unwrap_or(defaults.end),
-        sensor_hz: args.sensor_hz,
-        control_hz,
-        queue_depth: args.queue_depth,
-        policy,
         think: args.think_ms.unwrap_or_default(),
-        knobs: args.knobs.as_deref().map_or(Ok(Vec::new()), read_knobs)?,
-    })
+        ..Config::default()
+    };
+    let aliases = args.system.given.iter();
+    let mut settings: Vec<(String, Vec<Knob>)> = aliases
+        .map(|(name, knobs)| (format!("--{name} "), knobs.clone()))
+        .collect();
+    let broken = program.system.broken().filter(|_| args.system.broken);
+    if let Some(knob) = broken {
+        settings.push(read_knob(program, "--break", knob)?);
+    }
+    for knob in &args.knob {
+        settings.push(read_knob(program, "--knob", knob)?);
+    }
+    config.setup = setup(program, args.seed, settings)?;
+    if let Some(path) = &args.knobs {
+        config.knobs = read_knobs(program, &config, path)?;
+    }
+    Ok(config)
+}
+
+/// The knobs that `text` turns, and what errors of them begin with.
+///
+/// # Errors
+/// [`Error::BadInput`] if it is no knob.
+pub fn read_knob(
+    program: &Program,
+    option: &str,
+    text: &str,
+) -> Result<(String, Vec<Knob>), Error> {
+    let prefix = format!("{option} {text:?}: ");
+    match program.knobs().parse(text) {
+        Ok(knobs) => Ok((prefix, knobs)),
+        Err(error) => Err(Error::BadInput(format!("{prefix}{error}"))),
+    }
+}
+
+/// The setup by `settings`, each with what its errors begin with; later ones hold.
+///
+/// # Errors
+/// [`Error::BadInput`] if a node would refuse its message.
+pub fn setup(
+    program: &Program,
+    seed: u64,
+    settings: Vec<(String, Vec<Knob>)>,
+) -> Result<Setup, Error> {
+    let knobs = settings.iter().flat_map(|(_, knobs)| knobs.iter().cloned());
+    let mut setup: Setup = knobs.collect();
+    for (prefix, knobs) in settings {
+        for knob in knobs {
+            let resolved = resolved(program, seed, &setup, knob);
+            setup.set(resolved.map_err(|why| Error::BadInput(format!("{prefix}{why}")))?);
+        }
+    }
+    Ok(setup)
+}
+
+/// `knob` with its message in the form in which it is recorded.
+///
+/// # Errors
+/// Why the node would refuse it.
+pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, String> {
+    let Knob::Send { node, text } = knob else {
+        return Ok(knob);
+    };
+    let text = program.system.resolve(seed, setup, &node, &text)?;
+    Ok(Knob::Send { node, text })
 }
 
 /// Refuses what has no meaning on the chosen clock.
@@ -101,7 +147,7 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
     Err(Error::BadInput(why.to_owned()))
 }
 
-fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
+fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<TimedKnob>, Error> {
     let refused =
         |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
     let content = file::read(path, MOST_KNOBS).map_err(|error| match error {
@@ -112,15 +158,18 @@ fn read_knobs(path: &Path) -> Result<Vec<TimedKnob>, Error> {
     })?;
     let text = String::from_utf8(content);
     let text = text.map_err(|_| refused(&"expected a text file in UTF-8, found other bytes"))?;
-    let knobs = parse_knobs(&text).map_err(|error| refused(&error))?;
-    let pinned = knobs.into_iter().map(TimedKnob::pinned);
-    pinned
-        .collect::<Result<_, _>>()
-        .map_err(|error| refused(&error))
+    let knobs = program.knobs().parse_list(&text);
+    let knobs = knobs.map_err(|error| refused(&error))?.into_iter();
+    let knobs = knobs.map(|TimedKnob { at, knob }| {
+        let knob = resolved(program, config.seed, &config.setup, knob)?;
+        Ok(TimedKnob { at, knob })
+    });
+    knobs
+        .collect::<Result<_, String>>()
+        .map_err(|why| refused(&why))
 }
 
-/// Asks for real-time priority if that was asked for, and says so if it is
-/// refused.
+/// Asks for real-time priority if that was asked for, and notes a refusal.
 pub fn realtime(args: &GraphArgs) -> Option<Result<RealtimePriority, String>> {
     let asked = args.realtime.then(RealtimePriority::request)?;
     Some(asked.map_err(|refusal| {

@@ -1,19 +1,22 @@
-//! What a run came to, for people.
+//! The summary of a run, for people.
 
 use std::time::Duration;
 
 use ratelab::{
-    cartpole::{ACTUATOR, POLICY, SENSOR},
-    experiment::{NodeSummary, Summary, TimedKnob, TopicSummary},
+    experiment::{NodeSummary, Summary, TopicSummary},
     runtime::{
-        ClockKind, Command, Hz,
-        telemetry::{Distribution, EventKind},
+        ClockKind, Hz, Knob, KnobKind,
+        telemetry::{Distribution, Event, EventKind},
     },
+    system::{Alias, KnobText, System},
 };
 
-use crate::recording::Recorded;
+use crate::{
+    names::{label, node_label, rate_alias, short_value},
+    recording::Recorded,
+};
 
-/// What is to be said of a run beside its summary.
+/// What is to be printed of a run beside its summary.
 #[derive(Default)]
 pub struct ReportContext {
     /// `--break` was given.
@@ -29,21 +32,26 @@ pub struct ReportContext {
 }
 
 /// The summary in a few lines.
-pub fn text(summary: &Summary, context: &ReportContext) -> String {
+pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let mut lines = vec![
-        ("clock", clock(summary, context)),
-        ("rates", rates(summary)),
-        ("verdict", verdict(summary, context)),
+        ("clock", clock(system, summary, context)),
+        ("rates", rates(system, summary)),
+        ("verdict", verdict(system, summary, context)),
         ("topics", topics(summary)),
-        ("latency", latency(summary)),
     ];
+    lines.extend(latency(system, summary).map(|text| ("latency", text)));
     if saw_the_wall(summary) {
         lines.push(("lateness", each_node(summary, lateness)));
         lines.push(("overruns", each_node(summary, overruns)));
     }
-    lines.extend(changes(summary));
+    let knobs = KnobText(system.aliases());
+    lines.extend(changes(knobs, &summary.events));
     let late = summary.config.knobs.iter();
-    let late = late.filter(|knob| knob.at > summary.sim_time);
+    let late: Vec<_> = late
+        .filter(|knob| knob.at > summary.sim_time)
+        .cloned()
+        .collect();
+    let late = knobs.lines(&late).into_iter();
     lines.extend(late.map(|knob| ("not done", format!("{knob}: the run had ended"))));
     if context.csv_lost > 0 {
         let lost = format!("{} CSV rows: the disk was too slow", context.csv_lost);
@@ -53,29 +61,26 @@ pub fn text(summary: &Summary, context: &ReportContext) -> String {
     lines.join("\n")
 }
 
-/// A line that says `text` of `name`.
+/// A line with the `text` of `name`.
 pub fn line(name: &str, text: &str) -> String {
     format!("{name:<9} {text}")
 }
 
-/// The commands that were given; the verdict tells how it ended. Knobs are told
+/// The commands that were given; the verdict tells how it ended. Knobs are printed
 /// as `--knobs` reads them, to the nanosecond.
-fn changes(summary: &Summary) -> impl Iterator<Item = (&'static str, String)> {
-    let events = summary.events.iter();
-    events.filter_map(|event| match (&event.what, TimedKnob::of(event)) {
-        (_, Some(knob)) => Some(("knob", knob.to_string())),
-        // The other half of the knob for queue depth.
-        (
-            EventKind::Applied {
-                command: Command::SetDepth { .. },
-                ..
-            },
-            _,
-        ) => None,
-        (EventKind::Applied { .. }, _) => Some(("command", event.to_string())),
-        (EventKind::Refused { .. }, _) => Some(("refused", event.to_string())),
-        (EventKind::Ended { .. } | EventKind::Faulted { .. }, _) => None,
-    })
+fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    for events in events.chunk_by(|one, next| one.knob().is_some() == next.knob().is_some()) {
+        let turned: Vec<_> = events.iter().filter_map(Event::knob).collect();
+        lines.extend(knobs.lines(&turned).into_iter().map(|knob| ("knob", knob)));
+        let others = events.iter().filter(|event| event.knob().is_none());
+        lines.extend(others.filter_map(|event| match event.what {
+            EventKind::Applied { .. } => Some(("command", event.to_string())),
+            EventKind::Refused { .. } => Some(("refused", event.to_string())),
+            EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
+        }));
+    }
+    lines
 }
 
 /// Whether the run was under the real clock at any time.
@@ -84,49 +89,73 @@ pub fn saw_the_wall(summary: &Summary) -> bool {
     summary.config.clock == ClockKind::Real || summary.nodes.iter().any(late)
 }
 
-fn clock(summary: &Summary, context: &ReportContext) -> String {
+fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let config = &summary.config;
     let realtime = match context.realtime {
         Some(Ok(())) => " with real-time priority",
         Some(Err(_)) => " (real-time priority refused)",
         None => "",
     };
+    let messages = of_kind(system, KnobKind::Send);
+    let messages: String = messages
+        .map(|alias| {
+            let value = short_value(system, alias, &config.setup);
+            format!(" | {} {value}", label(alias.name))
+        })
+        .collect();
     format!(
-        "{}{realtime} | policy {} | seed {}",
-        config.clock,
-        config.policy.name(),
-        config.seed
+        "{}{realtime}{messages} | seed {}",
+        config.clock, config.seed
     )
 }
 
-/// The rates, from the first to the last where a knob was turned.
-fn rates(summary: &Summary) -> String {
-    let config = &summary.config;
-    let last = |name: &str, first: Hz| summary.node(name).map_or(first, |node| node.hz);
-    let rate = |name: &str, first: Hz| match last(name, first) {
-        last if last == first => first.to_string(),
-        last => format!("{first} → {last}"),
+fn of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
+    let aliases = system.aliases().iter();
+    aliases.filter(move |alias| alias.kind() == kind)
+}
+
+/// The rates, from the first to the last where a knob was turned, and depths.
+fn rates(system: &dyn System, summary: &Summary) -> String {
+    let setup = &summary.config.setup;
+    let nodes = summary.nodes.iter().map(|node| {
+        let (name, last) = (node_label(system, &node.name), node.hz);
+        let alias = rate_alias(system, |of| of == node.name);
+        let first: Option<Hz> = alias.and_then(|alias| alias.value(setup).parse().ok());
+        match first.or(setup.rate(&node.name)) {
+            Some(first) if first != last => format!("{name} {first} → {last}"),
+            _ => format!("{name} {last}"),
+        }
+    });
+    let depths = of_kind(system, KnobKind::Depth);
+    let depths = depths.map(|alias| format!("{} {}", label(alias.name), alias.value(setup)));
+    let named = |topic: &str| {
+        let mut knobs = of_kind(system, KnobKind::Depth).flat_map(|alias| alias.knobs);
+        knobs.any(|(_, of)| *of == topic)
     };
-    format!(
-        "sensor {} | control {} | actuator {} | queue depth {}",
-        rate(SENSOR, config.sensor_hz),
-        rate(POLICY, config.control_hz),
-        last(ACTUATOR, config.sensor_hz),
-        config.queue_depth
-    )
+    let others = setup.iter().filter_map(|knob| match knob {
+        Knob::Depth { topic, depth } if !named(topic) => Some(format!("{topic} depth {depth}")),
+        _ => None,
+    });
+    nodes
+        .chain(depths)
+        .chain(others)
+        .collect::<Vec<_>>()
+        .join(" | ")
 }
 
-fn verdict(summary: &Summary, context: &ReportContext) -> String {
+fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+    let steps = match system.state() {
+        Some(_) => format!("{} control steps in ", summary.steps),
+        None => String::new(),
+    };
+    let sim = summary.sim_time.as_secs_f64();
     if let Some(why) = &context.open {
-        let steps = summary.steps;
-        return format!("pole up after {steps} control steps: {why}");
+        return format!("open after {steps}{sim:.2} s sim: {why}");
     }
+    let wall = summary.wall_time.as_secs_f64();
     format!(
-        "{}: {} control steps in {:.2} s sim ({:.2} s wall)",
-        summary.verdict,
-        summary.steps,
-        summary.sim_time.as_secs_f64(),
-        summary.wall_time.as_secs_f64()
+        "{}: {steps}{sim:.2} s sim ({wall:.2} s wall)",
+        summary.verdict
     )
 }
 
@@ -137,26 +166,30 @@ fn topics(summary: &Summary) -> String {
             topic.name, topic.per_second, topic.dropped
         )
     };
-    format!("{} | {}", topic(&summary.obs), topic(&summary.action))
+    let read = summary.topics.iter().filter(|topic| topic.read);
+    read.map(topic).collect::<Vec<_>>().join(" | ")
 }
 
-fn latency(summary: &Summary) -> String {
+/// The latency that matters, beside the period of the rate that matters most.
+fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
+    let (_, meter) = system.latency()?;
     let latency = &summary.latency;
     let Some(mean) = latency.mean_s() else {
-        return "no action was applied".to_owned();
+        return Some(format!("{meter} was not measured"));
     };
-    let period = summary
-        .node(POLICY)
-        .map_or(summary.config.control_hz, |node| node.hz)
-        .period();
-    format!(
-        "sense→act mean {:.1} ms, p50 {}, p99 {}, max {} (control period {})",
+    let period = rate_alias(system, |of| summary.node(of).is_some()).and_then(|alias| {
+        let node = summary.node(alias.knobs.first()?.1)?;
+        let period = ms(Some(node.hz.period()));
+        Some(format!(" ({} period {period})", label(alias.name)))
+    });
+    Some(format!(
+        "{meter} mean {:.1} ms, p50 {}, p99 {}, max {}{}",
         mean * 1e3,
         ms(latency.quantile(0.5)),
         ms(latency.quantile(0.99)),
         ms(latency.max()),
-        ms(Some(period))
-    )
+        period.unwrap_or_default()
+    ))
 }
 
 fn each_node(summary: &Summary, tell: fn(&NodeSummary) -> String) -> String {

@@ -4,10 +4,10 @@ use std::{fs, path::Path};
 
 use exercises::rescue::judge::{RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{
-    cartpole::ControlStep,
-    experiment::{STATE, Verdict},
+    cartpole::{CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict},
     policy::Digest,
     runtime::Message,
+    system::Verdict,
 };
 
 use crate::recording::{ReadError, Recording, schema::RunStatus};
@@ -42,14 +42,14 @@ pub fn judge_file(file: &Path) -> Result<(bool, String), ReadError> {
 /// Why it is none.
 pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> {
     let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
+    let system = CartPole::default();
     let verdict = match recording.outcome.as_ref().map(|outcome| &outcome.end) {
-        Some(RunStatus::Ended(end)) => end.verdict,
-        _ => Verdict::Stopped {
-            at: recording.until,
-        },
+        Some(RunStatus::Ended(end)) => end.verdict.verdict(&system),
+        _ => Verdict::new(&verdict::STOPPED, recording.until),
     };
+    let control_hz = recording.origin.config.setup.rate(POLICY);
     judge(&RescueSession {
-        control_hz: recording.origin.config.control_hz,
+        control_hz: control_hz.unwrap_or(actuator_hz()),
         events: &recording.events,
         steps: &steps,
         verdict,

@@ -4,15 +4,17 @@ use crate::{
     cli::ScreenArgs,
     dashboard::{self, Options, view::theme::Theme},
     error::Error,
+    program,
 };
 
-/// Refuses with `why` if there is nothing to draw on.
-pub fn need_terminal(why: &str) -> Result<(), Error> {
+/// Refuses with `why` if there is nothing to draw on; `instead` is the command to
+/// try.
+pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
     if dashboard::terminal_is_there() {
-        Ok(())
-    } else {
-        Err(Error::BadInput(why.to_owned()))
+        return Ok(());
     }
+    let program = program::name();
+    Err(Error::BadInput(format!("{why}: try {program} {instead}")))
 }
 
 /// How a dashboard is drawn.

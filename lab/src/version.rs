@@ -3,7 +3,7 @@
 
 use ratelab::{cartpole::mujoco_version, policy::RUNS_ONNX};
 
-use crate::report::line;
+use crate::{program::Program, report::line};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -14,15 +14,22 @@ const COMMIT: Option<&str> = option_env!("RATELAB_COMMIT");
 pub const DATE: Option<&str> = option_env!("RATELAB_DATE");
 
 /// In a line, after the name.
-pub fn short() -> String {
+pub fn short(program: &Program) -> String {
+    let version = version(program);
     match (COMMIT, DATE) {
-        (Some(commit), Some(date)) => format!("{VERSION} ({commit}, {date})"),
-        _ => VERSION.to_owned(),
+        (Some(commit), Some(date)) => format!("{version} ({commit}, {date})"),
+        _ => version,
     }
 }
 
+/// Other programs than ratelab have versions of their own.
+fn version(program: &Program) -> String {
+    let with = if program.course { "" } else { "with ratelab " };
+    format!("{with}{VERSION}")
+}
+
 /// In several lines, after the name.
-pub fn long() -> String {
+pub fn long(program: &Program) -> String {
     let onnx = if RUNS_ONNX {
         "yes, where the ONNX Runtime is installed"
     } else {
@@ -40,5 +47,5 @@ pub fn long() -> String {
         ("ONNX", onnx),
     ];
     let facts = facts.map(|(name, fact)| line(name, fact));
-    format!("{VERSION}\n{}", facts.join("\n"))
+    format!("{}\n{}", version(program), facts.join("\n"))
 }

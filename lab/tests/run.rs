@@ -107,6 +107,35 @@ fn knobs_are_turned_at_their_times_and_told() {
 }
 
 #[test]
+fn any_knob_is_turned_before_the_run_and_the_last_one_holds() {
+    let knobs = [
+        "rate sensor 100",
+        "depth /obs 3",
+        "control_hz 7",
+        "control-hz 10",
+    ];
+    let knobs = knobs.map(|knob| ["--knob", knob]).concat();
+    let metrics = metrics(&[&["--control-hz", "5"], &knobs[..]].concat());
+    assert_eq!(metrics["control_hz"], 10.0);
+    assert_eq!(metrics["sensor_hz"], 100.0);
+    assert_eq!(metrics["obs_dropped"], 700, "seven of ten");
+    for (knob, why) in [
+        ("rate nobody 5", "no node \"nobody\""),
+        (
+            "volume 11",
+            "--knob \"volume 11\": \"volume\" is not a knob",
+        ),
+        (
+            "policy alexnet",
+            "--knob \"policy alexnet\": alexnet: expected",
+        ),
+    ] {
+        let said = support::complaint(&ratelab(&["run", "--smoke", "--knob", knob]), 2);
+        assert!(said.contains(why), "{said}");
+    }
+}
+
+#[test]
 fn a_knob_after_the_end_is_said_to_be_left_undone() {
     let folder = TempDir::new().expect("folder");
     let knobs = path(&folder, "knobs");

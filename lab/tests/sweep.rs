@@ -267,3 +267,22 @@ fn policies_can_be_given_one_by_one() {
     let swept = json(&[&args[..], &["--policy", "zero,random"]].concat());
     assert_eq!(swept["cells"].as_array().expect("cells").len(), 3);
 }
+
+#[test]
+fn any_knob_is_an_axis_and_any_other_is_set_for_all_runs() {
+    let args = ["--axis", "rate actuator", "25,50", "--knob", "control-hz 5"];
+    let swept = json(&[&args[..], &["--seeds", "0"]].concat());
+    let cells = swept["cells"].as_array().expect("cells");
+    let values = |key: &str| {
+        cells
+            .iter()
+            .map(|cell| cell[key].clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(values("rate_actuator"), [25.0, 50.0]);
+    assert_eq!(values("control_hz"), [5.0, 5.0]);
+    assert_eq!(cells[1]["steps"], 43);
+    let twice = ["sweep", "--axis", "rate policy", "1,2", "--control-hz", "5"];
+    let said = support::complaint(&ratelab(&twice), 2);
+    assert!(said.contains("turn the same knob"), "{said}");
+}

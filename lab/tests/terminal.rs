@@ -193,7 +193,7 @@ fn a_cell_of_the_cliff_map_runs_live() {
     let mut lab = Lab::open(&["--queue-depth", "2"], 45, 160);
     lab.wait_for("BALANCED so far");
     lab.type_keys("m");
-    lab.wait_for("cliff map: scripted, sensor 50 Hz, depth 2");
+    lab.wait_for("cliff map: queue-depth 2");
     lab.wait_for("30 Hz, seed 0");
     lab.wait_for("3000 runs of 10 s");
     lab.type_keys(&"\u{1b}[D".repeat(25));
@@ -268,6 +268,24 @@ fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
     assert!(status.success());
     assert_given_back(&parser);
     assert!(!parser.screen().bracketed_paste());
+}
+
+#[test]
+fn a_knob_of_any_node_is_completed_refused_in_full_and_edited() {
+    let mut lab = Lab::open(&[], 45, 160);
+    lab.wait_for("BALANCED so far");
+    lab.type_keys(":ra\tac\t0\r");
+    lab.wait_for("✖ \"0\" is not a rate");
+    lab.wait_for(": rate actuator 0");
+    lab.type_keys("\u{7f}25\r");
+    lab.wait_for("actuator at 25 Hz");
+    // The node that is marked is the one that the keys turn.
+    lab.type_keys("\u{1b}[B");
+    lab.wait_for("▸actuator");
+    lab.type_keys("]");
+    lab.wait_for("actuator at 30 Hz");
+    lab.type_keys("q");
+    assert!(lab.close().0.success());
 }
 
 #[test]

@@ -19,9 +19,9 @@ const PERTURBATION: f64 = 1e-6;
 /// whole step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearPlant {
-    /// A: what the state makes of itself.
+    /// A: the effect of the state.
     pub a: Matrix4<f64>,
-    /// B: what the action adds.
+    /// B: the effect of the action.
     pub b: Vector4<f64>,
 }
 

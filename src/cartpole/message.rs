@@ -61,7 +61,7 @@ impl Action {
     }
 }
 
-/// What one control step came to.
+/// The result of one control step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlStep {
     /// Number of the step, counted from one.

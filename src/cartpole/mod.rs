@@ -8,21 +8,27 @@
 //!
 //! The sensor reads the plant, the actuator moves it, and neither knows the
 //! other: the plant is what they share, topics are how they talk. `/state`
-//! carries what each control step came to, for whoever wants to follow the run.
+//! carries the result of each control step, for observers of the run.
 
 mod linear;
 mod message;
 mod nodes;
+mod picture;
 mod plant;
-mod policy;
+pub mod policy;
 mod pose;
 mod seeding;
+pub mod stability;
+mod system;
+mod table;
 
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
 pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
-pub use plant::{CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, mujoco_version};
-pub use policy::Policy;
+pub use plant::{
+    CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version,
+};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;
+pub use system::{ACTION, BROKEN_HZ, CartPole, OBS, STATE, pole_angle, verdict};

@@ -93,7 +93,7 @@ pub struct Actuator {
     pub plant: SharedPlant,
     /// What it obeys: `/action`.
     pub actions: Subscription<Action>,
-    /// Where it publishes what a step came to: `/state`.
+    /// Where it publishes the result of each step: `/state`.
     pub steps: Publisher<ControlStep>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,

@@ -10,6 +10,7 @@ use super::{
     pose::{Fall, Pose},
     seeding::{generator, unit},
 };
+use crate::runtime::Hz;
 
 /// The model, with the course environment's masses, lengths and limits.
 const MODEL: &str = include_str!("cartpole.xml");
@@ -23,6 +24,12 @@ pub const SUBSTEPS: u32 = 2;
 /// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of
 /// 10 ms.
 pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
+
+/// The plant's own rate, which is not a choice.
+pub fn actuator_hz() -> Hz {
+    // A constant within the range of rates.
+    Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
+}
 
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
 const START_SPREAD: f64 = 0.05;

@@ -37,7 +37,7 @@ impl Pose {
     }
 
     /// How the run is lost here, if it is.
-    pub(super) fn fall(&self) -> Option<Fall> {
+    pub fn fall(&self) -> Option<Fall> {
         if self.pole_angle.abs() > POLE_LIMIT_RAD {
             Some(Fall::Pole)
         } else if self.cart_position.abs() > CART_LIMIT_M {

@@ -1,33 +1,30 @@
-//! What defines a run.
+//! The configuration of a run.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::knob::TimedKnob;
 use crate::{
-    policy::{PolicyContext, PolicyError, PolicyKind, PolicySpec},
-    runtime::{ClockKind, Depth, Hz, Speed, Time},
+    runtime::{ClockKind, Knob, Speed, Time, TimedKnob},
+    system::{BuildError, Setup, System},
 };
 
-/// Everything that a run depends on. Under the virtual clock the same
+/// Everything that a run of a system depends on. Under the virtual clock the same
 /// configuration is the same run, bit for bit.
 ///
 /// ```
-/// use ratelab::{experiment::Config, policy::PolicyKind, runtime::Hz};
+/// use ratelab::{cartpole::CartPole, experiment::Config};
 ///
 /// let config = Config {
-///     control_hz: Hz::new(4.0)?,
-///     policy: PolicyKind::Lqr.into(),
-///     knobs: vec!["5 sensor-hz 200".parse()?],
-///     ..Config::default()
+///     knobs: CartPole::KNOBS.parse_list("5 sensor-hz 200")?,
+///     ..CartPole::config("control-hz 4, policy lqr")?
 /// };
 /// assert_eq!(config.end.as_secs_f64(), 10.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Config {
-    /// Chooses the start, and the numbers of a random policy.
+    /// Chooses the start, and every number that is drawn by chance.
     pub seed: u64,
     /// The clock to begin with.
     pub clock: ClockKind,
@@ -35,68 +32,52 @@ pub struct Config {
     pub speed: Speed,
     /// When the run ends; [`Time::MAX`] for never.
     pub end: Time,
-    /// How often the sensor publishes.
-    pub sensor_hz: Hz,
-    /// How often the policy decides.
-    pub control_hz: Hz,
-    /// How many messages `/obs` and `/action` keep.
-    pub queue_depth: Depth,
-    /// The policy.
-    pub policy: PolicySpec,
+    /// Knobs turned before the run begins.
+    pub setup: Setup,
     /// How much longer the policy thinks, in wall time.
     pub think: Duration,
-    /// Changes to make on the way.
+    /// Knobs to be turned during the run.
     pub knobs: Vec<TimedKnob>,
 }
 
 impl Config {
-    /// The same run and no other: files are pinned to the content that they have
-    /// now; see [`PolicySpec::pinned`].
+    /// The same run, its messages in the form in which they are recorded; see
+    /// [`System::resolve`].
     ///
     /// # Errors
-    /// [`PolicyError`] if a policy cannot be had.
-    pub fn pinned(self) -> Result<Self, PolicyError> {
-        let knobs = self.knobs.into_iter().map(TimedKnob::pinned);
-        Ok(Self {
-            policy: self.policy.pinned()?,
-            knobs: knobs.collect::<Result<_, _>>()?,
-            ..self
-        })
-    }
-
-    /// Every policy that the run needs: the first and those of its knobs.
-    pub fn policies(&self) -> impl Iterator<Item = &PolicySpec> {
-        std::iter::once(&self.policy).chain(self.knob_policies())
-    }
-
-    /// The policies of its knobs.
-    pub(super) fn knob_policies(&self) -> impl Iterator<Item = &PolicySpec> {
-        self.knobs.iter().filter_map(|timed| timed.knob.policy())
-    }
-
-    /// What its policies may depend on.
-    pub fn policy_context(&self) -> PolicyContext {
-        PolicyContext {
-            seed: self.seed,
-            control_hz: self.control_hz,
+    /// [`BuildError::Setting`] if a message makes no sense to the system.
+    pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
+        let mut resolved = self.clone();
+        for knob in self.setup.iter() {
+            let knob = resolve(system, self.seed, &self.setup, knob.clone())?;
+            resolved.setup.set(knob);
         }
+        for timed in &mut resolved.knobs {
+            timed.knob = resolve(system, self.seed, &self.setup, timed.knob.clone())?;
+        }
+        Ok(resolved)
     }
 }
 
+fn resolve(system: &dyn System, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, BuildError> {
+    let Knob::Send { node, text } = knob else {
+        return Ok(knob);
+    };
+    let resolved = system.resolve(seed, setup, &node, &text);
+    let text = resolved.map_err(BuildError::Setting)?;
+    Ok(Knob::Send { node, text })
+}
+
 impl Default for Config {
-    /// Seed 0, ten seconds of virtual time flat out, everything at 50 Hz, depth
-    /// one, scripted.
+    /// Seed 0, ten seconds of virtual time without pacing, everything as the
+    /// system has it.
     fn default() -> Self {
-        let hz = super::actuator_hz();
         Self {
             seed: 0,
             clock: ClockKind::Virtual,
             speed: Speed::Unlimited,
             end: Time::from_nanos(10_000_000_000),
-            sensor_hz: hz,
-            control_hz: hz,
-            queue_depth: Depth::ONE,
-            policy: PolicyKind::Scripted.into(),
+            setup: Setup::default(),
             think: Duration::ZERO,
             knobs: Vec::new(),
         }

@@ -1,158 +1,85 @@
-//! One run as a value: configuration in, summary out. Many of them are a
-//! [`sweep`].
+//! One run of a system as a value: configuration in, summary out. Many of them
+//! are a [`sweep`].
 //!
 //! ```
-//! use ratelab::experiment::{Config, Experiment, Verdict};
-//! use ratelab::runtime::Hz;
+//! use std::sync::Arc;
+//! use ratelab::cartpole::CartPole;
+//! use ratelab::experiment::Experiment;
 //!
-//! let config = Config { control_hz: Hz::new(5.0)?, ..Config::default() };
-//! let summary = Experiment::new(&config)?.run()?;
-//! assert!(matches!(summary.verdict, Verdict::PoleFell { .. }));
+//! let config = CartPole::config("control-hz 5")?;
+//! let summary = Experiment::new(Arc::new(CartPole::default()), &config)?.run()?;
+//! assert_eq!(summary.verdict.name(), "pole_fell");
 //! assert_eq!(summary.steps, 43);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod config;
-mod knob;
 mod summary;
 pub mod sweep;
 mod taps;
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use crossbeam_channel::Sender;
 
 pub use config::Config;
-pub use knob::{Knob, KnobError, TimedKnob, parse_knobs};
-pub use summary::{NodeSummary, RunEnd, Summary, TopicSummary, Verdict};
+pub use summary::{NodeSummary, RunEnd, Summary, TopicSummary};
 pub use taps::Taps;
 
 use crate::{
-    cartpole::{
-        ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Observation, POLICY, Plant,
-        PlantError, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
-    },
-    policy::{DelayedPolicy, Policy, PolicyCache, PolicyError, SwappablePolicy},
     runtime::{
-        Command, Depth, Fault, Graph, GraphError, Hz, Inbox, Observer, RealClock, TimedCommand,
-        Topic, clock,
+        ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
+        clock,
     },
+    system::{BuildError, Builder, Built, System},
 };
 
-/// A control rate at which the scripted policy loses the pole, for every seed
-/// (Hz).
-pub const BROKEN_HZ: f64 = 5.0;
-
-/// Name of the topic from sensor to policy.
-pub const OBS: &str = "/obs";
-
-/// Name of the topic from policy to actuator.
-pub const ACTION: &str = "/action";
-
-/// Name of the topic on which the actuator tells what each step came to.
-pub const STATE: &str = "/state";
-
-/// An experiment that cannot be set up.
-#[derive(Debug, thiserror::Error)]
-pub enum SetupError {
-    /// The plant cannot be made.
-    #[error(transparent)]
-    Plant(#[from] PlantError),
-    /// The graph cannot be built.
-    #[error(transparent)]
-    Graph(#[from] GraphError),
-    /// The policy cannot be had.
-    #[error(transparent)]
-    Policy(#[from] PolicyError),
-}
-
-/// The cart-pole graph, ready to run once.
-///
-/// ```
-/// use ratelab::cartpole::{Action, Observation};
-/// use ratelab::experiment::{Config, Experiment, Verdict};
-/// use ratelab::policy::Policy;
-///
-/// /// Pushes with all it has to where the pole leans.
-/// struct BangBang;
-///
-/// impl Policy for BangBang {
-///     fn name(&self) -> &str {
-///         "bang-bang"
-///     }
-///
-///     fn act(&mut self, observation: &Observation) -> Action {
-///         Action(observation.sin_theta.signum())
-///     }
-/// }
-///
-/// let experiment = Experiment::with_policy(&Config::default(), Box::new(BangBang))?;
-/// let summary = experiment.run()?;
-/// println!("{}", summary.verdict);
-/// assert!(!summary.verdict.balanced());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// The graph of a system, ready to run once.
 pub struct Experiment {
+    system: Arc<dyn System>,
     config: Config,
     graph: Graph,
-    plant: SharedPlant,
-    topics: Topics,
+    recorded: Vec<Arc<dyn RecordedTopic>>,
     commands: Sender<Command>,
     inbox: Inbox,
 }
 
-#[derive(Clone)]
-struct Topics {
-    observations: Topic<Observation>,
-    actions: Topic<Action>,
-    steps: Topic<ControlStep>,
-}
-
 impl Experiment {
-    /// Builds sensor, policy and actuator around a plant.
+    /// Builds the graph of `system` as `config` has it.
     ///
     /// # Errors
-    /// [`SetupError`] if the plant or the graph cannot be made, or a policy cannot
-    /// be had.
-    pub fn new(config: &Config) -> Result<Self, SetupError> {
-        Self::with_cache(config, PolicyCache::default())
-    }
-
-    /// The same with policies that were read before.
-    ///
-    /// # Errors
-    /// [`SetupError`] as for [`new`](Self::new).
-    pub fn with_cache(config: &Config, cache: PolicyCache) -> Result<Self, SetupError> {
-        for policy in config.knob_policies() {
-            // What cannot be had later is said now.
-            cache.fetch(policy)?.policy(config.policy_context())?;
-        }
-        let policy = SwappablePolicy::new(&config.policy, cache, config.policy_context())?;
-        Self::with_policy(config, Box::new(policy))
-    }
-
-    /// The same with a policy of the caller's own behind the policy node.
-    ///
-    /// # Errors
-    /// [`SetupError`] if the plant or the graph cannot be made.
-    pub fn with_policy(config: &Config, policy: Box<dyn Policy>) -> Result<Self, SetupError> {
-        let plant = SharedPlant::new(Plant::new(config.seed)?);
-        let topics = Topics {
-            observations: Topic::new(OBS, config.queue_depth),
-            actions: Topic::new(ACTION, config.queue_depth),
-            steps: Topic::new(STATE, Depth::ONE),
-        };
-        let graph = build(config, policy, &plant, &topics)?;
-        let timed = config.knobs.iter().flat_map(TimedKnob::commands).collect();
-        let (commands, inbox) = Inbox::new(timed);
+    /// [`BuildError`] if the system cannot, or does not take a setting.
+    pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        let mut builder = Builder::new(config.seed, &config.setup, config.think);
+        system.build(&mut builder)?;
+        let Built {
+            mut graph,
+            recorded,
+        } = builder.finish(&config.knobs)?;
+        graph.set_clock(config.clock);
+        graph.set_speed(config.speed);
+        let timed = config.knobs.iter().cloned().map(TimedCommand::from);
+        let (commands, inbox) = Inbox::new(timed.collect());
         Ok(Self {
-            config: config.clone(),
+            system,
+            config,
             graph,
-            plant,
-            topics,
+            recorded,
             commands,
             inbox,
         })
+    }
+
+    /// What defines the run: as it was asked for, with messages as they are
+    /// recorded; see [`System::resolve`].
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The system that is run.
+    pub fn system(&self) -> &Arc<dyn System> {
+        &self.system
     }
 
     /// Where commands for the running graph go.
@@ -167,7 +94,10 @@ impl Experiment {
 
     /// Taps the graph, now and while it runs.
     pub fn taps(&self) -> Taps {
-        Taps::new(self.graph.tap_handle(), self.topics.clone())
+        Taps {
+            tap_handle: self.graph.tap_handle(),
+            topics: self.recorded.clone(),
+        }
     }
 
     /// Gives `commands` when the run comes to their times, beside the knobs of
@@ -176,8 +106,8 @@ impl Experiment {
         self.inbox.schedule(commands);
     }
 
-    /// Runs to the end: of the time, of the pole's luck, or by command. All
-    /// taps end with it.
+    /// Runs to the end: of the time, by a node, or by command. All taps end with
+    /// it.
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
@@ -192,60 +122,38 @@ impl Experiment {
     /// [`Fault`] if a node failed.
     pub fn run_with(self, real: &mut RealClock) -> Result<Summary, Fault> {
         let Self {
+            system,
             config,
             mut graph,
-            plant,
-            topics,
+            recorded,
             commands,
             mut inbox,
         } = self;
         // Only those who asked for a sender can end a pause.
-        drop((commands, topics));
+        drop(commands);
         let observer = graph.observer();
         let began = Instant::now();
         let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
-        let wall = began.elapsed();
-        // Taps end with the topics that the nodes hold.
-        drop(graph);
+        let wall_time = began.elapsed();
+        let newest = system.state().and_then(|name| {
+            let state = recorded.iter().find(|topic| topic.name() == name);
+            state.and_then(|topic| topic.newest())
+        });
+        // Taps end with the topics, which the nodes hold, too.
+        drop((graph, recorded));
         let exit = end?;
-        Ok(Summary::new(&config, &exit, &observer, &plant.lock(), wall))
+        let state = RunEnd::state(newest.as_ref());
+        let sim_time = match exit {
+            ClockExit::Ended { at, .. } => at,
+            _ => observer.now(),
+        };
+        let newest = (!state.is_empty()).then_some(&state[..]);
+        let end = RunEnd {
+            verdict: system.verdict(&exit, sim_time, newest),
+            sim_time,
+            wall_time,
+            state,
+        };
+        Ok(Summary::observed(&*system, &config, end, &observer))
     }
-}
-
-/// Wires sensor → `/obs` → policy → `/action` → actuator.
-fn build(
-    config: &Config,
-    policy: Box<dyn Policy>,
-    plant: &SharedPlant,
-    topics: &Topics,
-) -> Result<Graph, GraphError> {
-    let mut graph = Graph::new();
-    graph.set_clock(config.clock);
-    graph.set_speed(config.speed);
-    graph.node(SENSOR, config.sensor_hz, 0, |wiring| Sensor {
-        plant: plant.clone(),
-        observations: wiring.publisher(&topics.observations),
-    })?;
-    let policy = match config.think {
-        time if time.is_zero() => policy,
-        time => Box::new(DelayedPolicy::new(policy, time)),
-    };
-    graph.node(POLICY, config.control_hz, 1, |wiring| PolicyNode {
-        policy,
-        observations: wiring.subscription(&topics.observations),
-        actions: wiring.publisher(&topics.actions),
-    })?;
-    graph.node(ACTUATOR, actuator_hz(), 2, |wiring| Actuator {
-        plant: plant.clone(),
-        actions: wiring.subscription(&topics.actions),
-        steps: wiring.publisher(&topics.steps),
-        sense_to_act: wiring.meter(SENSE_TO_ACT),
-    })?;
-    Ok(graph)
-}
-
-/// The plant's own rate, which is not a choice.
-pub(crate) fn actuator_hz() -> Hz {
-    // A constant within the range of rates.
-    Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
 }

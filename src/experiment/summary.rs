@@ -1,130 +1,56 @@
-//! What a run came to.
+//! The summary of a run.
 
-use std::{fmt, time::Duration};
+use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
-use super::{ACTION, Config, OBS, TimedKnob};
+use super::Config;
 use crate::{
-    cartpole::{ACTUATOR, Fall, Plant, SENSE_TO_ACT},
     runtime::{
-        ClockExit, Hz, Observer, Snapshot, Time,
+        Hz, Observer, Rows, Snapshot, Time, TimedKnob,
         telemetry::{Distribution, Event, NodeView, TopicView},
     },
+    system::{System, Verdict},
 };
 
-/// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
-    /// The pole was up for the whole run.
-    Balanced,
-    /// The pole was up when a command stopped the run.
-    Stopped {
-        /// Run time of the stop.
-        at: Time,
-    },
-    /// The pole tipped beyond its limit.
-    PoleFell {
-        /// Run time of the control step that saw it.
-        at: Time,
-    },
-    /// The cart left the rail with the pole still up.
-    CartLeftRail {
-        /// Run time of the control step that saw it.
-        at: Time,
-    },
-}
-
-impl Verdict {
-    fn new(exit: &ClockExit, fall: Option<Fall>, now: Time) -> Self {
-        let at = match exit {
-            ClockExit::Ended { at, .. } => *at,
-            _ => now,
-        };
-        match (fall, exit) {
-            (Some(Fall::Pole), _) => Self::PoleFell { at },
-            (Some(Fall::Cart), _) => Self::CartLeftRail { at },
-            (None, ClockExit::Completed) => Self::Balanced,
-            (None, _) => Self::Stopped { at },
-        }
-    }
-
-    /// Whether the run was not lost: the pole was up as long as it lasted.
-    pub fn balanced(&self) -> bool {
-        matches!(self, Self::Balanced | Self::Stopped { .. })
-    }
-
-    /// One word for it, for programs.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Balanced => "balanced",
-            Self::Stopped { .. } => "stopped",
-            Self::PoleFell { .. } => "pole_fell",
-            Self::CartLeftRail { .. } => "cart_left_rail",
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Balanced => f.write_str("BALANCED (pole up the whole run)"),
-            Self::Stopped { at } => write!(f, "STOPPED at {at} (pole up so far)"),
-            Self::PoleFell { at } => write!(f, "FELL at {at} (pole beyond ±12°)"),
-            Self::CartLeftRail { at } => {
-                write!(
-                    f,
-                    "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)"
-                )
-            }
-        }
-    }
-}
-
-/// What a run came to.
+/// The summary of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// What defined it.
+    /// Its configuration.
     pub config: Config,
-    /// How it ended.
+    /// Its verdict.
     pub verdict: Verdict,
-    /// Control steps that the plant made.
+    /// Steps of the plant: messages on the system's topic of states.
     pub steps: u64,
+    /// The newest of them, as numbers; empty if there was none.
+    pub state: Vec<f64>,
     /// Run time at the end.
     pub sim_time: Time,
     /// Wall time that it took.
     pub wall_time: Duration,
-    /// The pole's angle at the end (rad).
-    pub final_pole_angle: f64,
-    /// Sense→act latency of every actuation that had an action.
+    /// The latency that matters to the system.
     pub latency: Distribution,
-    /// What `/obs` carried.
-    pub obs: TopicSummary,
-    /// What `/action` carried.
-    pub action: TopicSummary,
-    /// The nodes, in the order sensor, policy, actuator.
+    /// The topics, in the order in which nodes were given their ends.
+    pub topics: Vec<TopicSummary>,
+    /// The nodes, in the order in which they were added.
     pub nodes: Vec<NodeSummary>,
     /// Commands and ends.
     pub events: Vec<Event>,
 }
 
-/// What a run came to, but for what its topics and nodes tell.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// How a run ended, without the figures of its topics and nodes.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// How it ended.
+    /// Its verdict.
     pub verdict: Verdict,
-    /// Control steps that the plant made.
-    pub steps: u64,
-    /// Run time at the end.
+    /// Run time.
     pub sim_time: Time,
     /// Wall time that it took.
     pub wall_time: Duration,
-    /// The pole's angle at the end (rad).
-    pub final_pole_angle: f64,
+    /// The newest state of the plant, as numbers; empty if there was none.
+    pub state: Vec<f64>,
 }
 
-/// What a topic carried in a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A topic in a run.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopicSummary {
     /// Its name.
     pub name: String,
@@ -134,6 +60,8 @@ pub struct TopicSummary {
     pub dropped: u64,
     /// Messages per second of run time.
     pub per_second: f64,
+    /// Whether a node reads it.
+    pub read: bool,
 }
 
 /// How a node kept its rate in a run.
@@ -149,7 +77,7 @@ pub struct NodeSummary {
     pub overruns: u64,
     /// How late its ticks began; empty under the virtual clock.
     pub lateness: Distribution,
-    /// How long its ticks took; empty where the virtual clock ran flat out.
+    /// How long its ticks took; empty where the virtual clock ran without pacing.
     pub tick_time: Distribution,
 }
 
@@ -157,17 +85,16 @@ impl Summary {
     /// The knobs as they were turned, up front or live: under the virtual clock
     /// the same configuration with these is the same run again.
     pub fn knobs(&self) -> Vec<TimedKnob> {
-        self.events.iter().filter_map(TimedKnob::of).collect()
+        self.events.iter().filter_map(Event::knob).collect()
     }
 
-    /// How it ended, without what topics and nodes tell.
+    /// How it ended.
     pub fn end(&self) -> RunEnd {
         RunEnd {
             verdict: self.verdict,
-            steps: self.steps,
             sim_time: self.sim_time,
             wall_time: self.wall_time,
-            final_pole_angle: self.final_pole_angle,
+            state: self.state.clone(),
         }
     }
 
@@ -176,59 +103,67 @@ impl Summary {
         self.nodes.iter().find(|node| node.name == name)
     }
 
-    pub(super) fn new(
-        config: &Config,
-        exit: &ClockExit,
-        observer: &Observer,
-        plant: &Plant,
-        wall_time: Duration,
-    ) -> Self {
-        let now = observer.now();
-        let end = RunEnd {
-            verdict: Verdict::new(exit, plant.fall(), now),
-            steps: plant.steps(),
-            sim_time: match exit {
-                ClockExit::Ended { at, .. } => *at,
-                _ => now,
-            },
-            wall_time,
-            final_pole_angle: plant.pose().pole_angle,
-        };
-        Self::observed(config, &end, observer)
+    /// The topic called `name`; one that carried nothing if there is none.
+    pub fn topic(&self, name: &str) -> TopicSummary {
+        let known = self.topics.iter().find(|topic| topic.name == name);
+        known.cloned().unwrap_or_else(|| TopicSummary {
+            name: name.to_owned(),
+            ..TopicSummary::default()
+        })
     }
 
-    /// The summary of a run of `config` that came to `end`, with what `observer`
-    /// reads of it.
-    pub fn observed(config: &Config, end: &RunEnd, observer: &Observer) -> Self {
+    /// The summary of a run of `system` that ended as `end` says, with the figures
+    /// that `observer` reads.
+    pub fn observed(
+        system: &dyn System,
+        config: &Config,
+        end: RunEnd,
+        observer: &Observer,
+    ) -> Self {
         let snapshot = observer.snapshot();
-        let sim_time = end.sim_time;
+        let steps = system.state().and_then(|state| snapshot.topic(state));
         Self {
             config: config.clone(),
             verdict: end.verdict,
-            steps: end.steps,
-            sim_time,
+            steps: steps.map_or(0, |topic| topic.published),
+            state: end.state,
+            sim_time: end.sim_time,
             wall_time: end.wall_time,
-            final_pole_angle: end.final_pole_angle,
-            latency: snapshot
-                .meter(ACTUATOR, SENSE_TO_ACT)
-                .cloned()
-                .unwrap_or_else(Distribution::empty),
-            obs: TopicSummary::of(OBS, &snapshot, sim_time),
-            action: TopicSummary::of(ACTION, &snapshot, sim_time),
+            latency: latency(system, &snapshot),
+            topics: snapshot
+                .topics
+                .iter()
+                .map(|topic| TopicSummary::of(topic, end.sim_time))
+                .collect(),
             nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
             events: observer.events(0),
         }
     }
 }
 
+/// The latency that matters to `system`.
+fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
+    let meter = system.latency();
+    let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
+    distribution.cloned().unwrap_or_else(Distribution::empty)
+}
+
+impl RunEnd {
+    /// The newest of `rows` as a state.
+    pub(super) fn state(rows: Option<&Rows>) -> Vec<f64> {
+        let newest = rows.and_then(Rows::last);
+        newest.map_or_else(Vec::new, |(_, row)| row.to_vec())
+    }
+}
+
 impl TopicSummary {
-    fn of(name: &str, snapshot: &Snapshot, sim_time: Time) -> Self {
-        let topic = snapshot.topic(name);
+    fn of(topic: &TopicView, sim_time: Time) -> Self {
         Self {
-            name: name.to_owned(),
-            published: topic.map_or(0, |topic| topic.published),
-            dropped: topic.map_or(0, TopicView::dropped),
-            per_second: topic.map_or(0.0, |topic| topic.average(sim_time)),
+            name: topic.name.to_string(),
+            published: topic.published,
+            dropped: topic.dropped(),
+            per_second: topic.average(sim_time),
+            read: !topic.subscriptions.is_empty(),
         }
     }
 }

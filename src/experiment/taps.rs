@@ -1,41 +1,42 @@
 //! Taps on a running experiment.
 
-use super::Topics;
-use crate::{
-    cartpole::{Action, ControlStep, Observation},
-    runtime::{Tap, TapHandle, TapMessage, TickRecord},
+use std::{any::Any, sync::Arc};
+
+use crate::runtime::{
+    Payload, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord, Topic,
 };
 
-/// Taps the topics and nodes of an experiment, before it runs and while it does,
-/// from any thread.
+/// Taps the recorded topics and the nodes of an experiment, before it runs and
+/// while it does, from any thread.
 ///
 /// Taps on topics end when the run is over and the last of these handles is
 /// gone. A thread that empties a tap must not use this while others wait for it:
 /// a topic on which a full tap is being waited for lets nobody in.
 #[derive(Clone)]
 pub struct Taps {
-    tap_handle: TapHandle,
-    topics: Topics,
+    pub(super) tap_handle: TapHandle,
+    pub(super) topics: Vec<Arc<dyn RecordedTopic>>,
 }
 
 impl Taps {
-    pub(super) fn new(tap_handle: TapHandle, topics: Topics) -> Self {
-        Self { tap_handle, topics }
+    /// The recorded topics, in the order in which the system made them.
+    pub fn topics(&self) -> &[Arc<dyn RecordedTopic>] {
+        &self.topics
     }
 
-    /// Copies every observation from now on, in a queue of `capacity`.
-    pub fn observations(&self, capacity: usize) -> Tap<TapMessage<Observation>> {
-        self.tap_handle.topic(&self.topics.observations, capacity)
+    /// Copies every message of the recorded topic called `name` from now on, as
+    /// rows, in a queue of `capacity`; `None` if there is no such topic.
+    pub fn rows(&self, name: &str, capacity: usize) -> Option<RowTap> {
+        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
+        Some(topic.tap(&self.tap_handle, capacity))
     }
 
-    /// Copies every action from now on, in a queue of `capacity`.
-    pub fn actions(&self, capacity: usize) -> Tap<TapMessage<Action>> {
-        self.tap_handle.topic(&self.topics.actions, capacity)
-    }
-
-    /// Copies every control step from now on, in a queue of `capacity`.
-    pub fn steps(&self, capacity: usize) -> Tap<TapMessage<ControlStep>> {
-        self.tap_handle.topic(&self.topics.steps, capacity)
+    /// The same as messages; `None` also if the topic carries something else.
+    pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
+        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
+        let topic: &dyn Any = &**topic;
+        let topic = topic.downcast_ref::<Topic<T>>()?;
+        Some(self.tap_handle.topic(topic, capacity))
     }
 
     /// Copies every tick from now on, for each node in the order in which they

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    depth::Depth,
-    time::{Hz, Time},
+    knob::{Knob, TimedKnob},
+    time::Time,
 };
 
 /// What a person or a script can ask of a running graph. Takes effect between
@@ -15,12 +15,12 @@ use super::{
 ///
 /// ```
 /// use ratelab::runtime::{
-///     Clock, Command, GO_ON, Graph, Hz, Inbox, Time, TimedCommand, VirtualClock,
+///     Clock, Command, GO_ON, Graph, Hz, Inbox, Knob, Time, TimedCommand, VirtualClock,
 /// };
 ///
 /// let mut graph = Graph::new();
 /// graph.node("policy", Hz::new(50.0)?, 0, |_| |_| GO_ON)?;
-/// let slower = Command::SetRate { node: "policy".to_owned(), hz: Hz::new(5.0)? };
+/// let slower = Command::Set(Knob::Rate { node: "policy".to_owned(), hz: Hz::new(5.0)? });
 /// let at = Time::from_secs_f64(1.0)?;
 /// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: slower }]);
 ///
@@ -31,30 +31,6 @@ use super::{
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
-    /// Change how often a node ticks.
-    SetRate {
-        /// The node's name.
-        node: String,
-        /// Its new rate.
-        hz: Hz,
-    },
-    /// Change how many messages a topic keeps.
-    SetDepth {
-        /// The topic's name.
-        topic: String,
-        /// Its new depth.
-        depth: Depth,
-    },
-    /// Send a text to a node, which decides what to do with it; see
-    /// [`Node::on_message`](super::Node::on_message).
-    #[serde(rename = "Tell")]
-    Send {
-        /// The node's name.
-        node: String,
-        /// The text.
-        #[serde(rename = "what")]
-        text: String,
-    },
     /// Stop run time.
     Pause,
     /// Let run time go on.
@@ -67,6 +43,22 @@ pub enum Command {
     HandOver(ClockKind),
     /// End the run in order.
     Stop,
+    /// Turn a knob. In a log it stands as the knob alone.
+    #[serde(untagged)]
+    Set(Knob),
+}
+
+impl From<Knob> for Command {
+    fn from(knob: Knob) -> Self {
+        Self::Set(knob)
+    }
+}
+
+impl From<TimedKnob> for TimedCommand {
+    fn from(TimedKnob { at, knob }: TimedKnob) -> Self {
+        let command = knob.into();
+        Self { at, command }
+    }
 }
 
 impl Command {
@@ -74,11 +66,7 @@ impl Command {
     /// passes: such a command waits until no instant is half done.
     pub(crate) fn changes_graph(&self) -> bool {
         match self {
-            Self::SetRate { .. }
-            | Self::SetDepth { .. }
-            | Self::Send { .. }
-            | Self::HandOver(_)
-            | Self::Stop => true,
+            Self::Set(_) | Self::HandOver(_) | Self::Stop => true,
             Self::Pause | Self::Resume | Self::Step | Self::Speed(_) => false,
         }
     }
@@ -86,7 +74,7 @@ impl Command {
     /// The node that alone can obey it.
     pub(crate) fn node(&self) -> Option<&str> {
         match self {
-            Self::SetRate { node, .. } | Self::Send { node, .. } => Some(node),
+            Self::Set(Knob::Rate { node, .. } | Knob::Send { node, .. }) => Some(node),
             _ => None,
         }
     }
@@ -95,9 +83,9 @@ impl Command {
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::SetRate { node, hz } => write!(f, "{node} at {hz}"),
-            Self::SetDepth { topic, depth } => write!(f, "{topic} depth {depth}"),
-            Self::Send { node, text } => write!(f, "{node}: {text}"),
+            Self::Set(Knob::Rate { node, hz }) => write!(f, "{node} at {hz}"),
+            Self::Set(Knob::Depth { topic, depth }) => write!(f, "{topic} depth {depth}"),
+            Self::Set(Knob::Send { node, text }) => write!(f, "{node}: {text}"),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),

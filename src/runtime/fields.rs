@@ -14,3 +14,40 @@ pub trait Fields: Sized {
     /// The payload with these numbers; `None` if there is no such payload.
     fn from_row(row: &[f64]) -> Option<Self>;
 }
+
+/// Implements [`Fields`](crate::runtime::Fields) for a struct whose fields are all
+/// `f64`: each with its name in tables, and its unit.
+///
+/// ```
+/// use ratelab::{fields, runtime::Fields};
+///
+/// #[derive(Debug, PartialEq)]
+/// struct Wheels {
+///     left: f64,
+///     right: f64,
+/// }
+/// fields!(Wheels { left: "left (rad/s)", right: "right (rad/s)" });
+///
+/// assert_eq!(Wheels::FIELDS, ["left (rad/s)", "right (rad/s)"]);
+/// let wheels = Wheels::from_row(&[1.0, 2.0]);
+/// assert_eq!(wheels, Some(Wheels { left: 1.0, right: 2.0 }));
+/// ```
+#[macro_export]
+macro_rules! fields {
+    ($payload:ident { $($field:ident: $name:literal),+ $(,)? }) => {
+        impl $crate::runtime::Fields for $payload {
+            const FIELDS: &'static [&'static str] = &[$($name),+];
+
+            fn append_to(&self, row: &mut Vec<f64>) {
+                row.extend([$(self.$field),+]);
+            }
+
+            fn from_row(row: &[f64]) -> Option<Self> {
+                let &[$($field),+] = row else {
+                    return None;
+                };
+                Some(Self { $($field),+ })
+            }
+        }
+    };
+}

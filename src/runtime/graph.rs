@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::{
     command::{ClockKind, Command, Speed},
     depth::Depth,
+    knob::Knob,
     message::Payload,
     node::Node,
     rate::Rate,
@@ -198,6 +199,19 @@ impl Graph {
         self.control.update(|status| status.speed = speed);
     }
 
+    /// Whether it has the node or the topic that `knob` is of.
+    ///
+    /// # Errors
+    /// Which there are instead.
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
+        match knob {
+            Knob::Rate { node, .. } | Knob::Send { node, .. } => {
+                self.control.node_index(node).map(drop)
+            }
+            Knob::Depth { topic, .. } => self.control.topic(topic).map(drop),
+        }
+    }
+
     /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].
     pub(crate) fn obey(
         &mut self,
@@ -235,10 +249,13 @@ impl ControlPlane {
     }
 
     pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
-        let known = self.topics.iter().find(|t| &*t.entry.name == topic);
+        Ok(self.topic(topic)?.topic.set_depth(depth, now))
+    }
+
+    fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
+        let known = self.topics.iter().find(|t| &*t.entry.name == name);
         let names = self.topics.iter().map(|t| &*t.entry.name);
-        let wired = known.ok_or_else(|| nothing_called("topic", topic, names))?;
-        Ok(wired.topic.set_depth(depth, now))
+        known.ok_or_else(|| nothing_called("topic", name, names))
     }
 
     /// Adds the edges that a node took, and the topics first seen with them.

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::time::Time;
 
-/// What one tick came to: go on, end the run, or fail.
+/// The result of one tick: go on, end the run, or fail.
 ///
 /// Ending is a result (a pole fell, a goal was reached); failing is an error,
 /// reported as a [`Fault`] that names the node. Most ticks return [`GO_ON`].

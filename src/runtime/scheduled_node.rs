@@ -8,6 +8,7 @@ use std::{
 
 use super::{
     command::Command,
+    knob::Knob,
     node::{Fault, Node, Panicked, Tick},
     rate::Rate,
     sync::{
@@ -67,8 +68,8 @@ impl ScheduledNode {
     /// that it replaced, or why it was not obeyed.
     pub(crate) fn obey(&mut self, command: &Command, at: Time) -> Result<String, String> {
         match command {
-            Command::SetRate { hz, .. } => Ok(self.set_hz(*hz, at).to_string()),
-            Command::Send { text, .. } => self.send(text),
+            Command::Set(Knob::Rate { hz, .. }) => Ok(self.set_hz(*hz, at).to_string()),
+            Command::Set(Knob::Send { text: what, .. }) => self.send(what),
             other => Err(format!("{other} is not for a node")),
         }
     }

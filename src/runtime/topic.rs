@@ -145,6 +145,12 @@ impl<T: Payload> Topic<T> {
         before
     }
 
+    /// The newest message as a tap would see it, without being counted as a
+    /// reader; `None` before the first.
+    pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
+        lock(&self.0.queue).newest()
+    }
+
     /// How many messages are kept at most.
     pub fn depth(&self) -> Depth {
         Depth::known(self.0.counters.depth.load(Ordering::Relaxed))
@@ -169,15 +175,18 @@ impl<T: Payload> Queue<T> {
     /// Hands every tap a copy, and forgets those that nobody listens to.
     fn offer_newest(&mut self) {
         if !self.taps.is_empty()
-            && let Some(newest) = self.messages.back()
+            && let Some(newest) = self.newest()
         {
-            let marks = self.marks.iter();
-            let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
-            self.taps.retain(|tap| {
-                let message = newest.clone();
-                tap.offer(TapMessage { message, dropped })
-            });
+            self.taps.retain(|tap| tap.offer(newest.clone()));
         }
+    }
+
+    /// The newest message, and what was lost by now.
+    fn newest(&self) -> Option<TapMessage<T>> {
+        let message = self.messages.back()?.clone();
+        let marks = self.marks.iter();
+        let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
+        Some(TapMessage { message, dropped })
     }
 }
 

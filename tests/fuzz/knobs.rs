@@ -1,10 +1,14 @@
 //! Knobs files: read or refused with the line, the same by the library and the
 //! command; what is printed is read again.
 
-use std::fs;
+use std::{fs, sync::Arc};
 
 use rand::Rng;
-use ratelab::experiment::{TimedKnob, parse_knobs};
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{Config, Experiment},
+    runtime::TimedKnob,
+};
 use tempfile::tempdir;
 
 use crate::{
@@ -36,10 +40,14 @@ const NAMES: &[&str] = &[
     "control-hz",
     "sensor_hz",
     "queue-depth",
+    "rate policy",
+    "depth /obs",
     "queue_depth",
     "policy",
+    "send policy",
     "CONTROL-HZ",
     "policy-hz",
+    "rate planner",
 ];
 
 const VALUES: &[&str] = &[
@@ -125,14 +133,18 @@ fn knobs() {
             assert!(said.contains(&line.unwrap_or_default()), "{said}");
             return;
         };
-        let pinned: Result<Vec<_>, _> = knobs.into_iter().map(TimedKnob::pinned).collect();
-        assert_eq!(accepted, pinned.is_ok(), "{said}");
+        let config = Config {
+            knobs,
+            ..Config::default()
+        };
+        let experiment = Experiment::new(Arc::new(CartPole::default()), &config);
+        assert_eq!(accepted, experiment.is_ok(), "{said}");
     });
 }
 
 /// The knobs in `text`, or the line that is refused, as the error names it.
 fn check(text: &str) -> Result<Vec<TimedKnob>, String> {
-    let knobs = parse_knobs(text).map_err(|error| {
+    let knobs = CartPole::KNOBS.parse_list(text).map_err(|error| {
         let error = error.to_string();
         let line = error.split(": ").next().unwrap_or_default();
         let number = line
@@ -146,9 +158,9 @@ fn check(text: &str) -> Result<Vec<TimedKnob>, String> {
         assert!(!error.contains(char::is_control), "{error:?}");
         line.to_owned()
     })?;
-    let printed: String = knobs.iter().map(|knob| format!("{knob}\n")).collect();
+    let printed = CartPole::KNOBS.lines(&knobs).join("\n");
     assert_eq!(
-        parse_knobs(&printed).as_ref(),
+        CartPole::KNOBS.parse_list(&printed).as_ref(),
         Ok(&knobs),
         "printed {printed:?}"
     );

@@ -1,7 +1,7 @@
 //! Recordings that lie: what was altered is never called identical, and whatever a
 //! file holds takes little time and memory.
 
-use std::fs;
+use std::{fs, path::Path};
 
 use rerun::{
     external::re_log_encoding::{DecoderApp, Encoder},
@@ -16,14 +16,20 @@ use crate::{
     root,
 };
 
-/// The recordings that are altered.
-const RECORDINGS: [&str; 2] = ["fall-5hz.rrd", "rescued.rrd"];
+/// Recordings of an earlier version that are altered.
+const EARLIER: [&str; 2] = ["recordings/fall-5hz.rrd", "recordings/rescued.rrd"];
+
+/// The run of one that is made now, into [`FRESH`].
+const RUN: &str = "run --clock virtual --duration-s 2 --policy lqr --queue-depth 3 \
+                   --control-hz 10 --record fresh.rrd";
+
+const FRESH: &str = "fresh.rrd";
 
 /// The name of one that was.
 const ALTERED: &str = "altered.rrd";
 
-fn decode(name: &str) -> Vec<LogMsg> {
-    let bytes = fs::read(root().join("recordings").join(name)).expect("a recording");
+fn decode(file: &Path) -> Vec<LogMsg> {
+    let bytes = fs::read(file).expect("a recording");
     let messages = DecoderApp::decode_eager(&*bytes).expect("a recording");
     messages
         .map(|message| message.expect("a message"))
@@ -46,9 +52,12 @@ fn encode(messages: &[LogMsg]) -> Vec<u8> {
 
 #[test]
 fn recordings() {
-    let originals = RECORDINGS.map(decode);
-    let originals = originals.each_ref();
     let folder = tempdir().expect("a folder");
+    let run_now = RUN.split_whitespace().collect::<Vec<_>>();
+    let output = ratelab(&run_now, folder.path(), folder.path());
+    assert!(output.status.success(), "{output:?}");
+    let [fall, rescued] = EARLIER.map(|name| decode(&root().join(name)));
+    let originals = [&fall, &rescued, &decode(&folder.path().join(FRESH))];
     let file = folder.path().join(ALTERED);
     let ask = |command| ratelab(&[command, ALTERED], folder.path(), folder.path());
     for original in originals {

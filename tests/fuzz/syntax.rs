@@ -122,11 +122,14 @@ fn option(name: &str, takes: Option<&str>, random: &mut RandomSource, words: &mu
         words.push(name.into());
         return;
     };
-    let value = value(takes, random);
+    let mut values = takes.split("> <").map(|takes| value(takes, random));
+    let value = values.next().expect("a value");
+    let others: Vec<OsString> = values.collect();
     if chance(random, 20) {
         let joined = [OsStr::new(name), OsStr::new("="), &value];
         words.push(joined.into_iter().collect());
     } else {
         words.extend([name.into(), value]);
     }
+    words.extend(others);
 }

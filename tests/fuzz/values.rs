@@ -141,12 +141,43 @@ const LISTS: Values = (
     ],
 );
 
+/// Knobs with their value, and names of knobs for a list of values.
+const KNOBS: Values = (
+    &[
+        "rate policy 10",
+        "rate actuator 25",
+        "depth /obs 3",
+        "send policy lqr",
+        "control-hz 7.5",
+        "rate sensor",
+        "depth /action",
+        "queue_depth",
+    ],
+    &[
+        "rate planner 10",
+        "depth /map 2",
+        "send sensor x",
+        "send policy none.pt",
+        "rate policy",
+        "rate policy 0",
+        "rate policy 10 20",
+        "depth /obs 1000001",
+        "send",
+        "policy",
+        "CONTROL-HZ 5",
+        "",
+        " ",
+        "rate \u{1b}[31m 5",
+    ],
+);
+
 /// Values for what help calls `name`: good ones, and others.
 fn values(name: &str) -> Values {
     match name {
         "HZ" => RATES,
         "N" => COUNTS,
         "POLICY" => POLICIES,
+        "KNOB" => KNOBS,
         "LIST" => LISTS,
         "FILE" | "DIR" => FILES,
         "S" => DURATIONS,

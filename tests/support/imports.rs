@@ -59,7 +59,7 @@ fn reachable<'a>(imports: &'a Imports, from: &Module) -> BTreeSet<&'a Module> {
 
 /// The paths of all `use` declarations at the outermost level, and whether they
 /// are public.
-fn uses(code: &str) -> Vec<(bool, String)> {
+pub fn uses(code: &str) -> Vec<(bool, String)> {
     let mut uses = Vec::new();
     let mut lines = code.lines();
     while let Some(line) = lines.next() {

@@ -1,16 +1,18 @@
 //! What several tests need: short names, nodes that note their ticks, and a run
-//! with everything it said.
+//! with all its messages.
 #![allow(dead_code)] // Each test uses its own part.
 
 use std::sync::{Arc, Mutex};
 
 use ratelab::{
-    cartpole::{Action, ControlStep, Observation},
+    cartpole::{
+        ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
+    },
     experiment::{Config, Experiment, Summary},
-    policy::{Policy, PolicyCache, SwappablePolicy},
+    policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
     runtime::{
-        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Message, Observer, Tap,
-        TapMessage, Tick, Time, TimedCommand, VirtualClock,
+        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, Observer,
+        Payload, Tap, TapMessage, Tick, Time, TimedCommand, TimedKnob, VirtualClock,
         telemetry::{Event, EventKind},
     },
 };
@@ -38,18 +40,18 @@ pub fn at(seconds: f64, command: Command) -> TimedCommand {
 
 pub fn set_rate(node: &str, rate: f64) -> Command {
     let (node, hz) = (node.to_owned(), hz(rate));
-    Command::SetRate { node, hz }
+    Command::Set(Knob::Rate { node, hz })
 }
 
 pub fn set_depth(topic: &str, messages: usize) -> Command {
     let (topic, depth) = (topic.to_owned(), depth(messages));
-    Command::SetDepth { topic, depth }
+    Command::Set(Knob::Depth { topic, depth })
 }
 
 /// Sends `text` to `node`.
 pub fn send_to(node: &str, text: &str) -> Command {
     let (node, text) = (node.to_owned(), text.to_owned());
-    Command::Send { node, text }
+    Command::Set(Knob::Send { node, text })
 }
 
 /// Runs `graph` with these commands and no way to give others.
@@ -70,10 +72,8 @@ pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> 
 
 /// The commands of a run that took effect, and when.
 pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
-    let applied = events.iter().filter_map(|event| match &event.what {
-        EventKind::Applied { command, .. } => Some((event.at, command.clone())),
-        _ => None,
-    });
+    let applied = events.iter();
+    let applied = applied.filter_map(|event| Some((event.at, event.applied()?.clone())));
     applied.collect()
 }
 
@@ -144,14 +144,52 @@ pub fn metronome() -> (TickLog, Graph) {
     (log, graph)
 }
 
-/// The policy of `config` as a policy of its own.
+/// The cart-pole.
+pub fn cart_pole() -> Arc<CartPole> {
+    Arc::default()
+}
+
+/// The cart-pole with a policy of one's own.
+pub fn with_policy<P: Policy + Clone + Sync + 'static>(policy: P) -> Arc<CartPole> {
+    let make = move |_| Box::new(policy.clone()) as Box<dyn Policy>;
+    Arc::new(CartPole::with_policy(make))
+}
+
+/// The policy of `config` by itself, as the policy node has it.
 pub fn policy(config: &Config) -> Box<dyn Policy> {
-    let policy = SwappablePolicy::new(
-        &config.policy,
-        PolicyCache::default(),
-        config.policy_context(),
-    );
+    let spec = config.setup.message(POLICY).unwrap_or("scripted");
+    let spec = spec.parse().expect("a policy");
+    let control_hz = config.setup.rate(POLICY).unwrap_or(hz(CONTROL_HZ));
+    let seed = config.seed;
+    let context = PolicyContext { seed, control_hz };
+    let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context);
     Box::new(policy.expect("a policy"))
+}
+
+/// Ten seconds of the cart-pole, set up with knobs such as `control-hz 5`.
+pub fn config(setup: &str) -> Config {
+    CartPole::config(setup).expect(setup)
+}
+
+/// Timed knobs of the cart-pole, one a line.
+pub fn knobs(list: &str) -> Vec<TimedKnob> {
+    CartPole::KNOBS.parse_list(list).expect(list)
+}
+
+/// The cart-pole, ready to run.
+pub fn experiment(config: &Config) -> Experiment {
+    Experiment::new(cart_pole(), config).expect("experiment")
+}
+
+/// Runs the cart-pole.
+pub fn run(config: &Config) -> Summary {
+    experiment(config).run().expect("run")
+}
+
+/// The error for a run of the cart-pole that cannot be set up.
+pub fn refusal(config: &Config) -> String {
+    let refused = Experiment::new(cart_pole(), config).err();
+    refused.expect("no experiment").to_string()
 }
 
 /// Every message of a run, and its summary.
@@ -192,17 +230,16 @@ fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
     [head.as_flattened(), payload].concat()
 }
 
-/// Runs `config` with a tap on every topic.
+/// Runs the cart-pole with a tap on every topic.
 pub fn run_bytes(config: &Config) -> RunBytes {
-    collect(Experiment::new(config).expect("experiment"))
+    collect(experiment(config))
 }
 
-/// Runs `experiment` with a tap on every topic.
+/// Runs an experiment with the cart-pole, with a tap on every topic.
 pub fn collect(experiment: Experiment) -> RunBytes {
-    let capacity = 16;
-    let observations = experiment.taps().observations(capacity);
-    let actions = experiment.taps().actions(capacity);
-    let steps = experiment.taps().steps(capacity);
+    let observations = tap(&experiment, OBS);
+    let actions = tap(&experiment, ACTION);
+    let steps = tap(&experiment, STATE);
     std::thread::scope(|scope| {
         let observations = scope.spawn(|| messages_of(&observations));
         let actions = scope.spawn(|| messages_of(&actions));
@@ -214,6 +251,10 @@ pub fn collect(experiment: Experiment) -> RunBytes {
             steps: steps.join().expect("collected"),
         }
     })
+}
+
+fn tap<T: Payload>(experiment: &Experiment, topic: &str) -> Tap<TapMessage<T>> {
+    experiment.taps().messages(topic, 16).expect(topic)
 }
 
 /// Every message that a tap gets until its topic is gone.

@@ -1,72 +1,21 @@
 //! An exercise: what is asked, what is measured, what it means.
 
-use std::fmt;
-
 use ratelab::{
     cartpole::PlantError,
-    experiment::{SetupError, sweep::SweepError},
-    runtime::{DepthError, Fault, Hz, HzError, TimeError},
+    experiment::sweep::{AxisError, SweepError},
+    runtime::{Fault, Hz, HzError, TimeError},
     stability::StabilityError,
+    system::{BuildError, KnobTextError},
 };
 use thiserror::Error;
 
 use super::{
+    brief::{Brief, in_unit},
     expectations::{Check, Expectations, ExpectationsError},
-    prediction::{Prediction, Range, in_unit},
+    measurement::Measurement,
+    prediction::Prediction,
     table::Table,
 };
-
-/// How an exercise is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Say what will happen, then see.
-    PredictThenRun,
-    /// Turn one knob and find out what it does and does not do.
-    Investigation,
-    /// Something is wrong: find it.
-    BugHunt,
-    /// Done by hand in the lab.
-    Live,
-}
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PredictThenRun => "predict, then run",
-            Self::Investigation => "investigation",
-            Self::BugHunt => "bug hunt",
-            Self::Live => "live",
-        })
-    }
-}
-
-/// What a learner is told before anything is run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Brief {
-    /// Its place in the course, counted from one.
-    pub number: u32,
-    /// One word for it, in files.
-    pub name: &'static str,
-    /// What it is called.
-    pub title: &'static str,
-    /// How it is done.
-    pub kind: Kind,
-    /// What it is about and what will be run.
-    pub objective: &'static str,
-    /// What to predict: one number.
-    pub question: &'static str,
-    /// The unit of that number; empty for a count.
-    pub unit: &'static str,
-    /// The numbers that are possible.
-    pub range: Range,
-}
-
-impl Brief {
-    /// `number` with the unit of the question, if that has one.
-    pub fn in_unit(&self, number: f64) -> String {
-        in_unit(number, self.unit)
-    }
-}
 
 /// One exercise.
 pub trait Exercise: Sync {
@@ -100,25 +49,6 @@ pub struct Findings {
     pub meaning: String,
     /// The figures that must lie in bands.
     pub measurements: Vec<Measurement>,
-}
-
-/// A figure with a name.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measurement {
-    /// What it is, and its unit.
-    pub name: String,
-    /// What was measured.
-    pub value: f64,
-}
-
-impl Measurement {
-    /// `value`, measured as `name`.
-    pub fn new(name: impl Into<String>, value: impl Into<f64>) -> Self {
-        Self {
-            name: name.into(),
-            value: value.into(),
-        }
-    }
 }
 
 /// What the measurement has to say on the question.
@@ -204,7 +134,7 @@ impl Findings {
 pub enum Failure {
     /// A run could not be set up.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    Setup(#[from] BuildError),
     /// A plant could not be made.
     #[error(transparent)]
     Plant(#[from] PlantError),
@@ -223,9 +153,12 @@ pub enum Failure {
     /// A rate that is none.
     #[error(transparent)]
     Rate(#[from] HzError),
-    /// A depth that is none.
+    /// A knob that is none.
     #[error(transparent)]
-    Depth(#[from] DepthError),
+    Knob(#[from] KnobTextError),
+    /// A list of values that is none.
+    #[error(transparent)]
+    Axis(#[from] AxisError),
     /// A time that is none.
     #[error(transparent)]
     Time(#[from] TimeError),

@@ -2,18 +2,22 @@
 //! measurement, and bands that the measurement must stay within.
 
 mod answers;
+mod brief;
 mod exercise;
 mod expectations;
+mod measurement;
 mod prediction;
 mod recorded;
 mod table;
 mod unit;
 
 pub use answers::{Answers, AnswersError};
-pub use exercise::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement};
+pub use brief::{Brief, Kind, Range};
+pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError};
-pub use prediction::{Prediction, PredictionError, Range};
+pub use measurement::Measurement;
+pub use prediction::{Prediction, PredictionError};
 pub use table::Table;
 
 pub(crate) use exercise::{hz, mean_ms};
-pub(crate) use recorded::{Recorded, record};
+pub(crate) use recorded::{Recorded, axis, cart_pole, record};

@@ -5,7 +5,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Brief, unit::Unit};
+use super::{
+    brief::{Brief, in_unit},
+    unit::Unit,
+};
 
 /// A number and why: what is predicted before anything is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,12 @@ impl Prediction {
         if goes_on_with_a_number(reason) {
             return Err(not_one());
         }
-        let number = brief.range.check(number, unit)?;
+        if !brief.range.contains(number) {
+            return Err(PredictionError::Impossible {
+                number: in_unit(number, unit),
+                possible: brief.range.in_words(unit),
+            });
+        }
         let reason = without_because(reason);
         let is_word = |word: &&str| !word.is_empty() && Unit::named(word).is_none();
         if reason
@@ -79,11 +87,6 @@ impl fmt::Display for Prediction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} because {}", self.number, self.reason)
     }
-}
-
-/// `number` with its `unit`, if it has one.
-pub(super) fn in_unit(number: f64, unit: &str) -> String {
-    format!("{number} {unit}").trim_end().to_owned()
 }
 
 /// What to ask for.
@@ -153,32 +156,6 @@ fn without_because(reason: &str) -> &str {
     match reason.get(..BECAUSE.len()) {
         Some(word) if word.eq_ignore_ascii_case(BECAUSE) => &reason[BECAUSE.len()..],
         _ => reason,
-    }
-}
-
-/// The numbers that an exercise can come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    /// The least.
-    pub least: f64,
-    /// The most.
-    pub most: f64,
-    /// Whether only whole numbers are possible.
-    pub whole: bool,
-}
-
-impl Range {
-    /// `number`, if it is possible.
-    fn check(self, number: f64, unit: &str) -> Result<f64, PredictionError> {
-        let inside = (self.least..=self.most).contains(&number);
-        if inside && (!self.whole || number.fract() == 0.0) {
-            return Ok(number);
-        }
-        let number = in_unit(number, unit);
-        let kind = if self.whole { "a whole number, " } else { "" };
-        let most = in_unit(self.most, unit);
-        let possible = format!("{kind}{} to {most}", self.least);
-        Err(PredictionError::Impossible { number, possible })
     }
 }
 

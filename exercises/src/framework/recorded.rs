@@ -1,12 +1,25 @@
-//! A run with every control step that it made.
+//! Runs of the cart-pole.
+
+use std::sync::Arc;
 
 use ratelab::{
-    cartpole::{CONTROL_HZ, ControlStep},
-    experiment::{Config, Experiment, Summary},
+    cartpole::{CONTROL_HZ, CartPole, ControlStep, STATE},
+    experiment::{Config, Experiment, Summary, sweep::SweepAxis},
     runtime::Message,
 };
 
 use super::Failure;
+
+/// The cart-pole.
+pub(crate) fn cart_pole() -> Arc<CartPole> {
+    Arc::default()
+}
+
+/// A knob of the cart-pole and the values that a sweep goes through.
+pub(crate) fn axis<T: ToString>(name: &str, values: &[T]) -> Result<SweepAxis, Failure> {
+    let values = values.iter().map(T::to_string);
+    Ok(SweepAxis::of(CartPole::KNOBS, name, values)?)
+}
 
 /// A run and its control steps.
 pub(crate) struct Recorded {
@@ -16,10 +29,11 @@ pub(crate) struct Recorded {
 
 /// Runs `config`, which must have an end, and keeps every control step.
 pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
-    let experiment = Experiment::new(config)?;
+    let experiment = Experiment::new(cart_pole(), config)?;
     // Room for all of them, so that the run never waits for a reader.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
-    let tap = experiment.taps().steps(room);
+    let tap = experiment.taps().messages(STATE, room);
+    let tap = tap.ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;
     let summary = experiment.run()?;
     let steps = tap.items().iter().map(|step| step.message).collect();
     Ok(Recorded { summary, steps })

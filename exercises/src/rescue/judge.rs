@@ -18,12 +18,9 @@
 use std::{fmt, time::Duration};
 
 use ratelab::{
-    cartpole::{ControlStep, POLICY},
-    experiment::{BROKEN_HZ, Verdict},
-    runtime::{
-        Command, Hz, Message, Time,
-        telemetry::{Event, EventKind},
-    },
+    cartpole::{BROKEN_HZ, ControlStep, POLICY},
+    runtime::{Hz, Knob, Message, Time, TimedKnob, telemetry::Event},
+    system::Verdict,
 };
 
 /// Beyond this angle from upright the pole is in danger (degrees). In 200 runs
@@ -115,11 +112,9 @@ struct SlowPhase {
 }
 
 fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
-    let changes = session.events.iter().filter_map(|event| match &event.what {
-        EventKind::Applied {
-            command: Command::SetRate { node, hz },
-            ..
-        } if node == POLICY => Some((event.at, *hz)),
+    let turned = session.events.iter().filter_map(Event::knob);
+    let changes = turned.filter_map(|TimedKnob { at, knob }| match knob {
+        Knob::Rate { node, hz } if node == POLICY => Some((at, hz)),
         _ => None,
     });
     let mut slow_phases: Vec<SlowPhase> = Vec::new();
@@ -155,14 +150,11 @@ impl<'a> Attempt<'a> {
             .steps
             .partition_point(|step| step.stamp < slow_phase.from);
         let last = session.steps.partition_point(|step| step.stamp < next);
-        let fell = match session.verdict {
-            Verdict::PoleFell { at } | Verdict::CartLeftRail { at } => Some(at),
-            Verdict::Balanced | Verdict::Stopped { .. } => None,
-        };
+        let Verdict { kind, at } = session.verdict;
         Self {
             slow_phase,
             steps: session.steps.get(first..last).unwrap_or_default(),
-            fell: fell.filter(|at| *at < next),
+            fell: (kind.lost && at < next).then_some(at),
         }
     }
 

@@ -3,8 +3,9 @@
 pub mod judge;
 
 use ratelab::{
-    experiment::{BROKEN_HZ, Config, Knob, TimedKnob},
-    runtime::{Hz, Time},
+    cartpole::{BROKEN_HZ, CONTROL_HZ, CartPole},
+    experiment::Config,
+    runtime::Hz,
 };
 
 use crate::framework::{
@@ -76,18 +77,12 @@ impl Rehearsal {
     /// Slow from the beginning, for so many tenths of a second.
     fn run(tenths: u32) -> Result<Self, Failure> {
         let slow_s = f64::from(tenths) / 10.0;
-        let usual = Config::default();
-        let config = Config {
-            control_hz: Hz::new(BROKEN_HZ)?,
-            knobs: vec![TimedKnob {
-                at: Time::from_secs_f64(slow_s)?,
-                knob: Knob::ControlHz(usual.control_hz),
-            }],
-            ..usual
-        };
-        let run = record(&config)?;
+        let run = record(&Config {
+            knobs: CartPole::KNOBS.parse_timed(&format!("{slow_s} control-hz {CONTROL_HZ}"))?,
+            ..CartPole::config(&format!("control-hz {BROKEN_HZ}"))?
+        })?;
         let judged = judge(&RescueSession {
-            control_hz: config.control_hz,
+            control_hz: Hz::new(BROKEN_HZ)?,
             events: &run.summary.events,
             steps: &run.steps,
             verdict: run.summary.verdict,
@@ -100,7 +95,7 @@ impl Rehearsal {
     }
 
     fn fell(&self) -> bool {
-        !self.run.summary.verdict.balanced()
+        self.run.summary.verdict.is_lost()
     }
 
     fn widest_deg(&self) -> f64 {

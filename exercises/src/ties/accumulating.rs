@@ -6,10 +6,9 @@
 
 use ratelab::{
     cartpole::{
-        Action, Actuator, CONTROL_HZ, ControlStep, Observation, Plant, PolicyNode, Sensor,
-        SharedPlant,
+        ACTION, Action, Actuator, CONTROL_HZ, ControlStep, OBS, Observation, Plant, PolicyNode,
+        STATE, Sensor, SharedPlant,
     },
-    experiment::{ACTION, OBS, STATE},
     policy::Scripted,
     runtime::{
         Depth, Node, Time, Topic,

@@ -3,12 +3,14 @@
 pub mod accumulating;
 
 use ratelab::{
-    experiment::{ACTION, Config, Experiment, OBS},
+    cartpole::{ACTION, CartPole, OBS},
+    experiment::{Config, Experiment},
     runtime::{Hz, telemetry::Distribution},
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, hz, mean_ms,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, cart_pole, hz,
+    mean_ms,
 };
 use accumulating::Accumulated;
 
@@ -75,7 +77,7 @@ struct ScheduleRun {
 
 impl ScheduleRun {
     fn exact(config: &Config) -> Result<Self, Failure> {
-        let experiment = Experiment::new(config)?;
+        let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
         let summary = experiment.run()?;
         let snapshot = observer.snapshot();
@@ -87,7 +89,7 @@ impl ScheduleRun {
             latency_ms: mean_ms(summary.latency.mean_s()),
             reading_age_ms: age_ms(OBS),
             action_age_ms: age_ms(ACTION),
-            dropped: summary.obs.dropped,
+            dropped: summary.topic(OBS).dropped,
             steps: summary.steps,
         })
     }
@@ -115,10 +117,7 @@ struct Pair {
 
 impl Pair {
     fn run(control_hz: Hz) -> Result<Self, Failure> {
-        let config = Config {
-            control_hz,
-            ..Config::default()
-        };
+        let config = CartPole::config(&format!("control-hz {}", control_hz.get()))?;
         let added = accumulating::run(config.seed, control_hz.get(), config.end.as_secs_f64())?;
         Ok(Self {
             hz: control_hz,

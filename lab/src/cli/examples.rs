@@ -1,62 +1,87 @@
 //! What is worth typing first: the end of each help, and of each manual page.
 
+use clap::Command;
+
+use crate::program;
+
 /// What all of them begin with.
 pub const EXAMPLES: &str = "Examples:\n";
 
-/// Of ratelab itself.
-pub const RATELAB: &str = "\
-Examples:
+/// Examples by command; the first are of the program itself.
+const OF_COMMANDS: [(&str, &str); 10] = [
+    (
+        "",
+        "\
   ratelab                     watch the graph run; ? tells the keys
-  ratelab run --help          the options of one command, and examples";
-
-/// Of the lab.
-pub const LAB: &str = "\
-Examples:
+  ratelab run --help          the options of one command, and examples",
+    ),
+    (
+        "lab",
+        "\
   ratelab lab --speed 0.2               slow motion: a fall one can follow
-  ratelab lab --control-hz 7 --record   a rate on the cliff, recorded";
-
-/// Of a run.
-pub const RUN: &str = "\
-Examples:
+  ratelab lab --control-hz 7 --record   a rate on the cliff, recorded",
+    ),
+    (
+        "run",
+        "\
   ratelab run --break                   decide 5 times a second: it falls
-  ratelab run --clock virtual --record  the same to the bit every time, and kept";
-
-/// Of a sweep.
-pub const SWEEP: &str = "\
-Examples:
+  ratelab run --clock virtual --record  the same to the bit every time, and kept",
+    ),
+    (
+        "sweep",
+        "\
   ratelab sweep --control-hz 5..10 --seeds 0..199 --theory
-  ratelab sweep --policy scripted,lqr --queue-depth 1,100";
-
-/// Of a replay.
-pub const REPLAY: &str = "\
-Examples:
+  ratelab sweep --policy scripted,lqr --queue-depth 1,100
+  ratelab sweep --axis \"rate NODE\" 1,10,100 --csv runs.csv",
+    ),
+    (
+        "replay",
+        "\
   ratelab replay fall.rrd               in the rerun viewer
-  ratelab replay --terminal fall.rrd    here, in the panes of the lab";
-
-/// Of what a recording holds.
-pub const INFO: &str = "\
-Examples:
-  ratelab info fall.rrd";
-
-/// Of a verification.
-pub const VERIFY: &str = "\
-Examples:
-  ratelab verify recordings/*.rrd";
-
-/// Of the exercises.
-pub const EXERCISE: &str = "\
-Examples:
+  ratelab replay --terminal fall.rrd    here, in the panes of the lab",
+    ),
+    ("info", "  ratelab info fall.rrd"),
+    ("verify", "  ratelab verify recordings/*.rrd"),
+    (
+        "exercise",
+        "\
   ratelab exercise 1                    says what it is about, asks, measures
-  ratelab exercise 1 --predict \"30 because fewer decisions come too late\"";
-
-/// Of completions.
-pub const COMPLETIONS: &str = "\
-Examples:
+  ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
+    ),
+    (
+        "completions",
+        "\
   ratelab completions bash > ~/.local/share/bash-completion/completions/ratelab
-  ratelab completions fish > ~/.config/fish/completions/ratelab.fish";
-
-/// Of the manual.
-pub const MAN: &str = "\
-Examples:
+  ratelab completions fish > ~/.config/fish/completions/ratelab.fish",
+    ),
+    (
+        "man",
+        "\
   ratelab man | man -l -                read it now
-  ratelab man ~/.local/share/man/man1   install it: man ratelab-run";
+  ratelab man ~/.local/share/man/man1   install it: man ratelab-run",
+    ),
+];
+
+/// Adds to `command` its examples: those whose options it has.
+pub fn add(command: Command) -> Command {
+    let program = program::name();
+    let name = command.get_name();
+    let name = if name == program { "" } else { name };
+    let known = |option: &str| {
+        let mut options = command.get_arguments().filter_map(|arg| arg.get_long());
+        option == "help" || options.any(|known| known == option)
+    };
+    let of_command = OF_COMMANDS.iter().find(|(of, _)| *of == name);
+    let lines = of_command.map_or("", |(_, text)| text).lines();
+    let lines = lines.filter(|line| {
+        let mut words = line.split_whitespace();
+        words.all(|word| word.strip_prefix("--").is_none_or(known))
+    });
+    let lines: Vec<String> = lines
+        .map(|line| format!("  {}", line.trim().replace("ratelab", &program)))
+        .collect();
+    if lines.is_empty() {
+        return command;
+    }
+    command.after_help(format!("{EXAMPLES}{}", lines.join("\n")))
+}

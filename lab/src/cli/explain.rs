@@ -48,7 +48,8 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
 
 /// The command that a line of usage begins with, such as `ratelab run`.
 fn command(usage: &str) -> String {
-    let words = usage.split_whitespace();
+    let mut words = usage.split_whitespace();
+    let program = words.next().into_iter();
     let names = words.take_while(|word| word.chars().all(|c| c.is_ascii_lowercase()));
-    names.collect::<Vec<_>>().join(" ")
+    program.chain(names).collect::<Vec<_>>().join(" ")
 }

@@ -2,62 +2,24 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use clap::{Args, ValueEnum, ValueHint};
-use ratelab::{
-    policy::PolicySpec,
-    runtime::{ClockKind, Depth, Hz, Speed, Time},
-};
+use clap::{Args, ValueEnum};
+use ratelab::runtime::{ClockKind, Speed, Time};
 
-use super::{heading, values};
+use super::{
+    heading,
+    system::{Setting, SystemArgs},
+    values,
+};
 
 /// What a graph can be asked for. Names with underscores are accepted too.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::GRAPH)]
 pub struct GraphArgs {
-    /// How often the policy decides (0.001 to 10000 Hz) [default: 50]
-    #[arg(
-        long,
-        alias = "control_hz",
-        value_name = "HZ",
-        allow_hyphen_values = true
-    )]
-    pub control_hz: Option<Hz>,
+    /// The options of the system.
+    #[command(flatten)]
+    pub system: SystemArgs<Setting>,
 
-    /// Break it: the policy decides only 5 times a second.
-    #[arg(long = "break", conflicts_with = "control_hz")]
-    pub break_bug: bool,
-
-    /// How often the sensor publishes (0.001 to 10000 Hz).
-    #[arg(
-        long,
-        alias = "sensor_hz",
-        value_name = "HZ",
-        default_value = "50",
-        allow_hyphen_values = true
-    )]
-    pub sensor_hz: Hz,
-
-    /// How many messages /obs and /action keep (1 to 1000000).
-    #[arg(
-        long,
-        alias = "queue_depth",
-        value_name = "N",
-        default_value = "1",
-        allow_hyphen_values = true
-    )]
-    pub queue_depth: Depth,
-
-    /// The policy: scripted, lqr, zero, random, or a file of weights (.pt,
-    /// .safetensors, .onnx).
-    #[arg(
-        long,
-        value_name = "POLICY",
-        default_value = "scripted",
-        value_hint = ValueHint::FilePath
-    )]
-    pub policy: PolicySpec,
-
-    /// Chooses the start, and the numbers of the random policy.
+    /// Chooses the start, and all numbers that are drawn by chance.
     #[arg(
         long,
         default_value_t = 0,
@@ -67,8 +29,13 @@ pub struct GraphArgs {
     )]
     pub seed: u64,
 
-    /// Turn knobs on the way: a file with lines such as "2.5 control-hz 10"
-    /// (control-hz, sensor-hz, queue-depth, policy).
+    /// Turn a knob before the run begins: "rate NODE HZ", "depth TOPIC N" or "send
+    /// NODE TEXT"; can be given several times.
+    #[arg(long, value_name = "KNOB")]
+    pub knob: Vec<String>,
+
+    /// Turn knobs on the way: a file with lines such as "2.5 rate NODE 10"; the
+    /// names of options are knobs, too.
     #[arg(long, value_name = "FILE")]
     pub knobs: Option<PathBuf>,
 

@@ -7,14 +7,18 @@ mod graph;
 mod recordings;
 mod run;
 mod sweep;
+mod system;
 mod values;
 
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, FromArgMatches, Subcommand};
 use clap_complete::Shell;
 
-use crate::version;
+use crate::{
+    program::{self, Program},
+    version,
+};
 
 pub use self::{
     examples::EXAMPLES,
@@ -24,6 +28,7 @@ pub use self::{
     recordings::{InfoArgs, ReplayArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::SweepArgs,
+    system::DEFAULT_RATES,
 };
 
 /// Headings under which options are listed.
@@ -38,65 +43,94 @@ pub mod heading {
     pub const SCREEN: &str = "Screen";
 }
 
-/// See why robot software is a graph of nodes at fixed rates: a MuJoCo
-/// cart-pole, balanced by three nodes that only talk through topics.
-#[derive(Debug, Parser)]
-#[command(
-    name = "ratelab",
-    version = version::short(),
-    long_version = version::long(),
-    max_term_width = 100,
-    args_conflicts_with_subcommands = true,
-    after_help = examples::RATELAB
-)]
-pub struct Cli {
-    /// What to do; the lab, if nothing is said.
-    #[command(subcommand)]
-    pub command: Option<Command>,
-
-    /// Options of the lab.
-    #[command(flatten)]
-    pub lab: LabArgs,
-}
-
 /// What ratelab can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Open the dashboard over a running graph (the same as no command).
-    #[command(after_help = examples::LAB)]
     Lab(LabArgs),
-    /// Run the graph without a dashboard and print what it came to.
-    #[command(after_help = examples::RUN)]
+    /// Run the graph without a dashboard and print a summary.
     Run(RunArgs),
-    /// Run rates, depths and seeds on all cores: how often does the pole stay up?
-    #[command(after_help = examples::SWEEP)]
+    /// Run rates, depths and seeds on all cores: how often does it go well?
     Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
-    #[command(after_help = examples::REPLAY)]
     Replay(ReplayArgs),
     /// Print what is in a recording.
-    #[command(after_help = examples::INFO)]
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
-    #[command(after_help = examples::VERIFY)]
     Verify(VerifyArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
-    #[command(after_help = examples::EXERCISE)]
+    #[command(skip)]
     Exercise(ExerciseArgs),
     /// Print the keys of the lab.
     Keys,
-    /// Print what makes a shell complete ratelab's commands and options.
-    #[command(after_help = examples::COMPLETIONS)]
+    /// Print what makes a shell complete commands and options.
     Completions {
         /// The shell.
         #[arg(value_name = "SHELL")]
         shell: Shell,
     },
     /// Print the manual page, or write one page per command.
-    #[command(after_help = examples::MAN)]
     Man {
         /// Write the pages into this folder, which is made if need be.
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
+}
+
+/// The name of the command that only a course has, and its place in the help: the
+/// others have the even ones.
+const EXERCISE: (&str, usize) = ("exercise", 13);
+
+/// What `program` is asked for.
+///
+/// # Errors
+/// What is to be printed instead, such as help; see [`explain`].
+pub fn parse(program: &Program) -> Result<Command, clap::Error> {
+    let matches = command(program).try_get_matches()?;
+    match matches.subcommand() {
+        None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
+        Some((name, args)) if name == EXERCISE.0 => {
+            ExerciseArgs::from_arg_matches(args).map(Command::Exercise)
+        }
+        Some(_) => Command::from_arg_matches(&matches),
+    }
+}
+
+/// The definition of the command line of `program`.
+pub fn command(program: &Program) -> clap::Command {
+    let about = if program.course {
+        "See why robot software is a graph of nodes at fixed rates: a MuJoCo cart-pole, balanced \
+         by three nodes that only talk through topics"
+            .to_owned()
+    } else {
+        format!("{}: a graph of nodes at fixed rates", program.system.name())
+    };
+    let command = Command::augment_subcommands(LabArgs::augment_args(
+        clap::Command::new(program::name())
+            .args_conflicts_with_subcommands(true)
+            .max_term_width(100),
+    ));
+    let mut command = command
+        .about(about)
+        .version(version::short(program))
+        .long_version(version::long(program));
+    if program.course {
+        let exercise = ExerciseArgs::augment_args(clap::Command::new(EXERCISE.0));
+        let about = "Learn by predicting: list the exercises, do one, check what they promise";
+        command = command.subcommand(exercise.about(about));
+    }
+    let with_options = |command: clap::Command| match command.get_name() {
+        "lab" | "run" => system::with_run_options(command, program),
+        "sweep" => system::with_axes(command, program),
+        _ => command,
+    };
+    let command = system::with_run_options(command, program);
+    let mut places = (1..).map(|place| 2 * place);
+    examples::add(command.mut_subcommands(|command| {
+        let place = match command.get_name() {
+            name if name == EXERCISE.0 => Some(EXERCISE.1),
+            _ => places.next(),
+        };
+        examples::add(with_options(command)).display_order(place)
+    }))
 }

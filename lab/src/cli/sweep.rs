@@ -1,16 +1,16 @@
 //! What a sweep can be asked for.
 
-use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
+use std::{num::NonZeroUsize, path::PathBuf};
 
-use clap::{Args, ValueHint};
+use clap::Args;
 use ratelab::{
-    experiment::sweep::Axis,
-    policy::{PolicySpec, UnknownPolicy},
-    runtime::{Depth, Hz, Time},
+    experiment::sweep::{Axis, SweepAxis},
+    runtime::Time,
 };
 
 use super::{
     heading,
+    system::SystemArgs,
     values::{duration, within},
 };
 
@@ -19,15 +19,19 @@ use super::{
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::GRAPH)]
 pub struct SweepArgs {
-    /// How often the policy decides: a list or a range (Hz), such as 1..30.
-    #[arg(
-        long,
-        alias = "control_hz",
-        value_name = "LIST",
-        default_value = "1..30",
-        allow_hyphen_values = true
-    )]
-    pub control_hz: Axis<Hz>,
+    /// The options of the system.
+    #[command(flatten)]
+    pub system: SystemArgs<SweepAxis>,
+
+    /// Sweep any knob: "rate NODE", "depth TOPIC" or "send NODE", and a list or a
+    /// range; can be given several times.
+    #[arg(long, num_args = 2, value_names = ["KNOB", "LIST"], allow_hyphen_values = true)]
+    pub axis: Vec<String>,
+
+    /// Turn a knob of all runs: "rate NODE HZ", "depth TOPIC N" or "send NODE TEXT";
+    /// can be given several times.
+    #[arg(long, value_name = "KNOB")]
+    pub knob: Vec<String>,
 
     /// The starts: a list or a range, such as 0..199.
     #[arg(
@@ -38,36 +42,6 @@ pub struct SweepArgs {
     )]
     pub seeds: Axis<u64>,
 
-    /// How often the sensor publishes: a list or a range (Hz).
-    #[arg(
-        long,
-        alias = "sensor_hz",
-        value_name = "LIST",
-        default_value = "50",
-        allow_hyphen_values = true
-    )]
-    pub sensor_hz: Axis<Hz>,
-
-    /// How many messages /obs and /action keep: a list or a range.
-    #[arg(
-        long,
-        alias = "queue_depth",
-        value_name = "LIST",
-        default_value = "1",
-        allow_hyphen_values = true
-    )]
-    pub queue_depth: Axis<Depth>,
-
-    /// The policies, with commas in between: scripted, lqr, zero, random, or files of
-    /// weights (a comma in a path is \,).
-    #[arg(
-        long,
-        value_name = "LIST",
-        default_value = "scripted",
-        value_hint = ValueHint::FilePath
-    )]
-    pub policy: Vec<Policies>,
-
     /// Run time of each in seconds [default: 10]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub duration_s: Option<Time>,
@@ -75,11 +49,6 @@ pub struct SweepArgs {
     /// Threads to run on, which change nothing but the time it takes [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,
-
-    /// Put what linear theory says beside what was measured: how fast a small
-    /// deviation grows (1/s).
-    #[arg(long, help_heading = heading::OUTPUT)]
-    pub theory: bool,
 
     /// Write one row per run to this file.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
@@ -89,8 +58,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "DIR", help_heading = heading::OUTPUT)]
     pub out: Option<PathBuf>,
 
-    /// Write curves over the control rate to this .rrd file, which must be new, for
-    /// the rerun viewer.
+    /// Write curves to this .rrd file, which must be new, for the rerun viewer.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub record: Option<PathBuf>,
 
@@ -101,32 +69,6 @@ pub struct SweepArgs {
     /// Draw with ASCII characters only.
     #[arg(long, help_heading = heading::OUTPUT)]
     pub ascii: bool,
-}
-
-/// Several policies. As text they have commas in between; one that is part of a
-/// path has a backslash before it.
-#[derive(Clone, Debug)]
-pub struct Policies(pub Vec<PolicySpec>);
-
-impl FromStr for Policies {
-    type Err = UnknownPolicy;
-
-    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
-        let mut names = vec![String::new()];
-        for piece in text.split_inclusive(',') {
-            let mut name = names.pop().unwrap_or_default();
-            match (piece.strip_suffix("\\,"), piece.strip_suffix(',')) {
-                (Some(start), _) => names.push(name + start + ","),
-                (None, Some(end)) => names.extend([name + end, String::new()]),
-                (None, None) => {
-                    name.push_str(piece);
-                    names.push(name);
-                }
-            }
-        }
-        let policies = names.iter().map(|name| name.parse());
-        policies.collect::<Result<_, _>>().map(Self)
-    }
 }
 
 /// The most threads that are accepted.

@@ -1,13 +1,12 @@
 //! `ratelab completions`: what makes a shell complete.
 
-use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 
-use crate::{cli::Cli, error::Error, output::print_line};
+use crate::{cli, error::Error, output::print_line, program::Program};
 
 /// Prints the script for `shell`.
-pub fn completions(shell: Shell) -> Result<(), Error> {
-    let mut command = Cli::command();
+pub fn completions(program: &Program, shell: Shell) -> Result<(), Error> {
+    let mut command = cli::command(program);
     let name = command.get_name().to_owned();
     // Generated in memory first: writing to a pipe that is closed would panic.
     let mut script = Vec::new();

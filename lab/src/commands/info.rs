@@ -2,61 +2,61 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::runtime::Time;
+use ratelab::runtime::{Rows, Time};
 
 use crate::{
     error::Error,
     output::print_line,
-    recording::{Origin, Recording, RecordingEnd, Replay, schema::RunStatus},
+    program::Program,
+    recording::{Recording, RecordingEnd, Replay, schema::RunStatus},
     report::{self, ReportContext},
 };
 
-/// Prints what a recording is of and what the run came to.
-pub fn info(file: &Path) -> Result<(), Error> {
+/// Prints what a recording is of, and the summary of its run.
+pub fn info(program: &Program, file: &Path) -> Result<(), Error> {
     let recording = Arc::new(Recording::read(file)?);
-    print_line(&overview(&recording))?;
+    print_line(&overview(program, &recording))?;
     Error::if_damaged(&recording)
 }
 
-fn overview(recording: &Arc<Recording>) -> String {
-    let mut replay = Replay::new(recording.clone());
+fn overview(program: &Program, recording: &Arc<Recording>) -> String {
+    let mut replay = Replay::new(recording.clone(), &program.system);
     let begins = replay.begins();
     replay.advance_to(Time::MAX);
-    let Origin {
-        ratelab,
-        mujoco,
-        platform,
-        ..
-    } = &recording.origin;
-    let messages = recording.topics.iter().map(|topic| topic.heads.len());
+    let messages = recording.topics.iter().map(Rows::len);
     let ticks: usize = recording.ticks.iter().map(Vec::len).sum();
     let file = recording.path.display();
-    let lines = [
+    let holds = format!(
+        "{begins} to {}: {} messages, {ticks} ticks{}",
+        recording.until,
+        messages.sum::<usize>(),
+        lost(recording.outcome.as_ref())
+    );
+    let mut lines = vec![
         (
             "file",
             format!("{file} ({})", report::size(recording.bytes)),
         ),
-        (
-            "made by",
-            format!("ratelab {ratelab}, MuJoCo {mujoco}, {platform}"),
-        ),
-        (
-            "holds",
-            format!(
-                "{begins} to {}: {} messages, {ticks} ticks{}",
-                recording.until,
-                messages.sum::<usize>(),
-                lost(recording.outcome.as_ref())
-            ),
-        ),
+        ("made by", recording.origin.made_by()),
+        ("holds", holds),
     ];
-    let lines = lines.map(|(name, text)| report::line(name, &text));
+    if !recording.is_of(&*program.system) {
+        lines.insert(1, ("system", recording.origin.system.clone()));
+    }
+    let mut lines: Vec<String> = lines
+        .iter()
+        .map(|(name, text)| report::line(name, text))
+        .collect();
     let context = ReportContext {
         open: open(recording),
         ..ReportContext::default()
     };
-    let summary = report::text(&replay.summary(), &context);
-    format!("{}\n{summary}", lines.join("\n"))
+    lines.push(report::text(
+        &**replay.system(),
+        &replay.summary(),
+        &context,
+    ));
+    lines.join("\n")
 }
 
 /// Why a recording does not know how its run ended, if it does not.

@@ -1,7 +1,7 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
 use ratelab::{
-    policy::PolicyCache,
+    experiment::Experiment,
     runtime::{ClockKind, Speed, Time},
 };
 
@@ -11,6 +11,7 @@ use crate::{
     error::Error,
     options::{self, Defaults},
     output::{Outputs, print_recorded, record_error, write_error},
+    program::Program,
     recording::Destination,
     results::{plan, print_results},
     screen::{need_terminal, screen},
@@ -23,16 +24,17 @@ const DEFAULTS: Defaults = Defaults {
     speed: Speed::REAL_TIME,
 };
 
-/// Opens the dashboard; writes and prints what the last run came to when it is
+/// Opens the dashboard; writes and prints the summary of the last run when it is
 /// left.
-pub fn lab(args: &LabArgs) -> Result<(), Error> {
-    let policies = PolicyCache::default();
-    let config = options::config(&args.run, &DEFAULTS, &policies)?;
-    need_terminal("the lab needs a terminal to draw on: try ratelab run")?;
-    let outputs = Outputs::beside_csv(&plan(&args.run, &config))?;
+pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
+    let config = options::config(program, &args.run, &DEFAULTS)?;
+    let experiment = Experiment::new(program.system.clone(), &config)?;
+    need_terminal("the lab needs a terminal to draw on", "run")?;
+    let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
     let realtime = options::realtime(&args.run.graph);
     let setup = Setup {
-        policies,
+        system: program.system.clone(),
+        course: program.course,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: args.run.record.clone().map(Destination::new),
@@ -43,7 +45,14 @@ pub fn lab(args: &LabArgs) -> Result<(), Error> {
         print_recorded(args.run.json, recorded)?;
     }
     let ended = left.ended.map_err(|error| unfinished(args, error))?;
-    print_results(&args.run, outputs, &ended.summary, realtime, ended.csv_lost)?;
+    print_results(
+        program,
+        &args.run,
+        outputs,
+        &ended.summary,
+        realtime,
+        ended.csv_lost,
+    )?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 

@@ -2,28 +2,28 @@
 
 use std::{fs, io, path::Path};
 
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_mangen::{
     Man,
     roff::{Roff, bold, roman},
 };
 
 use crate::{
-    cli::{Cli, EXAMPLES},
+    cli::{self, EXAMPLES},
     error::Error,
     output::print_line,
+    program::{self, Program},
     version,
 };
 
-/// What the page of ratelab itself says beside its options: headings, and what
-/// each is about.
-const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
+/// What the page of the program itself has beside its options.
+const SECTIONS: [Section; 3] = [
     (
         "EXIT STATUS",
         &[
             (
                 "0",
-                "What was asked for was done. A pole that falls is a result.",
+                "What was asked for was done. A run that is lost is a result.",
             ),
             (
                 "1",
@@ -51,11 +51,6 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
                 "ORT_DYLIB_PATH",
                 "The library of the ONNX Runtime, which runs policies in .onnx files.",
             ),
-            (
-                "XDG_DATA_HOME",
-                "On Linux, where the folder ratelab with the predictions is; ~/.local/share if \
-                 it is not set.",
-            ),
         ],
     ),
     (
@@ -66,15 +61,6 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
                 "Where recordings without a name go: a folder of the folder ratelab runs in.",
             ),
             (
-                "exercises/answers.toml",
-                "Predictions made in a clone of ratelab.",
-            ),
-            (
-                "~/.local/share/ratelab/answers.toml",
-                "A file such as this keeps predictions made elsewhere, by the customs of the \
-                 system. ratelab exercise says which file it is.",
-            ),
-            (
                 "../lib/ratelab/",
                 "Seen from the folder of the program: where it looks for MuJoCo's library when \
                  the clone that it was built in has moved or is gone.",
@@ -83,26 +69,45 @@ const SECTIONS: [(&str, &[(&str, &str)]); 3] = [
     ),
 ];
 
-/// Prints the page of ratelab, or writes those of all commands into `folder`.
-pub fn man(folder: Option<&Path>) -> Result<(), Error> {
-    let mut command = Cli::command().disable_help_subcommand(true);
+/// What a course has beside these.
+const COURSE: Section = (
+    "PREDICTIONS",
+    &[
+        (
+            "exercises/answers.toml",
+            "Predictions made in a clone of ratelab.",
+        ),
+        (
+            "~/.local/share/ratelab/answers.toml",
+            "A file such as this keeps predictions made elsewhere, by the customs of the system; \
+             on Linux the variable XDG_DATA_HOME names another folder than ~/.local/share. \
+             ratelab exercise names the file.",
+        ),
+    ],
+);
+
+/// Prints the page of the program, or writes those of all commands into `folder`.
+pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
+    let mut command = cli::command(program).disable_help_subcommand(true);
     command.build();
+    let mut sections = SECTIONS.to_vec();
+    sections.extend(program.course.then_some(COURSE));
     let Some(folder) = folder else {
-        let page = page(&command, &SECTIONS)?;
+        let page = page(&command, &sections)?;
         return print_line(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
-    write(&command, &SECTIONS, folder)?;
+    write(&command, &sections, folder)?;
     for command in command.get_subcommands() {
         write(command, &[], folder)?;
     }
     Ok(())
 }
 
-/// Headings, and below each what is explained: a name, and what it is.
-type Sections<'a> = &'a [(&'a str, &'a [(&'a str, &'a str)])];
+/// A heading, and below it what is explained: a name, and what it is.
+type Section = (&'static str, &'static [(&'static str, &'static str)]);
 
-fn write(command: &Command, sections: Sections, folder: &Path) -> Result<(), Error> {
+fn write(command: &Command, sections: &[Section], folder: &Path) -> Result<(), Error> {
     let file = folder.join(manual(command).get_filename());
     let page = page(command, sections)?;
     fs::write(&file, page).map_err(|why| Error::unwritable("man", &file, &why))
@@ -119,14 +124,14 @@ fn manual(command: &Command) -> Man {
 }
 
 /// The page of one command.
-fn page(command: &Command, sections: Sections) -> Result<Vec<u8>, Error> {
+fn page(command: &Command, sections: &[Section]) -> Result<Vec<u8>, Error> {
     render(command, sections).map_err(|why| Error::Write {
         what: "the page".to_owned(),
         why,
     })
 }
 
-fn render(command: &Command, sections: Sections) -> io::Result<Vec<u8>> {
+fn render(command: &Command, sections: &[Section]) -> io::Result<Vec<u8>> {
     let manual = manual(command);
     let mut page = Vec::new();
     manual.render_title(&mut page)?;
@@ -148,7 +153,7 @@ fn render(command: &Command, sections: Sections) -> io::Result<Vec<u8>> {
     }
     if !command.has_subcommands() {
         more.control("SH", ["SEE ALSO"]);
-        more.text([bold("ratelab"), roman("(1)")]);
+        more.text([bold(program::name()), roman("(1)")]);
     }
     more.to_writer(&mut page)?;
     Ok(page)

@@ -11,6 +11,7 @@ use crate::{
     dashboard,
     error::Error,
     output::note,
+    program::{self, Program},
     recording::{ReadError, Recording},
     screen::{need_terminal, screen},
 };
@@ -19,15 +20,15 @@ use crate::{
 const VIEWER: &str = "rerun";
 
 /// Shows a recording; what is good of it, if it is damaged.
-pub fn replay(args: &ReplayArgs) -> Result<(), Error> {
+pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
     let recording = match Recording::read(&args.file) {
         // The viewer shows these too, and the terminal does not.
         Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
         read => Arc::new(read?),
     };
     if args.terminal {
-        need_terminal("replay --terminal needs a terminal to draw on: try ratelab info")?;
-        dashboard::play(recording.clone(), &screen(&args.screen))?;
+        need_terminal("replay --terminal needs a terminal to draw on", "info")?;
+        dashboard::play(recording.clone(), &program.system, &screen(&args.screen))?;
     } else {
         view(&args.file)?;
     }
@@ -46,9 +47,9 @@ fn ours() -> String {
 
 /// How to get the viewer.
 fn advice() -> String {
+    let (rerun, program) = (ours(), program::name());
     format!(
-        "python3 -m pip install rerun-sdk=={} brings it; ratelab replay --terminal needs none",
-        ours()
+        "python3 -m pip install rerun-sdk=={rerun} brings it; {program} replay --terminal needs none"
     )
 }
 
@@ -86,7 +87,8 @@ fn open_viewer(file: &Path) -> Result<(), Error> {
     match ran {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Error::Viewer(format!(
-            "the rerun viewer ended with {status}: ratelab replay --terminal needs none"
+            "the rerun viewer ended with {status}: {} replay --terminal needs none",
+            program::name()
         ))),
         Err(why) => Err(Error::Viewer(format!("the rerun viewer: {why}"))),
     }

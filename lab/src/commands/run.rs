@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use ratelab::{
-    experiment::{Config, Experiment},
-    policy::PolicyCache,
+    experiment::Experiment,
     runtime::{ClockKind, Command, RealClock, Speed, Time},
 };
 
@@ -14,6 +13,7 @@ use crate::{
     error::Error,
     options::{self, Defaults},
     output::{self, Outputs, print_recorded, record_error},
+    program::Program,
     recording::{Destination, Recorder, Source, StopReason},
     results::{plan, print_results},
     signals,
@@ -26,16 +26,15 @@ const DEFAULTS: Defaults = Defaults {
     speed: Speed::Unlimited,
 };
 
-/// Runs the graph as asked, prints and writes what it came to.
-pub fn run(args: &RunArgs) -> Result<(), Error> {
-    let policies = PolicyCache::default();
-    let config = options::config(args, &DEFAULTS, &policies)?;
-    let experiment = Experiment::with_cache(&config, policies)?;
+/// Runs the graph as asked, prints and writes its summary.
+pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
+    let config = options::config(program, args, &DEFAULTS)?;
+    let experiment = Experiment::new(program.system.clone(), &config)?;
     let commands = experiment.commands();
     // A run that is over is being written down, which the first signal lets be.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
-    let mut outputs = Outputs::prepare(&plan(args, &config))?;
-    let recorder = record(args, &experiment, &config)?;
+    let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
+    let recorder = record(args, &experiment)?;
     let realtime = options::realtime(&args.graph);
     let mut csv = outputs.take_csv();
     let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
@@ -49,7 +48,7 @@ pub fn run(args: &RunArgs) -> Result<(), Error> {
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
-        print_results(args, outputs, &summary, realtime, csv_lost)
+        print_results(program, args, outputs, &summary, realtime, csv_lost)
     });
     let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));
     both(reported, recorded)
@@ -64,17 +63,13 @@ fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error
 }
 
 /// Begins to record, if that was asked for.
-fn record(
-    args: &RunArgs,
-    experiment: &Experiment,
-    config: &Config,
-) -> Result<Option<Recorder>, Error> {
+fn record(args: &RunArgs, experiment: &Experiment) -> Result<Option<Recorder>, Error> {
     let Some(file) = &args.record else {
         return Ok(None);
     };
-    let source = Source::of(experiment, config);
+    let source = Source::of(experiment);
     let begin = |path: &Path| Recorder::from_the_start(path, &source);
-    let begun = Destination::new(file.clone()).claim(config, begin);
+    let begun = Destination::new(file.clone()).claim(&source.origin, begin);
     let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
     Ok(Some(recorder))
 }

@@ -1,4 +1,4 @@
-//! `ratelab sweep`: many runs at once, and how often the pole stayed up.
+//! `ratelab sweep`: many runs at once, and how often they were not lost.
 
 use std::{
     io::{IsTerminal, stdout},
@@ -6,16 +6,14 @@ use std::{
     sync::atomic::Ordering,
 };
 
-use ratelab::{
-    experiment::sweep::{Sweep, Swept, all_cores},
-    policy::PolicyCache,
-};
+use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
 
 use crate::{
     cli::SweepArgs,
     error::Error,
     output::{OutputPlan, Outputs, print_line},
-    results::policy_files,
+    program::Program,
+    results::input_files,
     screen::theme,
     signals,
     sweep::{
@@ -24,26 +22,25 @@ use crate::{
         progress::Bar,
         record::Record,
         summary::SweepSummary,
-        theory::Theory,
     },
 };
 
 /// Name of the file in `--out`.
 const FILE: &str = "sweep.json";
 
-/// Runs every cell, prints and writes what came of them. Ctrl-C keeps what is
-/// done.
-pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
-    let policies = PolicyCache::default();
-    let sweep = args.sweep(&policies)?;
+/// Runs every cell, prints and writes the results. Ctrl-C keeps what is done.
+pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
+    let sweep = args.sweep(program)?;
     let cells = sweep.cells()?;
+    let topics = csv::read_topics(&sweep)?;
+    let header = csv::header(&sweep, &topics);
     // No further cell begins once it is set.
     let asked = signals::stop_flag();
-    let outputs = Outputs::prepare(&plan(args, &sweep))?;
+    let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
     let bar = Bar::new(cells, theme(args.ascii).glyph("█▌░", "#>-"), args.json);
     let threads = args.threads.unwrap_or_else(all_cores);
-    let swept = sweep.run_with(policies, threads, |_, _| {
+    let swept = sweep.run(threads, |_, _| {
         bar.advance();
         if asked.load(Ordering::Relaxed) {
             ControlFlow::Break(())
@@ -52,45 +49,52 @@ pub fn sweep(args: &SweepArgs) -> Result<(), Error> {
         }
     })?;
     bar.finish();
-    print_results(args, &swept, outputs, record)?;
+    print_results(program, args, &swept, &topics, outputs, record)?;
     match swept.finished().count() {
         done if done < cells => Err(Error::Stopped { done, cells }),
         _ => Ok(()),
     }
 }
 
-/// What `args` ask to be written, and what `sweep` reads.
-fn plan<'a>(args: &'a SweepArgs, sweep: &'a Sweep) -> OutputPlan<'a> {
+/// What `args` ask to be written, rows below `header`, and what `sweep` reads.
+fn plan<'a>(args: &'a SweepArgs, sweep: &Sweep, header: &str) -> OutputPlan<'a> {
+    let values = sweep.axes.iter().flat_map(|axis| &axis.values);
+    let knobs = values
+        .flat_map(|value| &value.knobs)
+        .chain(sweep.base.setup.iter());
     OutputPlan {
         out: args.out.as_deref(),
         metrics: FILE,
         csv: args.csv.as_deref(),
-        header: csv::HEADER,
+        header: header.to_owned(),
         record: args.record.as_deref(),
-        inputs: policy_files(sweep.policies.iter()),
+        inputs: input_files(&*sweep.system, knobs),
     }
 }
 
 /// Writes the files that were asked for, and prints.
 fn print_results(
+    program: &Program,
     args: &SweepArgs,
     swept: &Swept,
+    topics: &[String],
     mut outputs: Outputs,
     record: Option<Record>,
 ) -> Result<(), Error> {
-    let wanted = args.theory || record.is_some();
-    let theory = Theory::of(swept.sweep(), wanted)?;
-    let summary = SweepSummary::of(swept, &theory);
+    let theory = args.system.theory;
+    let wanted = theory || (record.is_some() && program.course);
+    let summary = SweepSummary::of(swept, wanted)?;
     if let Some(mut csv) = outputs.take_csv() {
         let file = csv.begin()?;
-        csv.complete(csv::write(file, swept))?;
+        let header = csv::header(swept.sweep(), topics);
+        csv.complete(csv::write(file, &header, swept))?;
     }
-    let json = json::text(&summary, swept, args.theory);
+    let json = json::text(&summary, swept, topics, theory);
     outputs.write(&json)?;
     if args.json {
         print_line(&json)?;
     } else {
-        print_line(&map::text(&summary, args.theory, &style(args)))?;
+        print_line(&map::text(&summary, theory, &style(args)))?;
     }
     match record {
         Some(record) => record.write(&summary),

@@ -10,6 +10,7 @@ use std::{
 use crate::{
     error::Error,
     output::{self, print_line},
+    program::Program,
     recording::{Recording, verify as run_again},
     signals,
 };
@@ -17,18 +18,22 @@ use progress::Progress;
 
 /// Runs recordings again and compares; prints of each what came of it. Ctrl-C ends
 /// it in order.
-pub fn verify(files: &[PathBuf]) -> Result<(), Error> {
+pub fn verify(program: &Program, files: &[PathBuf]) -> Result<(), Error> {
     let asked = signals::stop_flag();
     let [file] = files else {
-        return verify_several(files, &asked);
+        return verify_several(program, files, &asked);
     };
-    verify_one(file, &asked)
+    verify_one(program, file, &asked)
 }
 
-fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Error> {
+fn verify_several(
+    program: &Program,
+    files: &[PathBuf],
+    asked: &Arc<AtomicBool>,
+) -> Result<(), Error> {
     let mut failed = 0;
     for file in files {
-        match verify_one(file, asked) {
+        match verify_one(program, file, asked) {
             Ok(()) => {}
             Err(stopped) if stopped.is_stop() => return Err(stopped),
             Err(error) => {
@@ -46,11 +51,11 @@ fn verify_several(files: &[PathBuf], asked: &Arc<AtomicBool>) -> Result<(), Erro
     }
 }
 
-fn verify_one(file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
+fn verify_one(program: &Program, file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
     let recording = Recording::read(file)?;
     let name = file.display();
     let progress = Progress::new(recording.until, asked);
-    let verified = run_again(&recording, |now| progress.look(now));
+    let verified = run_again(&recording, &program.system, |now| progress.look(now));
     drop(progress);
     let identical = verified.map_err(|why| Error::Unverified {
         file: name.to_string(),

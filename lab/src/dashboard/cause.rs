@@ -1,49 +1,62 @@
 //! Why a run was lost, from figures that were measured.
 //!
-//! Between a reading and the action that it led to lie three periods at the most:
-//! the sensor's, the policy's and the actuator's. So readings that old have a slow
-//! node on their path, and the slowest is named with the setting that cures it.
+//! Between a reading and the action that it led to lies a period of each node on its
+//! way at the most. So readings that are older have a slow node on their path, and
+//! the slowest is named with the setting that cures it.
 
 use std::time::Duration;
+
+use ratelab::{
+    experiment::Config,
+    runtime::{ClockKind, KnobKind, Snapshot, telemetry::TopicView},
+    system::System,
+};
 
 /// What is known of a run that was lost.
 #[derive(Clone, Debug)]
 pub struct Facts {
-    /// Name of the policy that decided at the end.
-    pub policy: String,
-    /// Whether it balances at any rate.
-    pub balances: bool,
-    /// Whether the pole fell; otherwise the cart left the rail.
-    pub pole_fell: bool,
-    /// Age of the oldest reading behind an action of the last second; `None` if
-    /// no action was applied in it.
+    /// Why it is lost at any rate, if it is.
+    pub anyway: Option<String>,
+    /// Age of the oldest reading behind a state of the last second; `None` if none
+    /// was behind any.
     pub oldest: Option<Duration>,
-    /// How often the sensor reads.
-    pub sensor: Cadence,
-    /// How often the policy decides.
-    pub decisions: Cadence,
-    /// Period of the actuator, which is fixed.
+    /// The nodes on the path of a reading, up to the one that makes the states.
+    pub path: Vec<NodeFacts>,
+    /// Period of the node that makes the states.
     pub step: Duration,
-    /// How long the policy is made to think.
+    /// How long a decision is made to take.
     pub think: Duration,
-    /// How many readings `/obs` keeps.
-    pub depth: usize,
-    /// Readings lost unread.
-    pub dropped: u64,
 }
 
 /// How often a node works.
-#[derive(Clone, Copy, Debug)]
-pub struct Cadence {
+#[derive(Clone, Debug)]
+pub struct NodeFacts {
+    /// Its name.
+    pub name: String,
+    /// The knob of its rate.
+    pub setting: String,
     /// One period at its rate.
     pub period: Duration,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
+    /// What it reads.
+    pub input: Option<Input>,
 }
 
-impl Cadence {
+/// A topic as its reader has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    /// Shortest period of those who publish.
+    pub period: Duration,
+    /// How many messages it keeps.
+    pub depth: usize,
+    /// Messages lost unread.
+    pub dropped: u64,
+}
+
+impl NodeFacts {
     /// Mean time between two ticks, with the periods that were skipped.
     fn interval(&self) -> Duration {
         let periods = self.ticks + self.overruns;
@@ -55,92 +68,157 @@ impl Cadence {
     fn is_overrun(&self) -> bool {
         self.overruns > self.ticks / 10
     }
-}
 
-/// Share of the slowest interval from which on another is as slow.
-const AS_SLOW: f64 = 0.9;
-
-impl Facts {
-    /// Why it was lost, in short lines: first the cause and its cure.
-    pub fn reasons(&self) -> Vec<String> {
-        if !self.balances {
-            return vec![format!("the {} policy balances at no rate", self.policy)];
-        }
-        let Some(oldest) = self.oldest else {
-            return vec!["no action was applied in the last second".to_owned()];
-        };
-        // However fast all are, a reading may wait a step for the policy and its
-        // action another for the actuator.
-        if oldest <= 2 * self.step {
-            return vec![format!(
-                "data age is not to blame: readings were at most {} old",
-                ms(oldest)
-            )];
-        }
-        let mut reasons = self.slow_nodes(oldest);
-        let blamed = !reasons.is_empty();
-        reasons.push(format!(
-            "the last actions used readings up to {} old",
-            ms(oldest)
-        ));
-        if blamed {
-            reasons.extend(self.symptom());
-        } else {
-            reasons.push("no node is that slow any more: the cure came too late".to_owned());
-        }
-        reasons
-    }
-
-    /// The slowest node on the path of readings as old as `oldest`, or both if they
-    /// are about as slow; none if they are too fast for that.
-    fn slow_nodes(&self, oldest: Duration) -> Vec<String> {
-        let slowest = self.sensor.interval().max(self.decisions.interval());
-        if 3 * slowest.max(self.step) < oldest {
-            return Vec::new();
-        }
-        let (think, mut slow) = (!self.think.is_zero(), Vec::new());
-        let relief = if think {
-            "lower --think-ms"
-        } else {
-            "take a faster policy"
-        };
-        for (node, cadence, rate, relief) in [
-            (
-                "the sensor reads",
-                &self.sensor,
-                "sensor-hz",
-                "the machine is too busy",
-            ),
-            ("the policy decides", &self.decisions, "control-hz", relief),
-        ] {
-            let (every, overruns) = (cadence.interval(), cadence.overruns);
-            if every < slowest.mul_f64(AS_SLOW) {
-                continue;
-            }
-            if cadence.is_overrun() {
-                let promised = ms(cadence.period);
-                slow.push(format!("{node} every {}, not every {promised}", ms(every)));
-                slow.push(format!("{overruns} overruns: {relief}"));
-            } else {
-                slow.push(format!("{node} every {}: raise {rate}", ms(every)));
-            }
-        }
-        slow
-    }
-
-    /// What the queue has to do with a pole that fell to a policy slower than the
-    /// sensor.
+    /// What its queue shows of it being slower than those who fill the queue.
     fn symptom(&self) -> Option<String> {
-        if !self.pole_fell || self.decisions.interval() <= self.sensor.interval() {
-            return None;
-        }
-        let symptom = match (self.dropped, self.depth) {
+        let input = self.input.filter(|input| input.period < self.interval())?;
+        let symptom = match (input.dropped, input.depth) {
             (0, 1) => return None,
             (0, depth) => format!("a queue of {depth} hides the symptom"),
             (dropped, _) => format!("{dropped} dropped readings are the symptom"),
         };
         Some(format!("{symptom}, latency is the disease"))
     }
+}
+
+/// Share of the slowest interval from which on another is as slow.
+const AS_SLOW: f64 = 0.9;
+
+impl Facts {
+    /// What `graph` says of a run of `config` whose oldest reading of late was so
+    /// old; `None` for a system that does not know how old its readings are.
+    pub fn of(
+        system: &dyn System,
+        config: &Config,
+        graph: &Snapshot,
+        oldest: Option<Duration>,
+    ) -> Option<Self> {
+        system.latency()?;
+        let states = graph.topic(system.state()?)?;
+        let last = *states.publishers.first()?;
+        let path = upstream(graph, last).into_iter();
+        Some(Self {
+            anyway: system.lost_anyway(&config.setup),
+            oldest,
+            path: path.map(|node| node_facts(system, graph, node)).collect(),
+            step: graph.nodes.get(last)?.hz.period(),
+            think: config.think,
+        })
+    }
+
+    /// Why it was lost, in short lines: first the cause and its cure.
+    pub fn reasons(&self) -> Vec<String> {
+        if let Some(anyway) = &self.anyway {
+            return vec![anyway.clone()];
+        }
+        let Some(oldest) = self.oldest else {
+            return vec!["no action was applied in the last second".to_owned()];
+        };
+        // However fast all are, a reading may wait a step for each node after it.
+        if oldest <= self.step * count(self.path.len()) {
+            return vec![format!(
+                "data age is not to blame: readings were at most {} old",
+                ms(oldest)
+            )];
+        }
+        let slow = self.slow_nodes(oldest);
+        let mut reasons: Vec<String> = slow.iter().flat_map(|node| self.blame(node)).collect();
+        reasons.push(format!(
+            "the last actions used readings up to {} old",
+            ms(oldest)
+        ));
+        if slow.is_empty() {
+            reasons.push("no node is that slow any more: the cure came too late".to_owned());
+        }
+        reasons.extend(slow.iter().find_map(|node| node.symptom()));
+        reasons
+    }
+
+    /// The slowest node on the path of readings as old as `oldest`, or those that
+    /// are about as slow; none if they are too fast for that.
+    fn slow_nodes(&self, oldest: Duration) -> Vec<&NodeFacts> {
+        let intervals = self.path.iter().map(NodeFacts::interval);
+        let slowest = intervals.max().unwrap_or_default();
+        if slowest.max(self.step) * count(self.path.len() + 1) < oldest {
+            return Vec::new();
+        }
+        let as_slow = |node: &&NodeFacts| node.interval() >= slowest.mul_f64(AS_SLOW);
+        self.path.iter().filter(as_slow).collect()
+    }
+
+    /// What a slow node does, and its cure.
+    fn blame(&self, node: &NodeFacts) -> Vec<String> {
+        let ticks = format!("the {} ticks every {}", node.name, ms(node.interval()));
+        if !node.is_overrun() {
+            return vec![format!("{ticks}: raise {}", node.setting)];
+        }
+        let relief = if self.think.is_zero() {
+            "its ticks take too long"
+        } else {
+            "lower --think-ms"
+        };
+        vec![
+            format!("{ticks}, not every {}", ms(node.period)),
+            format!("{} overruns: {relief}", node.overruns),
+        ]
+    }
+}
+
+/// The nodes whose messages reach `last`, in the order in which they were added.
+fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
+    let mut path = vec![last];
+    let mut next = 0;
+    while let Some(&reader) = path.get(next) {
+        for topic in inputs(graph, reader) {
+            let new = topic.publishers.iter().filter(|node| !path.contains(node));
+            let new: Vec<usize> = new.copied().collect();
+            path.extend(new);
+        }
+        next += 1;
+    }
+    path.remove(0);
+    path.sort_unstable();
+    path
+}
+
+fn inputs(graph: &Snapshot, node: usize) -> impl Iterator<Item = &TopicView> {
+    let topics = graph.topics.iter();
+    topics.filter(move |topic| topic.subscriptions.iter().any(|reader| reader.node == node))
+}
+
+/// How often a node works. Overruns are those of the real clock, and say nothing of
+/// a run that was handed over since.
+fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts {
+    let node = &graph.nodes[index];
+    let real = graph.status.clock == ClockKind::Real;
+    let of_node = [(KnobKind::Rate, &*node.name)];
+    let mut aliases = system.aliases().iter();
+    let alias = aliases.find(|alias| alias.knobs == of_node);
+    let setting = alias.map_or_else(
+        || format!("rate {}", node.name),
+        |alias| alias.name.to_owned(),
+    );
+    let input = inputs(graph, index).max_by_key(|topic| topic.dropped());
+    NodeFacts {
+        name: node.name.to_string(),
+        setting,
+        period: node.hz.period(),
+        ticks: node.ticks,
+        overruns: if real { node.overruns } else { 0 },
+        input: input.and_then(|topic| {
+            let publishers = topic.publishers.iter();
+            let periods = publishers.map(|node| graph.nodes[*node].hz.period());
+            Some(Input {
+                period: periods.min()?,
+                depth: topic.depth,
+                dropped: topic.dropped(),
+            })
+        }),
+    }
+}
+
+fn count(nodes: usize) -> u32 {
+    u32::try_from(nodes).unwrap_or(u32::MAX)
 }
 
 fn ms(duration: Duration) -> String {
@@ -155,103 +233,69 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    fn every(period: u64) -> Cadence {
-        Cadence {
+    fn node(name: &str, setting: &str, period: u64) -> NodeFacts {
+        NodeFacts {
+            name: name.to_owned(),
+            setting: setting.to_owned(),
             period: millis(period),
             ticks: 10,
             overruns: 0,
+            input: None,
         }
     }
 
-    /// A pole that fell with everything at 50 Hz but what a case changes.
-    fn fell(oldest: u64) -> Facts {
+    /// A run that was lost with a sensor and a policy of such periods, 20 ms for
+    /// each step, and a queue between the two.
+    fn lost(oldest: u64, sensor: u64, policy: u64, (depth, dropped): (usize, u64)) -> Facts {
+        let input = Input {
+            period: millis(sensor),
+            depth,
+            dropped,
+        };
+        let policy = NodeFacts {
+            input: Some(input),
+            ..node("policy", "control-hz", policy)
+        };
         Facts {
-            policy: "scripted".to_owned(),
-            balances: true,
-            pole_fell: true,
+            anyway: None,
             oldest: Some(millis(oldest)),
-            sensor: every(20),
-            decisions: every(20),
+            path: vec![node("sensor", "sensor-hz", sensor), policy],
             step: millis(20),
             think: Duration::ZERO,
-            depth: 1,
-            dropped: 0,
         }
     }
 
-    fn told(facts: &Facts, expected: &[&str]) {
+    fn explained(facts: &Facts, expected: &[&str]) {
         assert_eq!(facts.reasons(), expected, "{facts:?}");
     }
 
+    const OLD: &str = "the last actions used readings up to 180 ms old";
+
     #[test]
     fn a_slow_policy_is_named_with_what_the_queue_shows_of_it() {
-        let slow = Facts {
-            decisions: every(200),
-            ..fell(180)
-        };
-        let cause = "the policy decides every 200 ms: raise control-hz";
-        let age = "the last actions used readings up to 180 ms old";
-        let dropped = Facts {
-            dropped: 37,
-            ..slow.clone()
-        };
-        told(
-            &dropped,
-            &[
-                cause,
-                age,
-                "37 dropped readings are the symptom, latency is the disease",
-            ],
-        );
-        let deep = Facts {
-            depth: 100,
-            ..slow.clone()
-        };
-        told(
-            &deep,
-            &[
-                cause,
-                age,
-                "a queue of 100 hides the symptom, latency is the disease",
-            ],
-        );
-        told(&slow, &[cause, age]);
+        let cause = "the policy ticks every 200 ms: raise control-hz";
+        let symptom = "37 dropped readings are the symptom, latency is the disease";
+        explained(&lost(180, 20, 200, (1, 37)), &[cause, OLD, symptom]);
+        let hidden = "a queue of 100 hides the symptom, latency is the disease";
+        explained(&lost(180, 20, 200, (100, 0)), &[cause, OLD, hidden]);
+        explained(&lost(180, 20, 200, (1, 0)), &[cause, OLD]);
     }
 
     #[test]
     fn a_slow_sensor_is_named_and_neither_the_policy_nor_the_queue() {
-        let slow = Facts {
-            sensor: every(200),
-            ..fell(180)
-        };
-        let told_of = [
-            "the sensor reads every 200 ms: raise sensor-hz",
-            "the last actions used readings up to 180 ms old",
-        ];
-        told(&slow, &told_of);
-        told(
-            &Facts {
-                depth: 100,
-                ..slow.clone()
-            },
-            &told_of,
-        );
-        told(&Facts { dropped: 3, ..slow }, &told_of);
+        let cause = "the sensor ticks every 200 ms: raise sensor-hz";
+        for queue in [(1, 0), (100, 0), (1, 3)] {
+            explained(&lost(180, 200, 20, queue), &[cause, OLD]);
+        }
     }
 
     #[test]
     fn a_sensor_and_a_policy_that_are_as_slow_are_both_named() {
-        let facts = Facts {
-            sensor: every(143),
-            decisions: every(143),
-            depth: 100,
-            ..fell(260)
-        };
-        told(
-            &facts,
+        explained(
+            &lost(260, 143, 143, (100, 0)),
             &[
-                "the sensor reads every 143 ms: raise sensor-hz",
-                "the policy decides every 143 ms: raise control-hz",
+                "the sensor ticks every 143 ms: raise sensor-hz",
+                "the policy ticks every 143 ms: raise control-hz",
                 "the last actions used readings up to 260 ms old",
             ],
         );
@@ -259,90 +303,53 @@ mod tests {
 
     #[test]
     fn overruns_count_and_not_the_rate_that_was_set() {
-        let overrun = Facts {
-            decisions: Cadence {
-                ticks: 13,
-                overruns: 39,
-                ..every(20)
-            },
-            think: millis(60),
-            dropped: 30,
-            ..fell(140)
-        };
-        let cause = "the policy decides every 80 ms, not every 20 ms";
+        let mut facts = lost(140, 20, 20, (1, 30));
+        (facts.path[1].ticks, facts.path[1].overruns) = (13, 39);
+        facts.think = millis(60);
+        let cause = "the policy ticks every 80 ms, not every 20 ms";
         let age = "the last actions used readings up to 140 ms old";
         let symptom = "30 dropped readings are the symptom, latency is the disease";
-        told(
-            &overrun,
+        explained(
+            &facts,
             &[cause, "39 overruns: lower --think-ms", age, symptom],
         );
-        let unasked = Facts {
-            think: Duration::ZERO,
-            ..overrun
-        };
-        told(
-            &unasked,
-            &[cause, "39 overruns: take a faster policy", age, symptom],
-        );
-    }
-
-    #[test]
-    fn a_cart_that_left_the_rail_did_not_fall_to_latency() {
-        let facts = Facts {
-            policy: "lqr".to_owned(),
-            pole_fell: false,
-            decisions: every(2_000),
-            dropped: 166,
-            ..fell(1_980)
-        };
-        told(
+        facts.think = Duration::ZERO;
+        explained(
             &facts,
-            &[
-                "the policy decides every 2000 ms: raise control-hz",
-                "the last actions used readings up to 1980 ms old",
-            ],
+            &[cause, "39 overruns: its ticks take too long", age, symptom],
         );
     }
 
     #[test]
     fn a_node_that_is_fast_again_is_not_blamed() {
-        told(
-            &fell(180),
-            &[
-                "the last actions used readings up to 180 ms old",
-                "no node is that slow any more: the cure came too late",
-            ],
-        );
+        let cured = "no node is that slow any more: the cure came too late";
+        explained(&lost(180, 20, 20, (1, 0)), &[OLD, cured]);
     }
 
     #[test]
     fn fresh_readings_are_not_blamed() {
         for age in [0, 20, 40] {
-            let expected = format!("data age is not to blame: readings were at most {age} ms old");
-            told(
-                &Facts {
-                    dropped: 300,
-                    depth: 1,
-                    ..fell(age)
-                },
-                &[&expected],
-            );
+            let fresh = format!("data age is not to blame: readings were at most {age} ms old");
+            explained(&lost(age, 20, 20, (1, 0)), &[&fresh]);
         }
     }
 
     #[test]
-    fn a_policy_that_does_not_balance_is_named_before_all_else() {
+    fn what_is_lost_anyway_is_blamed_on_nothing_else() {
+        let anyway = "the zero policy balances at no rate";
         let facts = Facts {
-            policy: "random".to_owned(),
-            balances: false,
-            decisions: every(200),
-            ..fell(180)
+            anyway: Some(anyway.to_owned()),
+            ..lost(180, 20, 200, (1, 37))
         };
-        told(&facts, &["the random policy balances at no rate"]);
+        explained(&facts, &[anyway]);
+    }
+
+    #[test]
+    fn without_an_action_there_is_no_age() {
         let silent = Facts {
             oldest: None,
-            ..fell(0)
+            ..lost(0, 20, 2_000, (1, 0))
         };
-        told(&silent, &["no action was applied in the last second"]);
+        explained(&silent, &["no action was applied in the last second"]);
     }
 }

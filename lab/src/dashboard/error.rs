@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ratelab::{experiment::SetupError, runtime::Fault};
+use ratelab::{runtime::Fault, system::BuildError};
 use thiserror::Error;
 
 /// Why the dashboard ends other than by a key.
@@ -13,7 +13,7 @@ pub enum LabError {
     Fault(#[from] Fault),
     /// A run could not be started.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    Build(#[from] BuildError),
     /// A clock's own thread panicked.
     #[error("the clock panicked, which is a defect of ratelab: please report it")]
     Panicked,
@@ -28,7 +28,7 @@ pub enum LabError {
         /// What the system said.
         why: std::io::Error,
     },
-    /// Control steps cannot be written.
+    /// The rows of a CSV file cannot be written.
     #[error("--csv: {0}")]
     Csv(std::io::Error),
     /// The terminal cannot be read or written.

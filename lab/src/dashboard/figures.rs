@@ -6,14 +6,17 @@
 use std::time::{Duration, Instant};
 
 use ratelab::{
-    cartpole::{ACTUATOR, POLICY, SENSE_TO_ACT},
     runtime::{
         Observer, Snapshot,
         telemetry::{Distribution, NodeView, TopicView},
     },
+    system::System,
 };
 
-use super::frame::{LatencyData, Quantiles};
+use super::{
+    frame::{LatencyData, Quantiles},
+    knob_focus::first_node,
+};
 use crate::bins::{BINS, width_ms};
 
 /// Wall time between two readings while the graph runs.
@@ -26,8 +29,8 @@ pub struct Figures {
     pub nodes: Vec<NodeFigures>,
     /// Per topic, how old messages were when they were read.
     pub ages: Vec<Quantiles>,
-    /// Sense→act latency.
-    pub latency: LatencyData,
+    /// The latency that matters, if the system has one.
+    pub latency: Option<LatencyData>,
     /// Ticks of all nodes when they were read, and whether the graph was at
     /// rest: while neither changes, nor do they.
     state: Option<(u64, bool)>,
@@ -45,7 +48,13 @@ pub struct NodeFigures {
 
 impl Figures {
     /// Reads them again if it is time to, or if the graph has come to rest.
-    pub fn refresh(&mut self, observer: &Observer, counters: &Snapshot, at_rest: bool) {
+    pub fn refresh(
+        &mut self,
+        system: &dyn System,
+        observer: &Observer,
+        counters: &Snapshot,
+        at_rest: bool,
+    ) {
         let ticks = counters.nodes.iter().map(|node| node.ticks).sum();
         let state = Some((ticks, at_rest));
         let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
@@ -56,7 +65,7 @@ impl Figures {
         *self = Self {
             nodes: snapshot.nodes.iter().map(NodeFigures::of).collect(),
             ages: snapshot.topics.iter().map(worst_age).collect(),
-            latency: latency(&snapshot),
+            latency: latency(system, &snapshot),
             state,
             read: Some(Instant::now()),
         };
@@ -78,20 +87,21 @@ fn worst_age(topic: &TopicView) -> Quantiles {
     ages.max_by_key(|age| age.p99).unwrap_or_default()
 }
 
-fn latency(snapshot: &Snapshot) -> LatencyData {
-    let Some(distribution) = snapshot.meter(ACTUATOR, SENSE_TO_ACT) else {
-        return LatencyData::default();
-    };
+fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
+    let (node, name) = system.latency()?;
+    let distribution = snapshot.meter(node, name)?;
     let figures = Quantiles::of(distribution);
-    let control_period = snapshot.period(POLICY);
-    let bin = bin_width(figures.max.max(control_period));
-    LatencyData {
+    let period = first_node(system, snapshot).map(|node| node.hz.period());
+    let period = period.unwrap_or_default();
+    let bin = bin_width(figures.max.max(period));
+    Some(LatencyData {
+        name,
         figures,
         bins: bins(distribution, bin),
         bin,
         newest: None,
-        control_period,
-    }
+        period,
+    })
 }
 
 /// The narrowest bin with which all but the last of them reach `longest`.

@@ -5,10 +5,10 @@
 pub enum Pane {
     /// The node graph.
     Graph,
-    /// The plant: the cart-pole.
+    /// The plant, where the system has a picture of it.
     Plant,
-    /// The pole's angle over time.
-    Angle,
+    /// A signal over time, where the system has one.
+    Signal,
     /// Topics, latency, nodes.
     Figures,
     /// Verdict and events.
@@ -20,14 +20,16 @@ impl Pane {
     pub const ALL: [Self; 5] = [
         Self::Graph,
         Self::Plant,
-        Self::Angle,
+        Self::Signal,
         Self::Figures,
         Self::Events,
     ];
 
-    /// The one after it.
-    pub fn next(self) -> Self {
+    /// The one after it among those that `exist`.
+    pub fn next(self, exist: impl Fn(Self) -> bool) -> Self {
         let index = Self::ALL.iter().position(|pane| *pane == self);
-        Self::ALL[(index.unwrap_or(0) + 1) % Self::ALL.len()]
+        let after = Self::ALL.iter().cycle().skip(index.unwrap_or(0) + 1);
+        let mut after = after.take(Self::ALL.len()).copied();
+        after.find(|pane| exist(*pane)).unwrap_or(self)
     }
 }

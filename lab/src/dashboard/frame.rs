@@ -7,11 +7,11 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    cartpole::Pose,
     runtime::{
         Hz, Time,
         telemetry::{Distribution, Status},
     },
+    system::Signal,
 };
 
 /// Everything that is on the screen but keys and layout.
@@ -25,19 +25,19 @@ pub struct FrameData {
     pub status: Status,
     /// Seed of the start.
     pub seed: u64,
-    /// Name of the policy.
-    pub policy: String,
+    /// What decides, such as `policy scripted`: the messages that are set.
+    pub settings: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.
     pub nodes: Vec<NodeData>,
     /// The topics of the graph.
     pub topics: Vec<TopicData>,
-    /// Sense→act latency.
-    pub latency: LatencyData,
-    /// The plant after the newest control step; `None` before the first.
-    pub plant: Option<PlantData>,
+    /// The latency that matters, if the system has one.
+    pub latency: Option<LatencyData>,
+    /// The newest state of the plant, as numbers; empty before the first.
+    pub state: Vec<f64>,
     /// How it stands, or how it ended.
     pub verdict: VerdictData,
-    /// Control steps that came too fast for the dashboard.
+    /// Messages that came too fast for the dashboard.
     pub telemetry_lost: u64,
 }
 
@@ -134,9 +134,11 @@ impl Quantiles {
     }
 }
 
-/// Sense→act latency.
+/// The latency that matters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LatencyData {
+    /// What it is called, such as `sense→act`.
+    pub name: &'static str,
     /// Its figures.
     pub figures: Quantiles,
     /// How often it was how long: equal bins of [`LatencyData::bin`], the
@@ -144,49 +146,42 @@ pub struct LatencyData {
     pub bins: Vec<u64>,
     /// Width of a bin.
     pub bin: Duration,
-    /// That of the newest actuation.
+    /// Age of the sensing behind the newest state.
     pub newest: Option<Duration>,
-    /// The control period, as a reference.
-    pub control_period: Duration,
-}
-
-/// The plant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlantData {
-    /// Where cart and pole are.
-    pub pose: Pose,
-    /// The action in force, −1 to 1.
-    pub action: f32,
-    /// Control steps so far.
-    pub steps: u64,
+    /// The period of the node whose rate is turned first, as a reference.
+    pub period: Duration,
 }
 
 /// How it stands, or how it ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerdictData {
-    /// What kind of verdict it is.
-    pub kind: VerdictKind,
-    /// One line, such as "BALANCED so far" or "FELL at 0.84 s".
+    /// How well that is.
+    pub standing: Standing,
+    /// It in a word or two, such as `pole fell`.
+    pub word: String,
+    /// It in a line, such as "BALANCED so far" or "FELL at 0.84 s".
     pub headline: String,
     /// Why, in a line or two; empty where there is nothing to explain.
     pub why: Vec<String>,
 }
 
-/// Kinds of verdict, each with a glyph and a colour of its own.
+/// How well a run goes or went, each with a glyph and a colour of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VerdictKind {
-    /// The pole is up.
+pub enum Standing {
+    /// It goes on, and well.
     Good,
-    /// The run ended with the pole up.
+    /// It ended well.
     Done,
-    /// The pole fell, or the cart left the rail.
+    /// It is lost.
     Lost,
 }
 
-/// The pole's angle over time, for the chart.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// A signal over time, for the chart.
+#[derive(Clone, Debug)]
 pub struct Trace {
-    /// Run time (s) and angle from upright (degrees), oldest first.
+    /// What it is.
+    pub signal: &'static Signal,
+    /// Run time (s) and value, oldest first.
     pub points: Vec<(f64, f64)>,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,

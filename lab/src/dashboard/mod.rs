@@ -16,12 +16,16 @@ pub mod frame;
 mod history;
 mod jobs;
 pub mod keys;
+mod knob_focus;
+mod knobs;
 mod marks;
 mod model;
 mod player;
 mod presets;
+mod prompt;
 mod sampler;
 mod session;
+mod settings;
 #[cfg(test)]
 mod svg;
 mod terminal;
@@ -40,7 +44,7 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
-use ratelab::experiment::Config;
+use ratelab::{experiment::Config, system::System};
 
 use app::App;
 pub use app::LabOutcome;
@@ -79,12 +83,16 @@ pub fn show(config: &Config, setup: Setup, options: &Options) -> Result<LabOutco
     })
 }
 
-/// Plays a recording until the person leaves.
+/// Plays a recording until the person leaves; `system` is that of the program.
 ///
 /// # Errors
 /// [`LabError`] if the terminal failed.
-pub fn play(recording: Arc<Recording>, options: &Options) -> Result<(), LabError> {
-    on_screen(&mut Player::new(recording), options)
+pub fn play(
+    recording: Arc<Recording>,
+    system: &Arc<dyn System>,
+    options: &Options,
+) -> Result<(), LabError> {
+    on_screen(&mut Player::new(recording, system), options)
 }
 
 /// Shows `model` on the terminal, which is back in order in any case.

@@ -7,9 +7,9 @@ use std::{
 
 use crossterm::event::KeyEvent;
 use ratelab::{
-    cartpole::ControlStep,
     experiment::{Config, Summary},
-    runtime::{Message, Observer, Time, telemetry::Event},
+    runtime::{Observer, Time, telemetry::Event},
+    system::System,
 };
 
 use super::{
@@ -17,10 +17,11 @@ use super::{
     focus::Pane,
     frame::{FrameData, Trace},
     keys::{REPLAY, ReplayAction},
+    knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
     presets::{self, Direction},
-    sampler::{RunSource, Sampler},
+    sampler::{RunSource, Sampler, WatchedRows, watched},
     view::{Footer, ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Recording, Replay};
@@ -51,8 +52,6 @@ pub struct Player {
 struct Playhead {
     replay: Replay,
     observer: Observer,
-    /// Control steps that no frame shows yet.
-    steps: Vec<Message<ControlStep>>,
     /// What the run came to, if it is replayed to its end.
     summary: Option<Summary>,
     at: Time,
@@ -61,15 +60,14 @@ struct Playhead {
 
 impl Player {
     /// At the beginning, playing.
-    pub fn new(recording: Arc<Recording>) -> Self {
+    pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let notice = recording.defect();
-        let replay = Replay::new(recording);
+        let replay = Replay::new(recording, system);
         let begins = replay.begins();
         let mut player = Self {
             playhead: Playhead {
                 observer: replay.observer(),
                 replay,
-                steps: Vec::new(),
                 summary: None,
                 at: begins,
                 playing: true,
@@ -143,8 +141,11 @@ impl Player {
                 }
             }
             ReplayAction::SpeedOne => self.speed = 1.0,
-            ReplayAction::NextPane => self.focus = self.focus.next(),
-            ReplayAction::Focus(pane) => self.focus = pane,
+            ReplayAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
+            ReplayAction::Focus(pane) if self.has(pane) => self.focus = pane,
+            ReplayAction::Focus(_) => {
+                self.notice = Some("this system has nothing to show there".to_owned());
+            }
             ReplayAction::Zoom => self.zoomed = !self.zoomed,
             ReplayAction::Help => self.help = true,
             ReplayAction::Quit => self.quit = true,
@@ -199,11 +200,18 @@ impl Player {
         &self.playhead.replay.recording().events
     }
 
-    fn trace(&self) -> Trace {
-        let mut trace = self.sampler.trace(self.at, TRACE_S);
+    fn trace(&self) -> Option<Trace> {
+        let system = self.playhead.system();
+        let trace = self.sampler.trace(system, self.at, TRACE_S)?;
         let events = self.events().iter().filter(|event| event.at <= self.at);
-        trace.marks = marks(events, self.at);
-        trace
+        Some(Trace {
+            marks: marks(system, events, self.at),
+            ..trace
+        })
+    }
+
+    fn has(&self, pane: Pane) -> bool {
+        self.screen().is_some_and(|screen| screen.has(pane))
     }
 
     fn scrubber(&self) -> Scrubber {
@@ -230,8 +238,10 @@ impl Model for Player {
     fn screen(&self) -> Option<ScreenState<'_>> {
         let events = self.events().iter().filter(|event| event.at <= self.at);
         Some(ScreenState {
+            system: self.playhead.system(),
             frame: self.frame.as_ref()?,
             trace: self.trace(),
+            knob_focus: KnobFocus::default(),
             events: events.cloned().collect(),
             extra: StatusExtra {
                 ended: self.playhead.summary.is_some(),
@@ -242,8 +252,8 @@ impl Model for Player {
             zoomed: self.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: Footer::Hints(REPLAY.hints()),
-            help: self.help.then(|| REPLAY.rows()),
+            footer: Footer::Hints(REPLAY.hints(|_| true)),
+            help: self.help.then(|| REPLAY.rows(|_| true)),
             page: None,
             notice: self.notice.as_deref(),
         })
@@ -278,13 +288,12 @@ impl Playhead {
     fn rewind(&mut self) {
         self.replay.rewind();
         self.observer = self.replay.observer();
-        self.steps.clear();
         self.summary = None;
     }
 
     fn advance_to(&mut self, until: Time) {
         self.at = until;
-        self.steps.extend(self.replay.advance_to(until));
+        self.replay.advance_to(until);
         if self.replay.is_over() && self.summary.is_none() {
             self.summary = Some(self.replay.summary());
         }
@@ -292,6 +301,10 @@ impl Playhead {
 }
 
 impl RunSource for Playhead {
+    fn system(&self) -> &dyn System {
+        &**self.replay.system()
+    }
+
     fn config(&self) -> &Config {
         self.replay.config()
     }
@@ -305,8 +318,11 @@ impl RunSource for Playhead {
         self.at.since(Time::ZERO)
     }
 
-    fn new_steps(&mut self) -> Vec<Message<ControlStep>> {
-        std::mem::take(&mut self.steps)
+    fn new_rows(&mut self) -> Vec<WatchedRows> {
+        let topics: Vec<_> = watched(self.system()).collect();
+        let rows = topics.into_iter();
+        rows.map(|topic| (topic, self.replay.new_rows(topic)))
+            .collect()
     }
 
     fn lost(&self) -> u64 {

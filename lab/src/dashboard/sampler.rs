@@ -6,35 +6,52 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::{ACTUATOR, ControlStep, POLICY, Pose, SENSOR},
-    experiment::{Config, OBS, Summary, TimedKnob, Verdict},
-    policy::PolicySpec,
+    experiment::{Config, Summary},
     runtime::{
-        ClockKind, Message, Observer, Snapshot, Time,
-        telemetry::{NodeView, TopicView},
+        ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
+        telemetry::{Event, NodeView, TopicView},
     },
+    system::{Setup, Signal, System, Verdict, VerdictKind},
 };
 
 use super::{
-    cause::{Cadence, Facts},
+    cause::Facts,
     figures::{Figures, NodeFigures},
-    frame::{
-        FrameData, LatencyData, NodeData, PlantData, Quantiles, TopicData, Trace, VerdictData,
-        VerdictKind,
-    },
+    frame::{FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData},
+    settings::setting,
 };
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
 
-/// Run time over which latencies count as recent.
+/// Run time over which ages count as recent.
 const LATELY: Duration = Duration::from_secs(1);
 
-/// Control steps kept for the angle chart: an hour at 50 Hz.
-const STEPS_KEPT: usize = 180_000;
+/// Points kept for the chart: an hour at 50 Hz.
+const POINTS_KEPT: usize = 180_000;
+
+/// New messages of a watched topic, with its name.
+pub type WatchedRows = (&'static str, Rows);
+
+/// The topics that are drawn message by message: that of the states, and that of
+/// the first signal.
+pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
+    let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
+    state
+        .into_iter()
+        .chain(signal.filter(move |topic| Some(*topic) != state))
+}
+
+/// The signal that is plotted.
+pub fn signal(system: &dyn System) -> Option<&'static Signal> {
+    system.signals().first()
+}
 
 /// A run to make frames of: one that is under way, or a replay.
 pub trait RunSource {
+    /// What runs.
+    fn system(&self) -> &dyn System;
+
     /// What it was started with.
     fn config(&self) -> &Config;
 
@@ -44,10 +61,10 @@ pub trait RunSource {
     /// Wall time since it began, or that it took.
     fn wall_time(&self) -> Duration;
 
-    /// The control steps since the last call.
-    fn new_steps(&mut self) -> Vec<Message<ControlStep>>;
+    /// The messages on the [`watched`] topics since the last call.
+    fn new_rows(&mut self) -> Vec<WatchedRows>;
 
-    /// Control steps that came too fast to be watched.
+    /// Messages that came too fast to be watched.
     fn lost(&self) -> u64;
 
     /// What it came to, if it is over.
@@ -64,29 +81,35 @@ pub trait RunSource {
 pub struct Sampler {
     /// Per node, its ticks at the last sample and when they last changed.
     ticks: Vec<(u64, Option<Instant>)>,
-    /// Events that were looked at for the policy.
+    /// Events that were looked at for knobs.
     events: usize,
-    /// The last policy that was swapped in.
-    swapped: Option<PolicySpec>,
+    /// The knobs that were turned since the run began.
+    turned: Setup,
     figures: Figures,
-    newest: Option<ControlStep>,
-    /// Run times and sense→act latencies of the last second.
-    latencies: VecDeque<(Time, Duration)>,
-    /// Run time (s) and pole angle (degrees) of every step.
-    angles: VecDeque<(f64, f64)>,
+    /// The newest state of the plant.
+    state: Vec<f64>,
+    /// The verdict on the states since the run is lost, if it is and goes on.
+    lost: Option<Verdict>,
+    /// Age of the sensing behind the newest state.
+    newest_age: Option<Duration>,
+    /// Run times and such ages of the last second.
+    ages: VecDeque<(Time, Duration)>,
+    /// Run time (s) and value of the signal.
+    points: VecDeque<(f64, f64)>,
 }
 
 impl Sampler {
     /// A frame of `session` as it is now.
     pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
-        for message in session.new_steps() {
-            self.remember(&message);
+        for (topic, rows) in session.new_rows() {
+            self.remember(session.system(), topic, &rows);
         }
-        self.follow_swaps(session.observer());
+        self.follow_knobs(session.observer());
         let counters = session.observer().read_counters();
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
-        self.figures.refresh(session.observer(), &counters, at_rest);
+        self.figures
+            .refresh(session.system(), session.observer(), &counters, at_rest);
         let lit = self.lit_nodes(&counters, running, at_rest);
         let figures = &self.figures;
         let nodes = counters.nodes.iter().zip(&figures.nodes).zip(lit);
@@ -96,61 +119,83 @@ impl Sampler {
             wall_s: session.wall_time().as_secs(),
             status: counters.status,
             seed: session.config().seed,
-            policy: self.policy(session).name().to_owned(),
+            settings: self.settings(session),
             verdict: self.verdict(session, &counters),
-            latency: LatencyData {
-                newest: self.newest.and_then(|step| step.latency),
-                control_period: counters.period(POLICY),
-                ..figures.latency.clone()
-            },
+            latency: figures.latency.as_ref().map(|latency| LatencyData {
+                newest: self.newest_age,
+                ..latency.clone()
+            }),
             nodes: nodes
                 .map(|((node, figures), lit)| node_data(node, *figures, lit))
                 .collect(),
             topics: topics
                 .map(|(topic, age)| topic_data(topic, *age, counters.now))
                 .collect(),
-            plant: self.newest.as_ref().map(plant_data),
+            state: self.state.clone(),
             telemetry_lost: session.lost(),
         }
     }
 
-    /// The pole's angle in the `span` seconds before `now`.
-    pub fn trace(&self, now: Time, span: f64) -> Trace {
+    /// The signal in the `span` seconds before `now`; `None` if the system has
+    /// none.
+    pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<Trace> {
         let end = now.as_secs_f64();
-        let first = self.angles.partition_point(|(at, _)| *at < end - span);
-        let last = self.angles.partition_point(|(at, _)| *at <= end);
-        Trace {
-            points: self.angles.range(first..last).copied().collect(),
+        let first = self.points.partition_point(|(at, _)| *at < end - span);
+        let last = self.points.partition_point(|(at, _)| *at <= end);
+        Some(Trace {
+            signal: signal(system)?,
+            points: self.points.range(first..last).copied().collect(),
             marks: Vec::new(),
-        }
+        })
     }
 
-    fn follow_swaps(&mut self, observer: &Observer) {
+    fn follow_knobs(&mut self, observer: &Observer) {
         let events = observer.events(self.events);
         self.events += events.len();
-        let mut swaps = events.iter().rev().filter_map(TimedKnob::of);
-        let last = swaps.find_map(|timed| timed.knob.policy().cloned());
-        self.swapped = last.or(self.swapped.take());
+        let turned = events.iter().filter_map(Event::knob);
+        self.turned.extend(turned.map(|timed| timed.knob));
     }
 
-    /// The policy that decides now: the last that was swapped in, or the first.
-    fn policy<'s>(&'s self, session: &'s impl RunSource) -> &'s PolicySpec {
-        let first = &session.config().policy;
-        self.swapped.as_ref().unwrap_or(first)
+    /// The setup of `session` as it is by now.
+    fn setup(&self, session: &impl RunSource) -> Setup {
+        let mut setup = session.config().setup.clone();
+        setup.extend(self.turned.iter().cloned());
+        setup
     }
 
-    fn remember(&mut self, message: &Message<ControlStep>) {
-        if self.angles.len() == STEPS_KEPT {
-            self.angles.pop_front();
+    fn settings(&self, session: &impl RunSource) -> Vec<String> {
+        let (system, setup) = (session.system(), self.setup(session));
+        let aliases = system.aliases().iter();
+        let sent = aliases.filter(|alias| alias.kind() == KnobKind::Send);
+        sent.map(|alias| setting(system, alias, &setup)).collect()
+    }
+
+    fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
+        if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
+            let points = rows.iter();
+            let points = points.map(|(head, row)| (head.stamp.as_secs_f64(), (signal.value)(row)));
+            self.points.extend(points);
+            let old = self.points.len().saturating_sub(POINTS_KEPT);
+            self.points.drain(..old);
         }
-        let degrees = angle(&message.data).to_degrees();
-        self.angles
-            .push_back((message.stamp.as_secs_f64(), degrees));
-        self.newest = Some(message.data);
-        self.latencies
-            .extend(message.data.latency.map(|latency| (message.stamp, latency)));
-        let old = |(at, _): &mut (Time, Duration)| message.stamp.since(*at) > LATELY;
-        while self.latencies.pop_front_if(old).is_some() {}
+        if system.state() == Some(topic) {
+            rows.iter()
+                .for_each(|(head, row)| self.judge(system, head, row));
+            if let Some((head, row)) = rows.last() {
+                self.state = row.to_vec();
+                self.newest_age = age(head);
+            }
+        }
+    }
+
+    fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
+        let verdict = system.verdict(&ClockExit::Stopped, head.stamp, Some(state));
+        // What is lost stays lost since its first moment.
+        let since = self.lost.unwrap_or(verdict);
+        self.lost = verdict.is_lost().then_some(since);
+        self.ages.extend(age(head).map(|age| (head.stamp, age)));
+        let old = |(at, _): &mut (Time, Duration)| head.stamp.since(*at) > LATELY;
+        while self.ages.pop_front_if(old).is_some() {}
     }
 
     /// Which nodes ticked a moment ago; while run time stands still, which ones
@@ -178,69 +223,52 @@ impl Sampler {
 
     /// How it stands, and why it ended if it did, in figures that were measured.
     fn verdict(&self, session: &impl RunSource, snapshot: &Snapshot) -> VerdictData {
-        let Some(summary) = session.summary() else {
+        let ended = session.summary().map(|summary| summary.verdict);
+        let Some(verdict) = ended.or(self.lost) else {
             return VerdictData {
-                kind: VerdictKind::Good,
-                headline: "BALANCED so far".to_owned(),
+                standing: Standing::Good,
+                word: String::new(),
+                headline: so_far(session.system()),
                 why: Vec::new(),
             };
         };
-        let (kind, why) = match summary.verdict {
-            Verdict::Balanced | Verdict::Stopped { .. } => (VerdictKind::Done, Vec::new()),
-            Verdict::PoleFell { .. } | Verdict::CartLeftRail { .. } => {
-                let pole_fell = matches!(summary.verdict, Verdict::PoleFell { .. });
-                let facts = self.facts(session, snapshot, pole_fell);
-                (VerdictKind::Lost, facts.reasons())
-            }
-        };
+        let lost = verdict.is_lost();
         VerdictData {
-            kind,
-            headline: summary.verdict.to_string(),
-            why,
+            standing: if lost { Standing::Lost } else { Standing::Done },
+            word: verdict.name().replace('_', " "),
+            headline: verdict.to_string(),
+            why: if lost {
+                self.reasons(session, snapshot)
+            } else {
+                Vec::new()
+            },
         }
     }
 
-    /// What is known of a run that was lost.
-    fn facts(&self, session: &impl RunSource, snapshot: &Snapshot, pole_fell: bool) -> Facts {
-        let policy = self.policy(session);
-        let obs = snapshot.topic(OBS);
-        Facts {
-            policy: policy.name().to_owned(),
-            balances: policy.balances(),
-            pole_fell,
-            oldest: self.latencies.iter().map(|(_, latency)| *latency).max(),
-            sensor: cadence(snapshot, SENSOR),
-            decisions: cadence(snapshot, POLICY),
-            step: snapshot.period(ACTUATOR),
-            think: session.config().think,
-            depth: obs.map_or(1, |obs| obs.depth),
-            dropped: obs.map_or(0, TopicView::dropped),
+    fn reasons(&self, session: &impl RunSource, snapshot: &Snapshot) -> Vec<String> {
+        let oldest = self.ages.iter().map(|(_, age)| *age).max();
+        let config = Config {
+            setup: self.setup(session),
+            ..session.config().clone()
+        };
+        Facts::of(session.system(), &config, snapshot, oldest)
+            .map_or_else(Vec::new, |facts| facts.reasons())
+    }
+}
+
+/// A run that goes on, and well.
+fn so_far(system: &dyn System) -> String {
+    match system.verdicts().first() {
+        Some(well) if **well != VerdictKind::COMPLETED => {
+            format!("{} so far", well.name.replace('_', " ").to_uppercase())
         }
+        _ => "RUNNING".to_owned(),
     }
 }
 
-/// How often `node` works. Overruns are those of the real clock, and say nothing of
-/// a run that was handed over since.
-fn cadence(snapshot: &Snapshot, node: &str) -> Cadence {
-    let real = snapshot.status.clock == ClockKind::Real;
-    let view = snapshot.node(node);
-    Cadence {
-        period: snapshot.period(node),
-        ticks: view.map_or(0, |view| view.ticks),
-        overruns: view.filter(|_| real).map_or(0, |view| view.overruns),
-    }
-}
-
-fn angle(step: &ControlStep) -> f64 {
-    Pose::of(step.qpos).pole_angle
-}
-
-fn plant_data(step: &ControlStep) -> PlantData {
-    PlantData {
-        pose: Pose::of(step.qpos),
-        action: step.action.0,
-        steps: step.step,
-    }
+/// Age of the sensing that a message was derived from, when it was published.
+fn age(head: &Head) -> Option<Duration> {
+    head.origin.map(|origin| head.stamp.since(origin))
 }
 
 fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {

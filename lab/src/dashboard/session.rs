@@ -2,38 +2,41 @@
 
 use std::{
     path::PathBuf,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
-    cartpole::ControlStep,
     experiment::{Config, Experiment, Summary},
-    policy::PolicyCache,
-    runtime::{
-        Command, Fault, Message, Observer, RealClock, Tap, TapMessage, clock::RealtimePriority,
-    },
+    runtime::{Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority},
+    system::System,
 };
 
-use super::{error::LabError, sampler::RunSource};
+use super::{
+    error::LabError,
+    sampler::{RunSource, WatchedRows, watched},
+};
 use crate::{
     csv,
     output::Live,
     recording::{Destination, Recorder, Source, StopReason},
 };
 
-/// Control steps that may wait for the next frame: at full speed the virtual
+/// Messages of a topic that may wait for the next frame: at full speed the virtual
 /// clock makes some thousands in the time of one.
 const BACKLOG: usize = 65_536;
 
 /// What every session is started with.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone)]
 pub struct Setup {
-    /// Policies that were read, for this session and the next ones.
-    pub policies: PolicyCache,
+    /// What is run.
+    pub system: Arc<dyn System>,
+    /// Whether the exercises of the course are about this system.
+    pub course: bool,
     /// Priority of the node threads, if it was granted.
     pub realtime: Option<RealtimePriority>,
-    /// Where control steps are written, those of the last session.
+    /// Where the steps of the plant are written, those of the last session.
     pub csv: Option<PathBuf>,
     /// Where sessions are recorded to, from the first one on.
     pub record: Option<Destination>,
@@ -51,7 +54,6 @@ pub struct SessionResult {
 /// An experiment that can begin at any moment. Until then no file is changed.
 pub struct Prepared {
     experiment: Experiment,
-    config: Config,
     source: Source,
     csv: Option<Live>,
     realtime: Option<RealtimePriority>,
@@ -61,16 +63,14 @@ impl Prepared {
     /// Sets an experiment up.
     ///
     /// # Errors
-    /// [`LabError`] if that cannot be done, or the file of control steps cannot be
-    /// opened.
+    /// [`LabError`] if that cannot be done, or the file of rows cannot be opened.
     pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
-        let experiment = Experiment::with_cache(config, setup.policies.clone())?;
+        let experiment = Experiment::new(setup.system.clone(), config)?;
         // The session before this one may still write to it.
         let csv = setup.csv.as_deref().map(Live::open).transpose();
         Ok(Self {
-            source: Source::of(&experiment, config),
+            source: Source::of(&experiment),
             experiment,
-            config: config.clone(),
             csv: csv.map_err(LabError::Csv)?,
             realtime: setup.realtime.clone(),
         })
@@ -81,7 +81,7 @@ impl Prepared {
     /// # Errors
     /// [`LabError::Record`] with what the system says of the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
-        let begun = destination.claim(&self.config, |path| {
+        let begun = destination.claim(&self.source.origin, |path| {
             Recorder::from_the_start(path, &self.source)
         });
         let begun = begun.map_err(|(path, why)| LabError::Record { path, why });
@@ -96,18 +96,19 @@ impl Prepared {
         Session {
             csv,
             recorder,
-            ..Session::begin(self.experiment, &self.config, self.source, self.realtime)
+            ..Session::begin(self.experiment, self.source, self.realtime)
         }
     }
 }
 
-/// A running experiment: commands go in, counters and control steps come out.
+/// A running experiment: commands go in, counters and messages come out.
 pub struct Session {
+    system: Arc<dyn System>,
     config: Config,
     observer: Observer,
     commands: Sender<Command>,
-    /// Gone when the session is to end.
-    steps: Option<Tap<TapMessage<ControlStep>>>,
+    /// Those on the [`watched`] topics; gone when the session is to end.
+    taps: Vec<(&'static str, RowTap)>,
     /// Where the run tells what it came to; gone when it has.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
@@ -135,22 +136,13 @@ impl Session {
         Ok(prepared.begin(recorder))
     }
 
-    /// Starts `experiment`, which was made from `config`.
-    #[cfg(test)]
-    pub fn of(experiment: Experiment, config: &Config, realtime: Option<RealtimePriority>) -> Self {
-        let source = Source::of(&experiment, config);
-        Self::begin(experiment, config, source, realtime)
-    }
-
-    fn begin(
-        experiment: Experiment,
-        config: &Config,
-        source: Source,
-        realtime: Option<RealtimePriority>,
-    ) -> Self {
+    fn begin(experiment: Experiment, source: Source, realtime: Option<RealtimePriority>) -> Self {
+        let (system, config) = (experiment.system().clone(), experiment.config().clone());
         let observer = experiment.observer();
         let commands = experiment.commands();
-        let steps = Some(experiment.taps().steps(BACKLOG));
+        let taps = experiment.taps();
+        let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
+        let taps = taps.collect();
         let mut real = RealClock::new(realtime);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
@@ -158,10 +150,11 @@ impl Session {
             let _ = sender.send(experiment.run_with(&mut real));
         });
         Self {
-            config: config.clone(),
+            system,
+            config,
             observer,
             commands,
-            steps,
+            taps,
             outcome: Some(outcome),
             summary: None,
             csv: None,
@@ -205,7 +198,7 @@ impl Session {
     pub fn stop(&mut self) {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nobody will empty it any more.
-        self.steps = None;
+        self.taps.clear();
     }
 
     /// The nodes that are in a tick, which the end of the run waits for.
@@ -218,8 +211,8 @@ impl Session {
     /// Stops the run and waits for its end.
     ///
     /// # Errors
-    /// [`LabError`] if a node failed, the clock panicked, or control steps could
-    /// not be written.
+    /// [`LabError`] if a node failed, the clock panicked, or rows could not be
+    /// written.
     pub fn finish(&mut self) -> Result<SessionResult, LabError> {
         self.stop();
         if let Some(outcome) = &self.outcome {
@@ -260,7 +253,8 @@ impl Session {
     /// Waits until all rows are written; says how many were lost.
     fn finish_csv(&mut self) -> Result<u64, LabError> {
         // Its tap ends with the topic, which these hold.
-        (self.source, self.steps) = (None, None);
+        self.source = None;
+        self.taps.clear();
         let lost = self.csv.take().map_or(Ok(0), csv::StepWriter::finish);
         lost.map_err(LabError::Csv)
     }
@@ -271,7 +265,7 @@ impl Session {
     /// What the system says of the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
         let source = self.source.as_ref().ok_or(LabError::Panicked)?;
-        let begun = destination.claim(&self.config, |path| Recorder::midway(path, source));
+        let begun = destination.claim(&source.origin, |path| Recorder::midway(path, source));
         let (path, recorder) = begun.map_err(|(path, why)| LabError::Record { path, why })?;
         self.recorder = Some(recorder);
         Ok(path)
@@ -297,6 +291,10 @@ pub fn list(names: &[String]) -> String {
 }
 
 impl RunSource for Session {
+    fn system(&self) -> &dyn System {
+        &*self.system
+    }
+
     fn config(&self) -> &Config {
         &self.config
     }
@@ -310,14 +308,17 @@ impl RunSource for Session {
         taken.unwrap_or_else(|| self.began.elapsed())
     }
 
-    fn new_steps(&mut self) -> Vec<Message<ControlStep>> {
-        let taps = self.steps.iter();
-        let tapped = taps.flat_map(|tap| tap.items().try_iter());
-        tapped.map(|tapped| tapped.message).collect()
+    fn new_rows(&mut self) -> Vec<WatchedRows> {
+        let taken = self.taps.iter().map(|(topic, tap)| {
+            let mut rows = tap.rows();
+            tap.take(&mut rows);
+            (*topic, rows)
+        });
+        taken.collect()
     }
 
     fn lost(&self) -> u64 {
-        self.steps.as_ref().map_or(0, Tap::lost)
+        self.taps.iter().map(|(_, tap)| tap.lost()).sum()
     }
 
     fn summary(&self) -> Option<&Summary> {

@@ -2,8 +2,10 @@
 
 mod files;
 mod order;
+mod prompt;
 mod sessions;
 mod stuck;
+mod systems;
 
 use std::{
     collections::VecDeque,
@@ -17,14 +19,14 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
-use ratelab::{experiment::Config, runtime::Speed};
+use ratelab::{cartpole::CartPole, experiment::Config, runtime::Speed};
 
 use super::{
     Model, Options,
     app::App,
     focus::Pane,
     run,
-    session::{Session, Setup},
+    session::Setup,
     terminal::Input,
     view::{self, theme::Theme},
 };
@@ -33,6 +35,17 @@ const PLAIN: Theme = Theme {
     colour: true,
     ascii: false,
 };
+
+/// The cart-pole, nothing recorded.
+fn setup() -> Setup {
+    Setup {
+        system: Arc::new(CartPole::default()),
+        course: true,
+        realtime: None,
+        csv: None,
+        record: None,
+    }
+}
 
 fn options() -> Options {
     Options {
@@ -45,14 +58,14 @@ fn options() -> Options {
 fn fallen() -> App {
     let knobs = "0.5 control-hz 5\n1.5 queue-depth 100";
     let config = Config {
-        knobs: ratelab::experiment::parse_knobs(knobs).expect("knobs"),
+        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         ..Config::default()
     };
     ended(config)
 }
 
 fn ended(config: Config) -> App {
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     while !app.ended() {
         app.sample().expect("no fault");
     }
@@ -86,7 +99,7 @@ impl Input for Typist {
 
 /// Runs the real loop over `config` with one key per frame; the session goes on.
 fn typed(config: Config, keys: &[KeyCode]) -> (App, Terminal<TestBackend>) {
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
     let waits = std::iter::repeat_n(KeyCode::Null, 2);
     let mut typist = Typist {
@@ -122,7 +135,7 @@ fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let knobs = "4 control-hz 8\n7 control-hz 5";
     let app = ended(Config {
         seed: 1,
-        knobs: ratelab::experiment::parse_knobs(knobs).expect("knobs"),
+        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         speed: Speed::Unlimited,
         ..Config::default()
     });
@@ -153,7 +166,7 @@ fn every_size_shows_the_same_run() {
 #[test]
 fn the_events_blame_the_slow_node_and_its_setting() {
     let fallen = |knobs: &str| {
-        let knobs = ratelab::experiment::parse_knobs(knobs).expect("knobs");
+        let knobs = CartPole::KNOBS.parse_list(knobs).expect("knobs");
         let config = Config {
             knobs,
             ..Config::default()
@@ -162,7 +175,7 @@ fn the_events_blame_the_slow_node_and_its_setting() {
     };
     let sensor = fallen("0 sensor-hz 5");
     assert!(
-        sensor.contains("the sensor reads every 200 ms: raise sensor-hz"),
+        sensor.contains("the sensor ticks every 200 ms: raise sensor-hz"),
         "{sensor}"
     );
     assert!(
@@ -171,7 +184,7 @@ fn the_events_blame_the_slow_node_and_its_setting() {
     );
     let policy = fallen("0 control-hz 5");
     assert!(
-        policy.contains("the policy decides every 200 ms: raise control-hz"),
+        policy.contains("the policy ticks every 200 ms: raise control-hz"),
         "{policy}"
     );
     assert!(
@@ -245,7 +258,7 @@ fn the_numbers_drawn_are_those_of_the_summary() {
         row.unwrap_or_else(|| panic!("{topic} has no row in\n{drawn}"))
             .to_owned()
     };
-    for topic in [&summary.obs, &summary.action] {
+    for topic in [summary.topic("/obs"), summary.topic("/action")] {
         let row = row(&topic.name);
         for figure in [topic.published, topic.dropped] {
             let words = row.split_whitespace();
@@ -266,10 +279,7 @@ fn press(app: &mut App, keys: &str) {
 
 /// Opens the map and waits until all of it is made.
 fn with_map() -> App {
-    let mut app = ended(Config {
-        control_hz: ratelab::runtime::Hz::new(7.0).expect("rate"),
-        ..Config::default()
-    });
+    let mut app = ended(CartPole::config("control-hz 7").expect("a knob"));
     press(&mut app, "m");
     while !screen(&app, &PLAIN, 120, 36).contains("3000 runs of 10 s") {
         app.sample().expect("no fault");
@@ -300,6 +310,11 @@ fn the_map_is_kept_until_its_conditions_change() {
     // Keys of the lab go on to work under it.
     press(&mut app, ">");
     app.sample().expect("no fault");
-    assert!(screen(&app, &PLAIN, 120, 36).contains("depth 2"));
+    assert!(screen(&app, &PLAIN, 120, 36).contains("queue-depth 2"));
     assert!(screen(&app, &PLAIN, 120, 36).contains("of 3000 runs"));
+}
+
+/// The rate of `node` that the next session begins with, if it is set.
+fn rate(app: &App, node: &str) -> Option<f64> {
+    app.wanted().setup.rate(node).map(ratelab::runtime::Hz::get)
 }

@@ -23,11 +23,11 @@ pub struct OutputPlan<'a> {
     /// The file of `--csv`.
     pub csv: Option<&'a Path>,
     /// The first line of that.
-    pub header: &'static str,
+    pub header: String,
     /// The file of `--record`, if it has a name.
     pub record: Option<&'a Path>,
     /// What is read, by option.
-    pub inputs: Vec<(&'static str, &'a Path)>,
+    pub inputs: Vec<(String, PathBuf)>,
 }
 
 impl OutputPlan<'_> {
@@ -41,7 +41,7 @@ impl OutputPlan<'_> {
             ("--record", "writes", self.record),
         ];
         let inputs = self.inputs.iter();
-        let inputs = inputs.map(|(option, path)| (*option, "reads", Some(*path)));
+        let inputs = inputs.map(|(option, path)| (option.as_str(), "reads", Some(path.as_path())));
         let files: Vec<_> = inputs.chain(outputs).collect();
         for (place, (option, verb, path)) in files.iter().enumerate() {
             let before = &files[..place];
@@ -59,7 +59,7 @@ impl OutputPlan<'_> {
             }
         }
         self.csv
-            .map_or(Ok(()), |path| check_rows(path, self.header))
+            .map_or(Ok(()), |path| check_rows(path, &self.header))
     }
 }
 

@@ -3,15 +3,15 @@
 use std::sync::{Mutex, PoisonError};
 
 use ratelab::{
-    cartpole::POLE_LIMIT_RAD,
     runtime::{ClockKind, Snapshot},
+    system::{Signal, System},
 };
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
     SerializedComponentBatch, StoreKind,
     blueprint::{
         BarChartView, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, GraphView,
-        Horizontal, SelectionPanel, Spatial3DView, StateTimelineView, TextLogView, TimePanel,
+        Horizontal, SelectionPanel, Spatial2DView, StateTimelineView, TextLogView, TimePanel,
         TimeSeriesView, Vertical, VisualizableArchetype,
         components::{BackgroundKind, LinkAxis, PanelState, PlayState},
     },
@@ -20,10 +20,7 @@ use rerun::{
     external::{
         re_log_types::BlueprintActivationCommand,
         re_sdk_types::blueprint::{
-            archetypes::{
-                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TextLogColumns,
-                TimeAxis,
-            },
+            archetypes::{Background, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis},
             datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn},
         },
     },
@@ -35,12 +32,13 @@ use super::{
     scene::{
         graph::GRAPH,
         histogram::HISTOGRAM,
-        lines::{only, stepped},
+        latency::{LATENCY, paced_node},
+        lines::stepped,
         modes::MODES,
         palette,
-        step_plots::{CART, LATENCY, LINES, POLE, STEPS},
+        picture::PICTURE,
+        signals,
         traffic::{DROPPED, PER_SECOND},
-        world::WORLD,
     },
     schema::{EVENTS, NODES},
     timeline::RUN_TIME,
@@ -49,28 +47,34 @@ use super::{
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// Sends the layout for a run of the graph in `start`, taken before its run, of
-/// which `clock` runs the first part that is recorded.
-/// Comes before the recording itself.
-pub fn send(
-    rec: &RecordingStream,
-    start: &Snapshot,
-    clock: ClockKind,
-) -> RecordingStreamResult<()> {
-    let subject = Subject::of(start, clock);
+/// What a layout is for.
+pub struct Subject<'a> {
+    /// What is run.
+    pub system: &'a dyn System,
+    /// Whether it has a picture.
+    pub picture: bool,
+    /// Its graph, before the run.
+    pub start: &'a Snapshot,
+    /// The clock of the first part that is recorded.
+    pub clock: ClockKind,
+}
+
+/// Sends the layout for `subject`. Comes before the recording itself.
+pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResult<()> {
+    let key = subject.key();
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = made.iter().find(|(known, _)| *known == subject);
+    let known = made.iter().find(|(known, _)| *known == key);
     let messages = match known {
         Some((_, messages)) => messages.clone(),
         None => {
             let mut properties = Properties::default();
             let layout = ViewerLayout {
-                root: layout(&mut properties, start, clock),
+                root: subject.layout(&mut properties),
                 timeline: RUN_TIME,
                 properties,
             };
             let messages = layout.messages(rec)?;
-            made.push((subject, messages.clone()));
+            made.push((key, messages.clone()));
             messages
         }
     };
@@ -81,27 +85,17 @@ pub fn send(
 
 /// What the layout of a run depends on.
 #[derive(PartialEq)]
-struct Subject {
+struct Key {
+    system: &'static str,
+    picture: bool,
     nodes: Vec<String>,
     topics: Vec<String>,
     clock: ClockKind,
 }
 
-impl Subject {
-    fn of(start: &Snapshot, clock: ClockKind) -> Self {
-        let nodes = start.nodes.iter().map(|node| node.name.to_string());
-        let topics = start.topics.iter().map(|topic| topic.name.to_string());
-        Self {
-            nodes: nodes.collect(),
-            topics: topics.collect(),
-            clock,
-        }
-    }
-}
-
 /// Layouts that were made. The SDK (0.36.3) never ends the stream with which it
 /// makes one: two threads and their memory each time, so each is made once.
-static MADE: Mutex<Vec<(Subject, Vec<LogMsg>)>> = Mutex::new(Vec::new());
+static MADE: Mutex<Vec<(Key, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 
 /// Views, and nothing else but what is needed to move through them.
 pub struct ViewerLayout {
@@ -136,102 +130,103 @@ impl ViewerLayout {
     }
 }
 
-fn layout(properties: &mut Properties, start: &Snapshot, clock: ClockKind) -> ContainerLike {
-    let top = Horizontal::new([world(properties), graph()]).with_column_shares([2.0, 1.3]);
-    let middle = Vertical::new([
-        latency(properties),
-        per_second(properties, start),
-        drops(properties, start),
-    ]);
-    let mut right = vec![histogram(properties), modes(properties), events(properties)];
-    if clock == ClockKind::Real {
-        right.insert(0, lateness(properties, start));
+impl Subject<'_> {
+    fn key(&self) -> Key {
+        let nodes = self.start.nodes.iter().map(|node| node.name.to_string());
+        let topics = self.start.topics.iter().map(|topic| topic.name.to_string());
+        Key {
+            system: self.system.name(),
+            picture: self.picture,
+            nodes: nodes.collect(),
+            topics: topics.collect(),
+            clock: self.clock,
+        }
     }
-    let bottom = Horizontal::new([
-        motion(properties).into(),
-        middle.into(),
-        Vertical::new(right).into(),
-    ]);
-    let rows = Vertical::new([top.into(), bottom.into()]);
-    rows.with_row_shares([1.0, 2.0]).into()
+
+    fn layout(&self, properties: &mut Properties) -> ContainerLike {
+        let graph = GraphView::new("node graph: nodes blue, topics orange").with_origin(GRAPH);
+        let top = if self.picture {
+            let views = [picture(properties, self.system.name()), graph.into()];
+            Horizontal::new(views).with_column_shares([2.0, 1.3])
+        } else {
+            Horizontal::new([graph.into()])
+        };
+        let signals = self.system.signals().iter();
+        let signals: Vec<_> = signals
+            .map(|signal| self.signal(properties, signal))
+            .collect();
+        let latency = self.system.latency().map(|(_, meter)| meter);
+        let mut middle = vec![self.per_second(properties), self.drops(properties)];
+        let mut right = vec![modes(properties), events(properties)];
+        if let Some(meter) = latency {
+            middle.insert(0, self.latency(properties, meter));
+            right.insert(0, histogram(properties, meter));
+        }
+        if self.clock == ClockKind::Real {
+            right.insert(0, self.lateness(properties));
+        }
+        let columns = [signals, middle, right].into_iter();
+        let columns = columns
+            .filter(|views| !views.is_empty())
+            .map(|views| Vertical::new(views).into());
+        let rows = Vertical::new([top.into(), Horizontal::new(columns).into()]);
+        rows.with_row_shares([1.0, 2.0]).into()
+    }
+
+    fn signal(&self, properties: &mut Properties, signal: &Signal) -> ContainerLike {
+        let entity = signals::entity(signal.topic);
+        let only = signals::only(self.system.signals(), signal.topic, signal.name);
+        let view = TimeSeriesView::new(signals::title(signal))
+            .with_origin(entity.clone())
+            .with_override(entity, only.visualizer());
+        properties.plot(view, Some(signal.range))
+    }
+
+    fn latency(&self, properties: &mut Properties, meter: &str) -> ContainerLike {
+        let period = paced_node(self.system);
+        let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
+        let view = TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
+            .with_origin(LATENCY)
+            .with_override(LATENCY, stepped().visualizer());
+        properties.plot(view, None)
+    }
+
+    fn per_second(&self, properties: &mut Properties) -> ContainerLike {
+        let view = TimeSeriesView::new(format!("messages/s: {}", self.topic_key()));
+        properties.plot(view.with_origin(PER_SECOND), None)
+    }
+
+    fn drops(&self, properties: &mut Properties) -> ContainerLike {
+        let view = TimeSeriesView::new(format!("dropped so far: {}", self.topic_key()));
+        properties.plot(view.with_origin(DROPPED), None)
+    }
+
+    fn topic_key(&self) -> String {
+        palette::key(self.start.topics.iter().map(|topic| &*topic.name))
+    }
+
+    fn lateness(&self, properties: &mut Properties) -> ContainerLike {
+        let nodes = palette::key(self.start.nodes.iter().map(|node| &*node.name));
+        let view = TimeSeriesView::new(format!("µs late: {nodes}"));
+        properties.plot(view.with_origin(NODES), None)
+    }
 }
 
-fn world(properties: &mut Properties) -> ContainerLike {
-    let view = Spatial3DView::new("cart-pole in space, ±12° fall limits").with_origin(WORLD);
-    let eye = EyeControls3D::new()
-        .with_position([0.0, -1.7, 0.75])
-        .with_look_target([0.0, 0.0, 0.45])
-        .with_eye_up([0.0, 0.0, 1.0]);
+fn picture(properties: &mut Properties, system: &str) -> ContainerLike {
+    let view = Spatial2DView::new(system).with_origin(PICTURE);
     let ground = Background::new(BackgroundKind::SolidColor).with_color(palette::NIGHT);
-    let grid = LineGrid3D::new().with_visible(false);
-    properties.set(
-        view,
-        &[
-            ("EyeControls3D", &eye),
-            ("Background", &ground),
-            ("LineGrid3D", &grid),
-        ],
-    )
+    properties.set(view, &[("Background", &ground)])
 }
 
-fn graph() -> ContainerLike {
-    GraphView::new("node graph: nodes blue, topics orange")
-        .with_origin(GRAPH)
-        .into()
-}
-
-/// Pole above cart and force.
-fn motion(properties: &mut Properties) -> Vertical {
-    let limit = POLE_LIMIT_RAD.to_degrees();
-    let angle = TimeSeriesView::new(format!("pole angle and fall limits ±{limit:.0}° (°)"))
-        .with_origin(STEPS)
-        .with_override(STEPS, only(POLE, LINES).visualizer());
-    let range = [-1.25 * limit, 1.25 * limit];
-    let cart = TimeSeriesView::new("cart position blue (m), action orange (share of 10 N)")
-        .with_origin(STEPS)
-        .with_override(STEPS, stepped(only(CART, LINES)).visualizer());
-    Vertical::new([
-        properties.plot(angle, Some(range)),
-        properties.plot(cart, None),
-    ])
-}
-
-fn latency(properties: &mut Properties) -> ContainerLike {
-    let view = TimeSeriesView::new("sense→act latency blue, control period orange (ms)")
-        .with_origin(STEPS)
-        .with_override(STEPS, stepped(only(LATENCY, LINES)).visualizer());
-    properties.plot(view, None)
-}
-
-fn per_second(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
-    let view = TimeSeriesView::new(format!("messages/s: {}", topic_key(start)));
-    properties.plot(view.with_origin(PER_SECOND), None)
-}
-
-fn drops(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
-    let view = TimeSeriesView::new(format!("dropped so far: {}", topic_key(start)));
-    properties.plot(view.with_origin(DROPPED), None)
-}
-
-fn topic_key(start: &Snapshot) -> String {
-    palette::key(start.topics.iter().map(|topic| &*topic.name))
-}
-
-fn lateness(properties: &mut Properties, start: &Snapshot) -> ContainerLike {
-    let nodes = palette::key(start.nodes.iter().map(|node| &*node.name));
-    let view = TimeSeriesView::new(format!("µs late: {nodes}"));
-    properties.plot(view.with_origin(NODES), None)
-}
-
-fn histogram(properties: &mut Properties) -> ContainerLike {
-    let name = "control steps per sense→act latency (ms)";
+fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {
+    let name = format!("steps per {meter} latency (ms)");
     let view = BarChartView::new(name).with_origin(HISTOGRAM);
     let legend = PlotLegend::new().with_visible(false);
     properties.set(view, &[("PlotLegend", &legend)])
 }
 
 fn modes(properties: &mut Properties) -> ContainerLike {
-    let view = StateTimelineView::new("clock and control rate in force").with_origin(MODES);
+    let view = StateTimelineView::new("clock and rates in force").with_origin(MODES);
     // Of its own it does not fit the run.
     let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     properties.set(view, &[("TimeAxis", &axis)])

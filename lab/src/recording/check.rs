@@ -1,9 +1,6 @@
 //! What a file says, held against what is in it: up to where it is good.
 
-use ratelab::runtime::{
-    ClockKind, Command, Hz, Time,
-    telemetry::{Event, EventKind},
-};
+use ratelab::runtime::{ClockKind, Command, Hz, Knob, Rows, Time, telemetry::Event};
 
 use super::{
     content::DAMAGED_ROW,
@@ -11,7 +8,6 @@ use super::{
     reader::Recording,
     schema::{RecordingEnd, RunStatus},
     tick_schedule::TickSchedule,
-    topic_record::TopicRecord,
 };
 
 impl Recording {
@@ -42,15 +38,7 @@ impl Recording {
     /// Whether the real clock had no part in the run: every tick is then where the
     /// rates of its node have it.
     fn is_virtual(&self) -> bool {
-        let handed_over = |event: &Event| {
-            matches!(
-                event.what,
-                EventKind::Applied {
-                    command: Command::HandOver(_),
-                    ..
-                }
-            )
-        };
+        let handed_over = |event: &Event| matches!(event.applied(), Some(Command::HandOver(_)));
         self.origin.config.clock == ClockKind::Virtual && !self.events.iter().any(handed_over)
     }
 
@@ -76,7 +64,7 @@ impl Recording {
         // Messages are published in ticks.
         let ticked = self.ticks.iter().filter_map(|ticks| ticks.last());
         let ticked = ticked.map(|tick| tick.at).max().unwrap_or_default();
-        let published = self.topics.iter().filter_map(|topic| topic.heads.last());
+        let published = self.topics.iter().filter_map(|topic| topic.heads().last());
         let beyond = published.map(|head| head.stamp).any(|stamp| stamp > ticked);
         strays.chain(beyond.then_some(ticked)).min()
     }
@@ -114,7 +102,7 @@ impl Recording {
 
     /// Run time of the last message or tick.
     fn last_row(&self) -> Time {
-        let messages = self.topics.iter().filter_map(|topic| topic.heads.last());
+        let messages = self.topics.iter().filter_map(|topic| topic.heads().last());
         let ticks = self.ticks.iter().filter_map(|ticks| ticks.last());
         let stamps = messages.map(|head| head.stamp);
         let last = stamps.chain(ticks.map(|tick| tick.at)).max();
@@ -123,7 +111,7 @@ impl Recording {
 
     /// Whether less is there than `outcome` counts, or other than it has it.
     fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
-        let messages = self.topics.iter().map(|topic| topic.heads.len() as u64);
+        let messages = self.topics.iter().map(|topic| topic.len() as u64);
         let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
         !messages.eq(outcome.messages.iter().copied())
             || !ticks.eq(outcome.ticks.iter().copied())
@@ -133,7 +121,7 @@ impl Recording {
     /// Whether as much was lost as `outcome` has it: what is missing between the
     /// rows, and up to what may have come after the last of them.
     fn may_have_lost(&self, outcome: &RecordingEnd) -> bool {
-        let topics = self.topics.iter().map(TopicRecord::numbers);
+        let topics = self.topics.iter().map(numbers);
         let ticks = self.ticks.iter().map(|ticks| {
             let last = ticks.last().map(|tick| (tick.number, tick.at));
             (ticks.first().map(|tick| tick.number), last, ticks.len())
@@ -153,13 +141,13 @@ impl Recording {
     /// The fastest rate that any node had.
     fn fastest(&self) -> Hz {
         let first = self.origin.topology.nodes.iter().map(|node| node.hz);
-        let later = self.events.iter().filter_map(|event| match event.what {
-            EventKind::Applied {
-                command: Command::SetRate { hz, .. },
-                ..
-            } => Some(hz),
-            _ => None,
-        });
+        let later = self
+            .events
+            .iter()
+            .filter_map(|event| match event.applied() {
+                Some(Command::Set(Knob::Rate { hz, .. })) => Some(*hz),
+                _ => None,
+            });
         first.chain(later).max().unwrap_or(Hz::MAX)
     }
 
@@ -174,14 +162,9 @@ impl Recording {
     }
 }
 
-impl TopicRecord {
-    /// The first number, the last with its run time, and how many messages there are.
-    fn numbers(&self) -> (Option<u64>, Option<(u64, Time)>, usize) {
-        let last = self.heads.last().map(|head| (head.seq, head.stamp));
-        (
-            self.heads.first().map(|head| head.seq),
-            last,
-            self.heads.len(),
-        )
-    }
+/// The first number, the last with its run time, and how many messages there are.
+fn numbers(rows: &Rows) -> (Option<u64>, Option<(u64, Time)>, usize) {
+    let heads = rows.heads();
+    let last = heads.last().map(|head| (head.seq, head.stamp));
+    (heads.first().map(|head| head.seq), last, heads.len())
 }

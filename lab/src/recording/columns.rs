@@ -33,9 +33,12 @@ pub fn texts(
     units(name, Arc::new(StringArray::from_iter_values(values)))
 }
 
-/// `width` values a row, to be plotted as so many series.
-pub fn series(values: Vec<f64>, width: usize) -> RecordingStreamResult<SerializedComponentColumn> {
-    let rows = values.len() / width.max(1);
+/// `width` values in each of `rows`, to be plotted as so many series.
+pub fn series(
+    values: Vec<f64>,
+    width: usize,
+    rows: usize,
+) -> RecordingStreamResult<SerializedComponentColumn> {
     let array: ArrayRef = Arc::new(Float64Array::from(values));
     let batch = SerializedComponentBatch::new(array, Scalars::descriptor_scalars());
     Ok(batch.partitioned(std::iter::repeat_n(width, rows))?)

@@ -1,16 +1,20 @@
 //! From the chunks of a file to messages, ticks and events.
 
-use ratelab::runtime::{TickRecord, Time, telemetry::Event};
+use ratelab::{
+    runtime::{Rows, TickRecord, Time, telemetry::Event},
+    system::Setup,
+};
 use rerun::log::Chunk;
+use serde_json::Value;
 
 use super::{
+    legacy,
     limits::check_graph,
     rows,
     schema::{
         CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, UNTIL, node_entity,
         topic_entity,
     },
-    topic_record::TopicRecord,
 };
 
 /// What a row is that cannot be what was recorded.
@@ -22,7 +26,7 @@ pub struct Content {
     /// What was run; nothing is taken of the file before this is known.
     pub origin: Option<Origin>,
     /// What the topics carried.
-    pub topics: Vec<TopicRecord>,
+    pub topics: Vec<Rows>,
     /// The ticks of the nodes.
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
@@ -43,8 +47,11 @@ impl Content {
     /// # Errors
     /// In words, if what the recording says of itself is not understood.
     pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
-        let entity = chunk.entity_path().to_string();
-        if entity.ends_with(&format!("__properties/{ORIGIN}")) {
+        let entity = chunk.entity_path();
+        if entity
+            .to_string()
+            .ends_with(&format!("__properties/{ORIGIN}"))
+        {
             return self.begin(chunk);
         }
         let Some(origin) = &self.origin else {
@@ -56,12 +63,12 @@ impl Content {
         }
         let topology = &origin.topology;
         let (mut topics, mut nodes) = (topology.topics.iter(), topology.nodes.iter());
-        let sound = if let Some(index) = topics.position(|t| topic_entity(&t.name) == entity) {
+        let sound = if let Some(index) = topics.position(|t| topic_entity(&t.name) == *entity) {
             add_messages(&mut self.topics[index], chunk)
-        } else if let Some(index) = nodes.position(|n| node_entity(&n.name) == entity) {
+        } else if let Some(index) = nodes.position(|n| node_entity(&n.name) == *entity) {
             add_ticks(&mut self.ticks[index], chunk)
         } else {
-            match entity.as_str() {
+            match entity.to_string().as_str() {
                 EVENTS => add_events(&mut self.events, chunk),
                 END => self.end(chunk),
                 CHECKPOINT => self.check_in(chunk),
@@ -77,22 +84,24 @@ impl Content {
 
     fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
         let damaged = || "what this recording says of itself is damaged".to_owned();
-        let texts = rows::texts(chunk);
-        let Some(text) = texts.into_iter().next() else {
+        let Some(json) = rows::json(chunk).next() else {
             return Ok(());
         };
-        let text = text.ok_or_else(damaged)?;
-        let format = serde_json::from_str(&text).ok();
-        let format = format.and_then(|json: serde_json::Value| json.get("format")?.as_u64());
-        if let Some(format) = format.filter(|format| *format > u64::from(FORMAT)) {
-            return Err(format!(
-                "this recording is of format {format}, this ratelab reads up to {FORMAT}: \
-                 a later one made it"
-            ));
-        }
-        let origin: Origin = rows::parsed(&text).ok_or_else(damaged)?;
+        let json = json.ok_or_else(damaged)?;
+        let origin = match json.get("format").and_then(Value::as_u64) {
+            Some(format) if format > u64::from(FORMAT) => {
+                return Err(format!(
+                    "this recording is of format {format}, this ratelab reads up to {FORMAT}: \
+                     a later one made it"
+                ));
+            }
+            Some(2) => serde_json::from_value(json).ok(),
+            Some(1) => legacy::origin(json),
+            _ => None,
+        };
+        let origin: Origin = origin.filter(sets_nothing_twice).ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
-        self.topics = vec![TopicRecord::default(); origin.topology.topics.len()];
+        self.topics = vec![Rows::default(); origin.topology.topics.len()];
         self.ticks = vec![Vec::new(); origin.topology.nodes.len()];
         self.origin = Some(origin);
         Ok(())
@@ -100,9 +109,13 @@ impl Content {
 
     /// Takes in how the recording ended.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        for outcome in rows::json::<RecordingEnd>(chunk) {
+        let parse = match &self.origin {
+            Some(Origin { format: 1, .. }) => legacy::end,
+            _ => |json| serde_json::from_value(json).ok(),
+        };
+        for json in rows::json(chunk) {
             let after = self.until.unwrap_or_default();
-            let outcome = outcome.ok_or(Damaged { after })?;
+            let outcome = json.and_then(parse).ok_or(Damaged { after })?;
             self.until = Some(outcome.at);
             self.outcome = Some(outcome);
         }
@@ -120,6 +133,12 @@ impl Content {
     }
 }
 
+/// Whether every setting of a run is there once.
+fn sets_nothing_twice(origin: &Origin) -> bool {
+    let setup = &origin.config.setup;
+    setup.iter().cloned().collect::<Setup>() == *setup
+}
+
 /// A row that cannot be what was recorded, and the run time of the last one before
 /// it.
 struct Damaged {
@@ -127,22 +146,20 @@ struct Damaged {
 }
 
 /// Adds the messages in `chunk`: numbers, stamps and losses only grow.
-fn add_messages(track: &mut TopicRecord, chunk: &Chunk) -> Result<(), Damaged> {
+fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::messages(chunk) {
-        let last = track.heads.last().copied();
+        let last = messages.heads().last().copied();
         let after = last.map_or(Time::ZERO, |last| last.stamp);
         let (head, values) = row.ok_or(Damaged { after })?;
-        match last {
-            None => track.width = values.len(),
-            Some(last)
-                if head.seq > last.seq
-                    && head.stamp >= last.stamp
-                    && head.dropped >= last.dropped
-                    && values.len() == track.width => {}
-            Some(_) => return Err(Damaged { after }),
+        let follows = last.is_none_or(|last| {
+            head.seq > last.seq && head.stamp >= last.stamp && head.dropped >= last.dropped
+        });
+        if last.is_none() {
+            *messages = Rows::new(values.len());
         }
-        track.heads.push(head);
-        track.values.extend(values);
+        if !follows || !messages.push(head, values.iter().copied()) {
+            return Err(Damaged { after });
+        }
     }
     Ok(())
 }
@@ -166,8 +183,9 @@ fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> 
 
 /// Adds the events in `chunk`. Those of threads may be a moment out of order.
 fn add_events(events: &mut Vec<Event>, chunk: &Chunk) -> Result<(), Damaged> {
-    for event in rows::json(chunk) {
-        let after = events.last().map_or(Time::ZERO, |last: &Event| last.at);
+    for json in rows::json(chunk) {
+        let after = events.last().map_or(Time::ZERO, |last| last.at);
+        let event = json.and_then(|json| serde_json::from_value(json).ok());
         events.push(event.ok_or(Damaged { after })?);
     }
     Ok(())

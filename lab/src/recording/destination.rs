@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab::experiment::Config;
+use super::schema::Origin;
 
 /// Folder of recordings that were given no name.
 const FOLDER: &str = "recordings";
@@ -29,17 +29,17 @@ impl Destination {
         }
     }
 
-    /// Has `begin` make the file for a recording of a run of `config`. A name
+    /// Has `begin` make the file for a recording of the run of `origin`. A name
     /// that was not chosen, or was used once, is numbered until it is free.
     ///
     /// # Errors
     /// What `begin` says, and of which file.
     pub fn claim<T>(
         &mut self,
-        config: &Config,
+        origin: &Origin,
         begin: impl Fn(&Path) -> io::Result<T>,
     ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
-        let (first, chosen) = self.first(config);
+        let (first, chosen) = self.first(origin);
         for number in 1.. {
             let path = numbered(&first, number);
             match begin(&path) {
@@ -54,11 +54,11 @@ impl Destination {
 
     /// The name to begin with, and whether it was chosen, and so must not be
     /// changed.
-    fn first(&mut self, config: &Config) -> (PathBuf, bool) {
+    fn first(&mut self, origin: &Origin) -> (PathBuf, bool) {
         match &self.named {
-            Some(folder) if folder.is_dir() => (folder.join(name(config)), false),
+            Some(folder) if folder.is_dir() => (folder.join(name(origin)), false),
             Some(file) => (file.clone(), !std::mem::replace(&mut self.used, true)),
-            None => (Path::new(FOLDER).join(name(config)), false),
+            None => (Path::new(FOLDER).join(name(origin)), false),
         }
     }
 }
@@ -68,11 +68,12 @@ fn is_taken(error: &io::Error) -> bool {
 }
 
 /// A name after when and what is run, such as
-/// `2026-03-14T15-09-26_virtual_50Hz_seed0.rrd`.
-fn name(config: &Config) -> String {
+/// `2026-03-14T15-09-26_cart-pole_virtual_seed0.rrd`.
+fn name(origin: &Origin) -> String {
     let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
-    let hz = config.control_hz.get();
-    format!("{now}_{}_{hz}Hz_seed{}.rrd", config.clock, config.seed)
+    let Origin { system, config, .. } = origin;
+    let system = system.replace(|c: char| !c.is_alphanumeric(), "-");
+    format!("{now}_{system}_{}_seed{}.rrd", config.clock, config.seed)
 }
 
 /// `file` with `number` before its extension; the first has none.
@@ -93,11 +94,22 @@ fn numbered(file: &Path, number: u32) -> PathBuf {
 mod tests {
     use std::fs::File;
 
+    use ratelab::{cartpole::CartPole, experiment::Config, runtime::telemetry::Topology};
+
     use super::*;
+
+    /// What a run of the cart-pole is of.
+    fn origin() -> Origin {
+        let topology = Topology {
+            nodes: Vec::new(),
+            topics: Vec::new(),
+        };
+        Origin::new(&CartPole::default(), Config::default(), topology)
+    }
 
     /// The name of the file that `destination` has made.
     fn claimed(destination: &mut Destination) -> PathBuf {
-        let made = destination.claim(&Config::default(), |path| File::create_new(path));
+        let made = destination.claim(&origin(), |path| File::create_new(path));
         made.expect("a file").0
     }
 
@@ -111,7 +123,7 @@ mod tests {
             assert_eq!(claimed(&mut destination), folder.path().join(second));
             // Chosen again by somebody else, it is theirs already.
             let mut other = Destination::new(Some(file.clone()));
-            let refused = other.claim(&Config::default(), |path| File::create_new(path));
+            let refused = other.claim(&origin(), |path| File::create_new(path));
             assert_eq!(refused.expect_err("taken").0, file);
         }
     }
@@ -124,7 +136,10 @@ mod tests {
             let path = claimed(&mut destination);
             assert_eq!(path.parent(), Some(folder.path()));
             let name = path.to_string_lossy();
-            assert!(name.contains("_virtual_50Hz_seed0"), "{number}: {name}");
+            assert!(
+                name.contains("_cart-pole_virtual_seed0"),
+                "{number}: {name}"
+            );
         }
     }
 }

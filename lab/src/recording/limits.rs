@@ -2,10 +2,7 @@
 
 use std::collections::HashSet;
 
-use ratelab::{
-    experiment::{RunEnd, Verdict},
-    runtime::{Time, telemetry::Topology},
-};
+use ratelab::runtime::{Time, telemetry::Topology};
 
 use super::schema::{RecordingEnd, RunStatus};
 
@@ -58,17 +55,9 @@ pub fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
             RunStatus::Ended(end) => {
                 let longest = u128::from(Time::MAX.as_nanos());
                 end.sim_time <= outcome.at
-                    && verdict_at(end) <= outcome.at
+                    && end.verdict.at <= outcome.at
                     && end.wall_time.as_nanos() <= longest
             }
             RunStatus::Failed { .. } | RunStatus::WentOn => true,
         }
-}
-
-/// Run time of what the verdict of `end` is about.
-pub fn verdict_at(end: &RunEnd) -> Time {
-    match end.verdict {
-        Verdict::Balanced => end.sim_time,
-        Verdict::Stopped { at } | Verdict::PoleFell { at } | Verdict::CartLeftRail { at } => at,
-    }
 }

@@ -9,17 +9,18 @@
 //!
 //! | entity | what is in it | for |
 //! |---|---|---|
-//! | `__properties/origin` | configuration, graph, versions: [`schema::Origin`] as JSON | readers |
-//! | `__properties/run`, `/outcome` | the same, and what it came to, in words | people |
+//! | `__properties/origin` | system, configuration, graph, versions: [`schema::Origin`] as JSON | readers |
+//! | `__properties/run`, `/outcome` | the same, and the summary, in words | people |
 //! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped` | both |
 //! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns` | both |
 //! | `/events` | commands and ends: text, and as JSON | both |
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
 //! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
-//! | `/world`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
+//! | `/picture`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
 //!
-//! Everything is placed on `run_time` (ns since the run began), `control_step`,
-//! and under the real clock `wall_time`. A file without `/end` was torn.
+//! Everything is placed on `run_time` (ns since the run began), `control_step`
+//! (messages on the system's topic of states), and under the real clock
+//! `wall_time`. A file without `/end` was torn.
 
 pub mod blueprint;
 
@@ -30,7 +31,9 @@ mod content;
 mod destination;
 mod file;
 mod frames;
+mod legacy;
 mod limits;
+mod other;
 mod printable;
 mod progress;
 mod properties;
@@ -45,7 +48,6 @@ mod source;
 mod tests;
 mod tick_schedule;
 mod timeline;
-mod topic_record;
 mod tracks;
 mod verify;
 mod writer;
@@ -55,6 +57,6 @@ pub use file::RecordingFile;
 pub use reader::{ReadError, Recording};
 pub use recorder::{RecordError, Recorded, Recorder};
 pub use replay::Replay;
-pub use schema::{Origin, RecordingEnd};
+pub use schema::RecordingEnd;
 pub use source::{Source, StopReason};
 pub use verify::{VerifyError, verify};

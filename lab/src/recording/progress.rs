@@ -2,21 +2,18 @@
 
 use std::time::SystemTime;
 
-use ratelab::{
-    cartpole::ControlStep,
-    runtime::{Message, Time},
-};
+use ratelab::runtime::{Head, Time};
 
 use super::timeline::Stamps;
 
-/// The control steps of a batch, and what came before it.
+/// The steps of the plant in a batch, and what came before it.
 pub struct Progress<'a> {
     /// Wall time at which run time was zero, where that means something.
     pub epoch: Option<SystemTime>,
-    /// Control steps made before this batch.
+    /// Steps before this batch.
     pub before: u64,
-    /// Those of this batch.
-    pub steps: &'a [Message<ControlStep>],
+    /// Those of this batch: messages on the topic of states.
+    pub steps: &'a [Head],
 }
 
 impl Progress<'_> {
@@ -39,25 +36,21 @@ impl Progress<'_> {
         stamps
     }
 
-    /// A row per control step of this batch.
-    pub fn at_steps(&self) -> Stamps {
-        let mut stamps = self.stamps();
-        for message in self.steps {
-            stamps.push(message.stamp, message.data.step);
-        }
-        stamps
+    /// A row for each of `messages`.
+    pub fn stamps_of_messages(&self, messages: &[Head]) -> Stamps {
+        self.stamps_of(messages.iter().map(|head| head.stamp))
     }
 
-    /// Control steps made by run time `at`, with that of `at` itself.
+    /// Steps made by run time `at`, with that of `at` itself.
     pub fn step_at(&self, at: Time) -> u64 {
-        let made = self.steps.partition_point(|message| message.stamp <= at);
-        match made.checked_sub(1) {
-            Some(newest) => self.steps[newest].data.step,
-            None => self.before,
-        }
+        let made = self.steps.partition_point(|head| head.stamp <= at);
+        let newest = made
+            .checked_sub(1)
+            .and_then(|newest| self.steps.get(newest));
+        newest.map_or(self.before, |head| head.seq + 1)
     }
 
-    /// Control steps made with this batch.
+    /// Steps made with this batch.
     pub fn step(&self) -> u64 {
         self.step_at(Time::MAX)
     }

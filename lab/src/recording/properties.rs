@@ -3,7 +3,11 @@
 
 use std::sync::Arc;
 
-use ratelab::experiment::{Config, Summary, TimedKnob};
+use ratelab::{
+    experiment::Summary,
+    runtime::TimedKnob,
+    system::{KnobText, System},
+};
 use rerun::{
     AnyValues, RecordingStream, RecordingStreamResult,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
@@ -11,47 +15,55 @@ use rerun::{
 
 use super::schema::{JSON, ORIGIN, Origin};
 
-/// Says what is run.
-pub fn send_origin(rec: &RecordingStream, origin: &Origin) -> RecordingStreamResult<()> {
-    rec.send_property("run", &run(origin))?;
+/// Sends what is run: a run of `system`.
+pub fn send_origin(
+    rec: &RecordingStream,
+    system: &dyn System,
+    origin: &Origin,
+) -> RecordingStreamResult<()> {
+    rec.send_property("run", &run(system, origin))?;
     let json = serde_json::to_string(origin).unwrap_or_default();
     let values = AnyValues::default().with_component_from_data(JSON, text(json));
     rec.send_property(ORIGIN, &values)
 }
 
-fn run(origin: &Origin) -> AnyValues {
-    let config: &Config = &origin.config;
+fn run(system: &dyn System, origin: &Origin) -> AnyValues {
+    let config = &origin.config;
+    let settings = config.setup.iter().map(ToString::to_string);
+    let settings: Vec<String> = settings.collect();
     AnyValues::default()
+        .with_component_from_data("system", text(origin.system.clone()))
         .with_component_from_data("seed", count(config.seed))
-        .with_component_from_data("policy", text(config.policy.to_string()))
         .with_component_from_data("clock", text(config.clock.to_string()))
-        .with_component_from_data("control_hz", number(config.control_hz.get()))
-        .with_component_from_data("sensor_hz", number(config.sensor_hz.get()))
-        .with_component_from_data("queue_depth", count(config.queue_depth.get() as u64))
-        .with_component_from_data("ratelab", text(origin.ratelab.clone()))
-        .with_component_from_data("mujoco", text(origin.mujoco.clone()))
-        .with_component_from_data("platform", text(origin.platform.clone()))
-        .with_component_from_data("knobs_given", text(lines(&config.knobs)))
+        .with_component_from_data("settings", text(settings.join("\n")))
+        .with_component_from_data("made_by", text(origin.made_by()))
+        .with_component_from_data("knobs_given", text(lines(system, &config.knobs)))
 }
 
-/// Says what the run came to.
-pub fn send_summary(rec: &RecordingStream, summary: &Summary) -> RecordingStreamResult<()> {
-    let mean_ms = summary.latency.mean_s().unwrap_or(0.0) * 1e3;
-    let values = AnyValues::default()
+/// Sends the summary of the run.
+pub fn send_summary(
+    rec: &RecordingStream,
+    system: &dyn System,
+    summary: &Summary,
+) -> RecordingStreamResult<()> {
+    let dropped = summary.topics.iter().filter(|topic| topic.read);
+    let dropped = dropped.map(|topic| format!("{} {}", topic.name, topic.dropped));
+    let dropped: Vec<String> = dropped.collect();
+    let mut values = AnyValues::default()
         .with_component_from_data("verdict", text(summary.verdict.to_string()))
         .with_component_from_data("steps", count(summary.steps))
         .with_component_from_data("run_time_s", number(summary.sim_time.as_secs_f64()))
-        .with_component_from_data("mean_latency_ms", number(mean_ms))
-        .with_component_from_data("obs_dropped", count(summary.obs.dropped))
-        .with_component_from_data("action_dropped", count(summary.action.dropped))
-        .with_component_from_data("knobs_turned", text(lines(&summary.knobs())));
+        .with_component_from_data("dropped", text(dropped.join("\n")))
+        .with_component_from_data("knobs_turned", text(lines(system, &summary.knobs())));
+    if let Some(mean) = summary.latency.mean_s() {
+        values = values.with_component_from_data("mean_latency_ms", number(mean * 1e3));
+    }
     rec.send_property("outcome", &values)
 }
 
 /// Knobs as `--knobs` reads them.
-fn lines(knobs: &[TimedKnob]) -> String {
-    let lines: Vec<String> = knobs.iter().map(TimedKnob::to_string).collect();
-    lines.join("\n")
+fn lines(system: &dyn System, knobs: &[TimedKnob]) -> String {
+    KnobText(system.aliases()).lines(knobs).join("\n")
 }
 
 fn text(text: String) -> ArrayRef {

@@ -3,19 +3,21 @@
 use std::{
     io,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use ratelab::{
     file::{self, FileError},
-    runtime::{Fields, Message, TickRecord, Time, telemetry::Event},
+    runtime::{Fields, Message, Rows, TickRecord, Time, telemetry::Event},
+    system::System,
 };
 use thiserror::Error;
 
 use super::{
     content::Content,
     frames::{Chunks, is_rrd, quietly},
+    other::OtherSystem,
     schema::{Origin, RecordingEnd, SWEEP_APPLICATION},
-    topic_record::TopicRecord,
 };
 
 /// Largest file that is read: half a day at 50 Hz. It takes some twice as much
@@ -62,8 +64,9 @@ pub struct Recording {
     pub bytes: u64,
     /// What was run.
     pub origin: Origin,
-    /// What the topics carried, in the order of the [`Topology`].
-    pub topics: Vec<TopicRecord>,
+    /// What the topics carried, in the order of the [`Topology`]; nothing of those
+    /// that are not recorded.
+    pub topics: Vec<Rows>,
     /// The ticks of the nodes, in the order of the [`Topology`].
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
@@ -130,19 +133,38 @@ impl Recording {
 
     /// All messages of the topic called `name`, as they were published.
     pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
-        let messages = self.track(name).into_iter().flat_map(|track| {
-            let indices = 0..track.heads.len();
-            indices.filter_map(|index| track.message(index))
+        let messages = self.rows(name).into_iter().flat_map(|rows| {
+            let indices = 0..rows.len();
+            indices.filter_map(|index| rows.message(index))
         });
         messages.collect()
     }
 
     /// The messages of the topic called `name`, as numbers.
-    pub fn track(&self, name: &str) -> Option<&TopicRecord> {
-        let mut topics = self.origin.topology.topics.iter().zip(&self.topics);
-        topics
-            .find(|(topic, _)| topic.name == name)
-            .map(|(_, track)| track)
+    pub fn rows(&self, name: &str) -> Option<&Rows> {
+        self.topic(name).map(|(_, rows)| rows)
+    }
+
+    /// The topic called `name`, and its messages as numbers.
+    pub(super) fn topic(&self, name: &str) -> Option<(&str, &Rows)> {
+        let names = self.origin.topology.topics.iter();
+        let mut topics = names.map(|topic| &*topic.name).zip(&self.topics);
+        topics.find(|(known, _)| *known == name)
+    }
+
+    /// Whether it is a recording of `system`.
+    pub fn is_of(&self, system: &dyn System) -> bool {
+        self.origin.system == system.name()
+    }
+
+    /// What there is to know of its system: all if that is `system`, or else no more
+    /// than is in the file.
+    pub fn system(&self, system: &Arc<dyn System>) -> Arc<dyn System> {
+        if self.is_of(&**system) {
+            system.clone()
+        } else {
+            Arc::new(OtherSystem)
+        }
     }
 
     /// Whether the file is as its recorder left it.

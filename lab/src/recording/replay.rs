@@ -1,14 +1,14 @@
 //! The replay of a recorded run, into the counters that the dashboard reads.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    cartpole::{ACTUATOR, ControlStep, Pose, SENSE_TO_ACT},
-    experiment::{Config, RunEnd, STATE, Summary, Verdict},
+    experiment::{Config, RunEnd, Summary},
     runtime::{
-        Message, Observer, Time,
+        ClockExit, Observer, Rows, Time,
         telemetry::{EventKind, ReplayCounters, Status},
     },
+    system::System,
 };
 
 use super::{reader::Recording, schema::RunStatus};
@@ -24,30 +24,45 @@ enum ReplayItem {
 /// A recording, replayed up to some run time.
 pub struct Replay {
     recording: Arc<Recording>,
+    system: Arc<dyn System>,
     /// Everything in the order in which it happened.
     order: Vec<(Time, ReplayItem)>,
     /// How much of it is replayed.
     done: usize,
     counters: ReplayCounters,
-    newest: Option<ControlStep>,
-    /// The topic of control steps, and the node that makes them.
-    steps: Option<usize>,
-    actuator: Option<usize>,
+    /// Messages replayed of each topic, and those of them that were handed out.
+    replayed: Vec<usize>,
+    handed_out: Vec<usize>,
+    /// The topic of states, and the node that measures the latency of each.
+    state: Option<usize>,
+    latency: Option<usize>,
 }
 
 impl Replay {
-    /// Nothing is replayed yet.
-    pub fn new(recording: Arc<Recording>) -> Self {
+    /// Nothing is replayed yet. `system` is that of the program: of a recording of
+    /// another one there is to see what it has in common with any.
+    pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
+        let system = recording.system(system);
         let topology = &recording.origin.topology;
+        let (topics, nodes) = (&topology.topics, &topology.nodes);
+        let state = system.state();
+        let latency = system.latency();
         Self {
             order: order(&recording),
             done: 0,
             counters: begin(&recording),
-            newest: None,
-            steps: topology.topics.iter().position(|topic| topic.name == STATE),
-            actuator: topology.nodes.iter().position(|node| node.name == ACTUATOR),
+            replayed: vec![0; topics.len()],
+            handed_out: vec![0; topics.len()],
+            state: topics.iter().position(|topic| Some(&*topic.name) == state),
+            latency: latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node)),
             recording,
+            system,
         }
+    }
+
+    /// The system of the recording.
+    pub fn system(&self) -> &Arc<dyn System> {
+        &self.system
     }
 
     /// What is replayed.
@@ -88,23 +103,39 @@ impl Replay {
         self.order.get(before.checked_sub(1)?).map(|(at, _)| *at)
     }
 
-    /// Replays up to run time `until`; returns the control steps on the way.
-    pub fn advance_to(&mut self, until: Time) -> Vec<Message<ControlStep>> {
-        let mut steps = Vec::new();
+    /// Replays up to run time `until`.
+    pub fn advance_to(&mut self, until: Time) {
         while let Some((_, item)) = self.order.get(self.done).filter(|(at, _)| *at <= until) {
             let item = *item;
             self.done += 1;
-            steps.extend(self.apply(item));
+            self.apply(item);
         }
         self.tell_losses(until);
         self.counters.advance_to(until);
-        steps
+    }
+
+    /// The messages of the topic called `name` that were replayed since this was
+    /// last asked for.
+    pub fn new_rows(&mut self, name: &str) -> Rows {
+        let mut topics = self.recording.origin.topology.topics.iter();
+        let Some(topic) = topics.position(|topic| topic.name == name) else {
+            return Rows::default();
+        };
+        let rows = &self.recording.topics[topic];
+        let mut new = Rows::new(rows.width());
+        let until = self.replayed[topic];
+        for (head, row) in rows.iter().take(until).skip(self.handed_out[topic]) {
+            let _ = new.push(*head, row.iter().copied()); // Of the same width.
+        }
+        self.handed_out[topic] = until;
+        new
     }
 
     /// Goes back to the beginning.
     pub fn rewind(&mut self) {
         self.done = 0;
-        self.newest = None;
+        self.replayed.fill(0);
+        self.handed_out.fill(0);
         self.counters = begin(&self.recording);
     }
 
@@ -118,31 +149,24 @@ impl Replay {
         }
     }
 
-    fn apply(&mut self, item: ReplayItem) -> Option<Message<ControlStep>> {
+    fn apply(&mut self, item: ReplayItem) {
         match item {
             ReplayItem::Event(index) => self.counters.event(&self.recording.events[index]),
             ReplayItem::Tick { node, index } => {
                 self.counters.tick(node, &self.recording.ticks[node][index]);
             }
             ReplayItem::Message { topic, index } => {
-                let head = &self.recording.topics[topic].heads[index];
+                let head = self.recording.topics[topic].heads()[index];
                 self.counters
                     .message(topic, head.seq, head.stamp, head.dropped);
-                if Some(topic) == self.steps {
-                    return self.apply_step(topic, index);
+                self.replayed[topic] = index + 1;
+                let measured = self.system.latency().zip(head.origin);
+                let measured = measured.filter(|_| self.state == Some(topic));
+                if let (Some(node), Some(((_, meter), origin))) = (self.latency, measured) {
+                    self.counters.sample(node, meter, head.stamp.since(origin));
                 }
             }
         }
-        None
-    }
-
-    fn apply_step(&mut self, topic: usize, index: usize) -> Option<Message<ControlStep>> {
-        let step: Message<ControlStep> = self.recording.topics[topic].message(index)?;
-        if let (Some(node), Some(latency)) = (self.actuator, step.data.latency) {
-            self.counters.sample(node, SENSE_TO_ACT, latency);
-        }
-        self.newest = Some(step.data);
-        Some(step)
     }
 
     /// The configuration of the run.
@@ -150,26 +174,42 @@ impl Replay {
         &self.recording.origin.config
     }
 
-    /// What the run came to, or the recording of it, with what is replayed so far.
+    /// The summary of the run, or of the recording of it, with what is replayed so
+    /// far.
     pub fn summary(&self) -> Summary {
-        let end = match self.recording.outcome.as_ref().map(|outcome| &outcome.end) {
-            Some(RunStatus::Ended(end)) => *end,
-            _ => self.end_so_far(),
+        let at = self.recording.until;
+        let (verdict, sim_time, wall_time) = match self.status() {
+            Some(RunStatus::Ended(end)) => {
+                let verdict = end.verdict.verdict(&*self.system);
+                (verdict, end.sim_time, end.wall_time)
+            }
+            _ => {
+                let state = Some(self.newest_state()).filter(|state| !state.is_empty());
+                let verdict = self.system.verdict(&ClockExit::Stopped, at, state);
+                (verdict, at, Duration::from_nanos(at.as_nanos()))
+            }
         };
-        Summary::observed(self.config(), &end, &self.observer())
+        let end = RunEnd {
+            verdict,
+            sim_time,
+            wall_time,
+            state: self.newest_state().to_vec(),
+        };
+        Summary::observed(&*self.system, self.config(), end, &self.observer())
     }
 
-    fn end_so_far(&self) -> RunEnd {
-        let at = self.recording.until;
-        RunEnd {
-            verdict: Verdict::Stopped { at },
-            steps: self.newest.map_or(0, |step| step.step),
-            sim_time: at,
-            wall_time: std::time::Duration::from_nanos(at.as_nanos()),
-            final_pole_angle: self
-                .newest
-                .map_or(0.0, |step| Pose::of(step.qpos).pole_angle),
-        }
+    fn status(&self) -> Option<&RunStatus> {
+        let outcome = self.recording.outcome.as_ref();
+        outcome.map(|outcome| &outcome.end)
+    }
+
+    /// The newest state that is replayed; empty if there is none.
+    fn newest_state(&self) -> &[f64] {
+        let newest = self.state.and_then(|topic| {
+            let newest = self.replayed[topic].checked_sub(1)?;
+            Some(self.recording.topics[topic].row(newest))
+        });
+        newest.unwrap_or_default()
     }
 }
 
@@ -210,10 +250,10 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         order
             .extend(ticks.map(|(index, tick)| ((tick.at, rank), ReplayItem::Tick { node, index })));
     }
-    for (topic, track) in recording.topics.iter().enumerate() {
+    for (topic, rows) in recording.topics.iter().enumerate() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
-        let heads = track.heads.iter().enumerate();
+        let heads = rows.heads().iter().enumerate();
         order.extend(
             heads.map(|(index, head)| ((head.stamp, rank), ReplayItem::Message { topic, index })),
         );

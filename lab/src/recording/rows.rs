@@ -2,15 +2,14 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{TickRecord, Time};
+use ratelab::runtime::{Head, TickRecord, Time};
 use rerun::{archetypes::Scalars, log::Chunk};
-use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::{
     printable::make_printable,
     schema::{JSON, message, tick},
     timeline::RUN_TIME,
-    topic_record::Head,
     tracks::NANOS_PER_MICRO,
 };
 
@@ -68,27 +67,24 @@ fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
     }
 }
 
-/// What the texts of the rows of `chunk` stand for; `None` where they do not.
-pub fn json<T: DeserializeOwned>(chunk: &Chunk) -> impl Iterator<Item = Option<T>> {
+/// The JSON in the rows of `chunk`; `None` where it is none.
+pub fn json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
     let texts = texts(chunk).into_iter();
-    texts.map(|text| parsed(&text?))
+    texts.map(|text| {
+        let mut value = serde_json::from_str(&text?).ok()?;
+        make_printable(&mut value);
+        Some(value)
+    })
 }
 
 /// The texts of the rows of `chunk`, if it has any; `None` for a damaged cell.
-pub fn texts(chunk: &Chunk) -> Vec<Option<String>> {
+fn texts(chunk: &Chunk) -> Vec<Option<String>> {
     if chunk.components().get_array(JSON.into()).is_none() {
         return Vec::new();
     }
     let rows = chunk.iter_slices::<String>(JSON.into());
     let texts = rows.map(only).map(|text| Some(text?.as_str().to_owned()));
     one_a_row(chunk, texts)
-}
-
-/// The value that `text` stands for. Its texts can be printed.
-pub fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
-    let mut value = serde_json::from_str(text).ok()?;
-    make_printable(&mut value);
-    serde_json::from_value(value).ok()
 }
 
 /// The component `name` of the rows of `chunk`: one number or none each, `None`

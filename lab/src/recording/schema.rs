@@ -1,14 +1,17 @@
 //! Names in a recording, and what it says of itself.
 
+use std::{collections::BTreeMap, time::Duration};
+
 use ratelab::{
-    cartpole::mujoco_version,
-    experiment::{Config, RunEnd},
-    runtime::{ClockKind, Time, telemetry::Topology},
+    experiment::{Config, Summary},
+    runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology},
+    system::{Setup, System, Verdict, VerdictKind},
 };
+use rerun::{EntityPath, EntityPathPart};
 use serde::{Deserialize, Serialize};
 
 /// Version of what is laid down here. A reader refuses a later one.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Name by which the viewer groups recordings.
 pub const APPLICATION: &str = "ratelab";
@@ -54,18 +57,29 @@ pub mod tick {
     pub const OVERRUNS: &str = "overruns";
 }
 
+/// The entity with these parts of a path, whatever characters are in them.
+pub fn path(parts: &[&str]) -> EntityPath {
+    EntityPath::new(
+        parts
+            .iter()
+            .map(|part| EntityPathPart::new(*part))
+            .collect(),
+    )
+}
+
 /// Entity of the messages of a topic.
-pub fn topic_entity(name: &str) -> String {
-    format!("/topics/{}", name.trim_start_matches('/'))
+pub fn topic_entity(name: &str) -> EntityPath {
+    let parts = name.split('/').filter(|part| !part.is_empty());
+    path(&std::iter::once("topics").chain(parts).collect::<Vec<_>>())
 }
 
 /// Parent of the entities of all nodes.
-pub const NODES: &str = "/nodes";
+pub const NODES: &str = "nodes";
 
 /// Entity of the ticks of a node. How late they began is there as a series (µs),
 /// not a number where the clock is never late.
-pub fn node_entity(name: &str) -> String {
-    format!("{NODES}/{name}")
+pub fn node_entity(name: &str) -> EntityPath {
+    path(&[NODES, name])
 }
 
 /// What was run, and by what: enough to run it again.
@@ -75,34 +89,61 @@ pub struct Origin {
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
-    /// Version of MuJoCo.
-    pub mujoco: String,
-    /// Processor and system, such as `x86_64-linux`: mathematical functions may
-    /// differ in their last bit between them.
+    /// What computed the plant, with its version; see [`System::engine`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<String>,
+    /// Processor and operating system, such as `x86_64-linux`: mathematical
+    /// functions may differ in their last bit between them.
     pub platform: String,
+    /// Name of the system.
+    pub system: String,
     /// What the run was started with.
+    #[serde(with = "ConfigRecord")]
     pub config: Config,
     /// The graph when it was started.
     #[serde(rename = "shape")]
     pub topology: Topology,
 }
 
+/// A [`Config`] as it stands in a file: these names stay, whatever becomes of
+/// those in the code. A knob stands as it does in the event log.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Config")]
+struct ConfigRecord {
+    seed: u64,
+    clock: ClockKind,
+    speed: Speed,
+    end: Time,
+    setup: Setup,
+    think: Duration,
+    knobs: Vec<TimedKnob>,
+}
+
 impl Origin {
-    /// Of a run that this program makes.
-    pub fn new(config: Config, topology: Topology) -> Self {
+    /// Of a run of `system` that this program makes.
+    pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
         Self {
             format: FORMAT,
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
-            mujoco: mujoco_version().to_owned(),
+            engine: system.engine(),
             platform: platform(),
+            system: system.name().to_owned(),
             config,
             topology,
         }
     }
+
+    /// By what the recording was made, with versions.
+    pub fn made_by(&self) -> String {
+        let ratelab = format!("ratelab {}", self.ratelab);
+        let parts = [Some(&ratelab), self.engine.as_ref(), Some(&self.platform)];
+        let parts: Vec<&str> = parts.into_iter().flatten().map(String::as_str).collect();
+        parts.join(", ")
+    }
 }
 
-/// Processor and system of this program.
-pub fn platform() -> String {
+/// Processor and operating system of this program.
+fn platform() -> String {
     use std::env::consts::{ARCH, OS};
     format!("{ARCH}-{OS}")
 }
@@ -133,12 +174,74 @@ pub struct RecordingEnd {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RunStatus {
     /// It ended.
-    Ended(RunEnd),
+    Ended(RunResult),
     /// A node failed.
     Failed {
-        /// What was said of it.
+        /// The error.
         fault: String,
     },
     /// It went on, only its recording ended.
     WentOn,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunResult {
+    /// What became of it.
+    pub verdict: VerdictRecord,
+    /// Steps of the plant.
+    pub steps: u64,
+    /// Run time.
+    pub sim_time: Time,
+    /// Wall time that it took.
+    pub wall_time: Duration,
+    /// Figures of the last state by their names; none that is not finite. See
+    /// [`System::finals`].
+    pub finals: BTreeMap<String, Option<f64>>,
+}
+
+/// What became of a run, by the name that its system has for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerdictRecord {
+    /// [`VerdictKind::name`].
+    pub name: String,
+    /// Run time.
+    pub at: Time,
+}
+
+impl RunResult {
+    /// That of a run of `system` with this `summary`.
+    pub fn new(system: &dyn System, summary: &Summary) -> Self {
+        let finals = system.finals(&summary.state).into_iter();
+        let finals = finals.map(|figure| {
+            let finite = Some(figure.value).filter(|value| value.is_finite());
+            (figure.name.to_owned(), finite)
+        });
+        Self {
+            verdict: VerdictRecord {
+                name: summary.verdict.name().to_owned(),
+                at: summary.verdict.at,
+            },
+            steps: summary.steps,
+            sim_time: summary.sim_time,
+            wall_time: summary.wall_time,
+            finals: finals.collect(),
+        }
+    }
+}
+
+impl VerdictRecord {
+    /// The verdict of a run of `system`; one without a text if it has none of this
+    /// name.
+    pub fn verdict(&self, system: &dyn System) -> Verdict {
+        /// A verdict of another system.
+        const OTHER: VerdictKind = VerdictKind {
+            name: "other",
+            lost: false,
+            text: "ended at {at}",
+        };
+        let mut kinds = system.verdicts().iter();
+        let kind = kinds.find(|kind| kind.name == self.name);
+        Verdict::new(kind.map_or(&OTHER, |kind| kind), self.at)
+    }
 }

@@ -1,16 +1,21 @@
 //! What a recorder is given: a run to look at, and in the end why to stop.
 
+use std::sync::Arc;
+
 use ratelab::{
-    experiment::{Config, Experiment, Summary, Taps},
+    experiment::{Experiment, Summary, Taps},
     runtime::{Fault, Observer, Snapshot, telemetry::TopicView},
+    system::System,
 };
 
-use super::schema::{Origin, RunStatus};
+use super::schema::{Origin, RunResult, RunStatus};
 
 /// A run as a recorder sees it.
 #[derive(Clone)]
 pub struct Source {
     /// What is run.
+    pub system: Arc<dyn System>,
+    /// How it is run.
     pub origin: Origin,
     /// The graph before the run.
     pub start: Snapshot,
@@ -21,15 +26,26 @@ pub struct Source {
 }
 
 impl Source {
-    /// An experiment that has not begun, made from `config`.
-    pub fn of(experiment: &Experiment, config: &Config) -> Self {
-        let observer = experiment.observer();
+    /// An experiment that has not begun.
+    pub fn of(experiment: &Experiment) -> Self {
+        let (system, observer) = (experiment.system().clone(), experiment.observer());
+        let config = experiment.config().clone();
         Self {
-            origin: Origin::new(config.clone(), observer.topology()),
+            origin: Origin::new(&*system, config, observer.topology()),
             start: observer.snapshot(),
             taps: experiment.taps(),
             observer,
+            system,
         }
+    }
+
+    /// Whether there is a picture of the plant: of a state of zeros, as there is no
+    /// other before the run.
+    pub(super) fn has_picture(&self) -> bool {
+        let mut topics = self.taps.topics().iter();
+        let state = topics.find(|topic| Some(topic.name()) == self.system.state());
+        let zeros = state.map(|state| vec![0.0; state.fields().len()]);
+        zeros.is_some_and(|zeros| self.system.picture(&zeros).is_some())
     }
 }
 
@@ -44,7 +60,7 @@ pub enum StopReason {
 }
 
 impl StopReason {
-    /// What came of a run.
+    /// The end of a run.
     pub fn of(outcome: &Result<Summary, Fault>) -> Self {
         match outcome {
             Ok(summary) => Self::Run(Box::new(summary.clone())),
@@ -61,10 +77,10 @@ impl StopReason {
         Some(topics.iter().map(TopicView::dropped).collect())
     }
 
-    /// What came of it, for the file.
-    pub(super) fn mark(&self) -> RunStatus {
+    /// The status of the run of `system`, for the file.
+    pub(super) fn status(&self, system: &dyn System) -> RunStatus {
         match self {
-            Self::Run(summary) => RunStatus::Ended(summary.end()),
+            Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),
             Self::Fault(fault) => RunStatus::Failed {
                 fault: fault.clone(),
             },

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use ratelab::runtime::{
-    Command, Hz, Rate, Time,
-    telemetry::{Event, EventKind, NodeTopology},
+    Command, Hz, Knob, Rate, Time,
+    telemetry::{Event, NodeTopology},
 };
 
 /// The ticks of a node under the virtual clock, followed through run time from
@@ -23,11 +23,10 @@ pub struct TickSchedule {
 impl TickSchedule {
     /// That of `node` in a run with these `events`.
     pub fn new(node: &NodeTopology, events: &[Event]) -> Self {
-        let changes = events.iter().filter_map(|event| match &event.what {
-            EventKind::Applied {
-                command: Command::SetRate { node: name, hz },
-                ..
-            } if *name == node.name => Some((event.at, *hz)),
+        let changes = events.iter().filter_map(|event| match event.applied()? {
+            Command::Set(Knob::Rate { node: name, hz }) if *name == node.name => {
+                Some((event.at, *hz))
+            }
             _ => None,
         });
         let ahead: VecDeque<_> = changes.collect();
@@ -71,7 +70,7 @@ impl TickSchedule {
 #[cfg(test)]
 mod tests {
     use ratelab::runtime::{
-        Command, Hz, Time,
+        Hz, Knob, Time,
         telemetry::{Event, EventKind, NodeTopology},
     };
 
@@ -94,10 +93,11 @@ mod tests {
             meters: Vec::new(),
         };
         let what = EventKind::Applied {
-            command: Command::SetRate {
+            command: Knob::Rate {
                 node: "policy".to_owned(),
                 hz: hz(10.0),
-            },
+            }
+            .into(),
             was: None,
         };
         TickSchedule::new(&node, &[Event { at: ms(500), what }])

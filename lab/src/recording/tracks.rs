@@ -3,12 +3,15 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Fields, Payload, Tap, TapMessage, TickRecord, Time};
-use rerun::{RecordingStream, RecordingStreamResult, SeriesLines};
+use ratelab::{
+    experiment::Taps,
+    runtime::{Head, RowTap, Rows, Tap, TickRecord, Time},
+};
+use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{
     columns::{numbers, numbers_or_none, series},
-    schema::{message, tick},
+    schema::{message, node_entity, tick, topic_entity},
     timeline::Stamps,
 };
 
@@ -16,141 +19,169 @@ use super::{
 pub const NANOS_PER_MICRO: f64 = 1e3;
 
 /// What comes out of a tap, waiting to be written.
-pub struct TapQueue<T> {
-    tap: Tap<T>,
-    waiting: Vec<T>,
-    /// How many were written.
-    pub written: u64,
-}
-
-/// Something with a place in run time.
-pub trait Stamped {
-    /// Its run time.
-    fn stamp(&self) -> Time;
-}
-
-impl<T> Stamped for TapMessage<T> {
-    fn stamp(&self) -> Time {
-        self.message.stamp
-    }
-}
-
-impl Stamped for TickRecord {
-    fn stamp(&self) -> Time {
-        self.at
-    }
-}
-
-impl<T: Stamped> TapQueue<T> {
-    /// Nothing yet.
-    pub fn new(tap: Tap<T>) -> Self {
-        Self {
-            tap,
-            waiting: Vec::new(),
-            written: 0,
-        }
-    }
-
-    /// Takes what is in the tap; says how much that was.
-    pub fn drain(&mut self) -> usize {
-        // No more than there is now: a run flat out fills it as fast.
-        let there = self.tap.items().len();
-        self.waiting.extend(self.tap.items().try_iter().take(there));
-        there
-    }
+pub trait Track {
+    /// Takes what is in the tap; returns how much that was.
+    fn drain(&mut self) -> usize;
 
     /// How much waits to be written.
-    pub fn waiting(&self) -> usize {
-        self.waiting.len()
-    }
+    fn waiting(&self) -> usize;
 
     /// Run time of the newest that waits.
-    pub fn newest(&self) -> Option<Time> {
-        self.waiting.last().map(Stamped::stamp)
+    fn newest(&self) -> Option<Time>;
+
+    /// How much came while the tap was full.
+    fn lost(&self) -> u64;
+}
+
+/// The messages of a topic.
+pub struct TopicTrack {
+    /// Its name.
+    pub name: String,
+    /// How many messages were written.
+    pub written: u64,
+    fields: &'static [&'static str],
+    entity: EntityPath,
+    tap: RowTap,
+    waiting: Rows,
+}
+
+impl TopicTrack {
+    /// Those of the topic called `name` from now on, with room for `backlog` in its
+    /// tap; `None` if it is not recorded.
+    pub fn new(name: &str, taps: &Taps, backlog: usize) -> Option<Self> {
+        let topic = taps.topics().iter().find(|topic| topic.name() == name)?;
+        let tap = taps.rows(name, backlog)?;
+        Some(Self {
+            name: name.to_owned(),
+            written: 0,
+            fields: topic.fields(),
+            entity: topic_entity(name),
+            waiting: tap.rows(),
+            tap,
+        })
+    }
+
+    /// Names the numbers of its messages.
+    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        let names = SeriesLines::new().with_names(self.fields.iter().copied());
+        rec.log_static(self.entity.clone(), &names)
     }
 
     /// Hands out what waits and is not later than `until`, to be written.
-    pub fn take(&mut self, until: Time) -> Vec<T> {
-        let count = self.waiting.partition_point(|item| item.stamp() <= until);
+    pub fn take(&mut self, until: Time) -> Rows {
+        let rows = self.waiting.take_until(until);
+        self.written += rows.len() as u64;
+        rows
+    }
+
+    /// Writes `rows`, which `stamps` place.
+    pub fn write(
+        &self,
+        rec: &RecordingStream,
+        rows: &Rows,
+        stamps: &Stamps,
+    ) -> RecordingStreamResult<()> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let heads = || rows.heads().iter();
+        let origin = |head: &Head| head.origin.map(Time::as_nanos);
+        let columns = [
+            series(rows.values().to_vec(), rows.width(), rows.len())?,
+            numbers(message::SEQ, heads().map(|head| head.seq))?,
+            numbers_or_none(message::ORIGIN, heads().map(origin))?,
+            numbers(message::DROPPED, heads().map(|head| head.dropped))?,
+        ];
+        rec.send_columns(self.entity.clone(), stamps.columns(), columns)
+    }
+}
+
+impl Track for TopicTrack {
+    fn drain(&mut self) -> usize {
+        self.tap.take(&mut self.waiting)
+    }
+
+    fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    fn newest(&self) -> Option<Time> {
+        self.waiting.heads().last().map(|head| head.stamp)
+    }
+
+    fn lost(&self) -> u64 {
+        self.tap.lost()
+    }
+}
+
+/// The ticks of a node.
+pub struct NodeTrack {
+    /// How many ticks were written.
+    pub written: u64,
+    entity: EntityPath,
+    tap: Tap<TickRecord>,
+    waiting: Vec<TickRecord>,
+}
+
+impl NodeTrack {
+    /// Those of the node called `name` that come out of `tap`.
+    pub fn new(name: &str, tap: Tap<TickRecord>) -> Self {
+        Self {
+            written: 0,
+            entity: node_entity(name),
+            tap,
+            waiting: Vec::new(),
+        }
+    }
+
+    /// Hands out what waits and is not later than `until`, to be written.
+    pub fn take(&mut self, until: Time) -> Vec<TickRecord> {
+        let count = self.waiting.partition_point(|tick| tick.at <= until);
         self.written += count as u64;
         let later = self.waiting.split_off(count);
         std::mem::replace(&mut self.waiting, later)
     }
 
-    /// How much came while the tap was full.
-    pub fn lost(&self) -> u64 {
+    /// Writes `ticks`, which `stamps` place.
+    pub fn write(
+        &self,
+        rec: &RecordingStream,
+        ticks: &[TickRecord],
+        stamps: &Stamps,
+    ) -> RecordingStreamResult<()> {
+        if ticks.is_empty() {
+            return Ok(());
+        }
+        let nanos = |duration: Option<Duration>| duration.map(|d| d.as_nanos() as u64);
+        let late = ticks.iter().map(|tick| nanos(tick.lateness));
+        let late = late.map(|nanos| nanos.map_or(f64::NAN, |nanos| nanos as f64 / NANOS_PER_MICRO));
+        let columns = [
+            series(late.collect(), 1, ticks.len())?,
+            numbers(tick::NUMBER, ticks.iter().map(|tick| tick.number))?,
+            numbers_or_none(tick::TOOK, ticks.iter().map(|tick| nanos(tick.took)))?,
+            numbers(tick::OVERRUNS, ticks.iter().map(|tick| tick.overruns))?,
+        ];
+        rec.send_columns(self.entity.clone(), stamps.columns(), columns)
+    }
+}
+
+impl Track for NodeTrack {
+    fn drain(&mut self) -> usize {
+        // No more than there is now: a run without pacing fills it as fast.
+        let there = self.tap.items().len();
+        self.waiting.extend(self.tap.items().try_iter().take(there));
+        there
+    }
+
+    fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    fn newest(&self) -> Option<Time> {
+        self.waiting.last().map(|tick| tick.at)
+    }
+
+    fn lost(&self) -> u64 {
         self.tap.lost()
-    }
-}
-
-/// Says what the numbers of a topic's messages are.
-pub fn name_fields<T: Fields>(rec: &RecordingStream, entity: &str) -> RecordingStreamResult<()> {
-    rec.log_static(
-        entity,
-        &SeriesLines::new().with_names(T::FIELDS.iter().copied()),
-    )
-}
-
-/// Writes messages.
-pub fn write_messages<T: Fields + Payload>(
-    rec: &RecordingStream,
-    entity: &str,
-    messages: &[TapMessage<T>],
-    stamps: &Stamps,
-) -> RecordingStreamResult<()> {
-    if messages.is_empty() {
-        return Ok(());
-    }
-    let mut values = Vec::with_capacity(messages.len() * T::FIELDS.len());
-    for tapped in messages {
-        tapped.message.data.append_to(&mut values);
-    }
-    let origins = messages.iter().map(|tapped| tapped.message.origin);
-    let columns = [
-        series(values, T::FIELDS.len())?,
-        numbers(message::SEQ, messages.iter().map(|m| m.message.seq))?,
-        numbers_or_none(message::ORIGIN, origins.map(|o| o.map(Time::as_nanos)))?,
-        numbers(message::DROPPED, messages.iter().map(|m| m.dropped))?,
-    ];
-    rec.send_columns(entity, stamps.columns(), columns)
-}
-
-/// Writes ticks.
-pub fn write_ticks(
-    rec: &RecordingStream,
-    entity: &str,
-    ticks: &[TickRecord],
-    stamps: &Stamps,
-) -> RecordingStreamResult<()> {
-    if ticks.is_empty() {
-        return Ok(());
-    }
-    let nanos = |duration: Option<Duration>| duration.map(|d| d.as_nanos() as u64);
-    let late = ticks.iter().map(|t| nanos(t.lateness));
-    let late = late.map(|nanos| nanos.map_or(f64::NAN, |nanos| nanos as f64 / NANOS_PER_MICRO));
-    let columns = [
-        series(late.collect(), 1)?,
-        numbers(tick::NUMBER, ticks.iter().map(|t| t.number))?,
-        numbers_or_none(tick::TOOK, ticks.iter().map(|t| nanos(t.took)))?,
-        numbers(tick::OVERRUNS, ticks.iter().map(|t| t.overruns))?,
-    ];
-    rec.send_columns(entity, stamps.columns(), columns)
-}
-
-#[cfg(test)]
-mod tests {
-    use ratelab::runtime::{Backpressure, Depth, Time, Topic};
-
-    use super::TapQueue;
-
-    #[test]
-    fn what_comes_too_fast_is_counted() {
-        let topic = Topic::new("/test", Depth::ONE);
-        let mut track = TapQueue::new(topic.tap(3, Backpressure::default()));
-        let publisher = topic.publisher();
-        (0..10).for_each(|at| publisher.publish((), Time::from_nanos(at), None));
-        assert_eq!((track.drain(), track.lost()), (3, 7));
-        assert_eq!(track.take(Time::from_nanos(1)).len(), 2);
-        assert_eq!((track.waiting(), track.written), (1, 2));
     }
 }

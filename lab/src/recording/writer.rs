@@ -11,25 +11,21 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::{Action, ControlStep, Observation},
-    experiment::{ACTION, OBS, STATE},
-    runtime::{
-        ClockKind, Command, Fields, Observer, Payload, Snapshot, TapMessage, TickRecord, Time,
-        telemetry::{Event, EventKind},
-    },
+    runtime::{ClockKind, Command, Observer, Rows, Time, telemetry::Event},
+    system::System,
 };
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 
 use super::{
-    blueprint, columns,
+    blueprint::{self, Subject},
+    columns,
     file::RecordingFile,
     progress::Progress,
     properties,
     scene::{Batch, Scene},
-    schema::{self, APPLICATION, CHECKPOINT, END, EVENTS, JSON, RecordingEnd, UNTIL},
+    schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
-    timeline::Stamps,
-    tracks::{TapQueue, name_fields, write_messages, write_ticks},
+    tracks::{NodeTrack, TopicTrack, Track},
 };
 
 /// Wall time between two batches: a kill loses what came since the last.
@@ -44,22 +40,50 @@ const BACKLOG: usize = 16_384;
 
 /// Taps on everything.
 pub struct AttachedTaps {
-    observations: TapQueue<TapMessage<Observation>>,
-    actions: TapQueue<TapMessage<Action>>,
-    steps: TapQueue<TapMessage<ControlStep>>,
-    ticks: Vec<TapQueue<TickRecord>>,
+    topics: Vec<TopicTrack>,
+    nodes: Vec<NodeTrack>,
 }
 
 impl AttachedTaps {
     /// Taps `source` from now on.
     pub fn new(source: &Source) -> Self {
-        let taps = &source.taps;
+        let (taps, topology) = (&source.taps, &source.origin.topology);
+        let topics = topology.topics.iter();
+        let nodes = topology.nodes.iter().zip(taps.ticks(BACKLOG));
         Self {
-            observations: TapQueue::new(taps.observations(BACKLOG)),
-            actions: TapQueue::new(taps.actions(BACKLOG)),
-            steps: TapQueue::new(taps.steps(BACKLOG)),
-            ticks: taps.ticks(BACKLOG).into_iter().map(TapQueue::new).collect(),
+            topics: topics
+                .filter_map(|topic| TopicTrack::new(&topic.name, taps, BACKLOG))
+                .collect(),
+            nodes: nodes
+                .map(|(node, tap)| NodeTrack::new(&node.name, tap))
+                .collect(),
         }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &dyn Track> {
+        let nodes = self.nodes.iter().map(|node| node as &dyn Track);
+        let topics = self.topics.iter().map(|topic| topic as &dyn Track);
+        nodes.chain(topics)
+    }
+
+    /// Takes what is there; returns how much the fullest tap had.
+    fn drain(&mut self) -> usize {
+        let nodes = self.nodes.iter_mut().map(Track::drain).max();
+        let topics = self.topics.iter_mut().map(Track::drain).max();
+        nodes.max(topics).unwrap_or(0)
+    }
+
+    fn waiting(&self) -> usize {
+        self.all().map(Track::waiting).sum()
+    }
+
+    fn lost(&self) -> u64 {
+        self.all().map(Track::lost).sum()
+    }
+
+    /// Run time of the newest that waits.
+    fn newest(&self) -> Option<Time> {
+        self.all().filter_map(Track::newest).max()
     }
 }
 
@@ -80,14 +104,14 @@ pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
     taps: AttachedTaps,
+    system: Arc<dyn System>,
+    origin: Origin,
     observer: Observer,
-    /// Entities of the nodes.
-    nodes: Vec<String>,
     scene: Scene,
     /// Wall time at which run time was zero, or would have been: pauses move it.
     epoch: Option<SystemTime>,
     events: usize,
-    /// Control steps that the plant has made.
+    /// Steps that the plant has made.
     made: u64,
     /// Run time of the newest tick that is written.
     newest: Option<Time>,
@@ -103,22 +127,23 @@ impl RecordingWriter {
         source: Source,
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
+        let rec = begin(&file, &taps, &source).map_err(io::Error::other)?;
+        // Without its handle to the taps, which would keep those of others open.
         let Source {
+            system,
             origin,
             start,
             observer,
             ..
         } = source;
-        let rec =
-            begin(&file, &origin, &start, observer.status().clock).map_err(io::Error::other)?;
-        let nodes = origin.topology.nodes.iter();
         let mut writer = Self {
-            nodes: nodes.map(|node| schema::node_entity(&node.name)).collect(),
             rec,
             file,
             taps,
+            scene: Scene::new(&system, &start),
+            system,
+            origin,
             observer,
-            scene: Scene::new(&start),
             epoch: None,
             events: 0,
             made: 0,
@@ -133,13 +158,16 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// Takes what the taps hold, and writes it when it is time to. Says whether
+    /// Takes what the taps hold, and writes it when it is time to. Returns whether
     /// there is so much that it should look again at once.
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
-        if self.last_batch.elapsed() >= BATCH || self.waiting() >= LARGE_BATCH {
-            // Beyond the newest control step, others may be further than it is.
-            self.batch(self.taps.steps.newest().unwrap_or(Time::MAX))?;
+        if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
+            // What came before the newest is there when all taps are drained once more.
+            let newest = self.taps.newest();
+            self.drain();
+            let until = newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1));
+            self.batch(Time::from_nanos(until))?;
         }
         Ok(fullest > BACKLOG / 8)
     }
@@ -148,14 +176,15 @@ impl RecordingWriter {
     pub fn complete(mut self, reason: &StopReason) -> io::Result<Written> {
         self.drain();
         self.batch(Time::MAX)?;
+        let observer = &self.observer;
         let outcome = RecordingEnd {
-            at: self.observer.now().max(self.newest.unwrap_or(Time::ZERO)),
-            clock: self.observer.status().clock,
-            end: reason.mark(),
-            messages: self.messages().to_vec(),
-            ticks: self.taps.ticks.iter().map(|track| track.written).collect(),
-            lost: self.count_lost(),
-            dropped: reason.losses(&self.observer),
+            at: observer.now().max(self.newest.unwrap_or(Time::ZERO)),
+            clock: observer.status().clock,
+            end: reason.status(&*self.system),
+            messages: self.messages(),
+            ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
+            lost: self.taps.lost(),
+            dropped: reason.losses(observer),
         };
         self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
@@ -169,41 +198,20 @@ impl RecordingWriter {
         })
     }
 
-    fn messages(&self) -> [u64; 3] {
-        let taps = &self.taps;
-        [
-            taps.observations.written,
-            taps.actions.written,
-            taps.steps.written,
-        ]
+    /// Messages written, per topic of the graph.
+    fn messages(&self) -> Vec<u64> {
+        let written = |name: &str| {
+            let track = self.taps.topics.iter().find(|track| track.name == name);
+            track.map_or(0, |track| track.written)
+        };
+        let topics = self.origin.topology.topics.iter();
+        topics.map(|topic| written(&topic.name)).collect()
     }
 
-    /// Control steps first: whatever led to one is then in its tap already.
     fn drain(&mut self) -> usize {
-        let taps = &mut self.taps;
-        let messages = [
-            taps.steps.drain(),
-            taps.observations.drain(),
-            taps.actions.drain(),
-        ];
-        let ticks = taps.ticks.iter_mut().map(TapQueue::drain);
-        let fullest = messages.into_iter().chain(ticks).max().unwrap_or(0);
-        self.count_lost();
+        let fullest = self.taps.drain();
+        self.lost.store(self.taps.lost(), Ordering::Relaxed);
         fullest
-    }
-
-    fn waiting(&self) -> usize {
-        let taps = &self.taps;
-        let ticks: usize = taps.ticks.iter().map(TapQueue::waiting).sum();
-        taps.observations.waiting() + taps.actions.waiting() + taps.steps.waiting() + ticks
-    }
-
-    fn count_lost(&self) -> u64 {
-        let taps = &self.taps;
-        let ticks: u64 = taps.ticks.iter().map(TapQueue::lost).sum();
-        let messages = taps.observations.lost() + taps.actions.lost() + taps.steps.lost();
-        self.lost.store(messages + ticks, Ordering::Relaxed);
-        messages + ticks
     }
 
     /// Writes what waits and is not later than `until`.
@@ -231,7 +239,7 @@ impl RecordingWriter {
         self.write(until, rest)
     }
 
-    /// Says up to where everything is in the file, should it be torn later.
+    /// Marks up to where everything is in the file, should it be torn later.
     fn checkpoint(&self) -> RecordingStreamResult<()> {
         let Some(newest) = self.newest else {
             return Ok(());
@@ -245,47 +253,45 @@ impl RecordingWriter {
     /// clock, so after either wall time is found anew: to the time since the
     /// last tick, some 20 ms.
     fn anchor(&mut self) {
-        if self.observer.status().clock == ClockKind::Virtual {
+        let observer = &self.observer;
+        if observer.status().clock == ClockKind::Virtual {
             self.epoch = None;
         } else if self.epoch.is_none() {
-            let now = Duration::from_nanos(self.observer.now().as_nanos());
+            let now = Duration::from_nanos(observer.now().as_nanos());
             self.epoch = SystemTime::now().checked_sub(now);
         }
     }
 
     fn write(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
-        let taps = &mut self.taps;
-        let steps = taps.steps.take(until);
-        let observations = taps.observations.take(until);
-        let actions = taps.actions.take(until);
-        let ticks: Vec<_> = taps.ticks.iter_mut().map(|t| t.take(until)).collect();
-        let step_messages: Vec<_> = steps.iter().map(|step| step.message).collect();
+        let (rec, taps, state) = (&self.rec, &mut self.taps, self.system.state());
+        let topics: Vec<(String, Rows)> = taps
+            .topics
+            .iter_mut()
+            .map(|track| (track.name.clone(), track.take(until)))
+            .collect();
+        let states = topics.iter().find(|(name, _)| Some(&**name) == state);
         let progress = Progress {
             epoch: self.epoch,
             before: self.made,
-            steps: &step_messages,
+            steps: states.map_or(&[], |(_, rows)| rows.heads()),
         };
-        let rec = &self.rec;
-        messages(rec, OBS, &observations, &progress)?;
-        messages(rec, ACTION, &actions, &progress)?;
-        messages(rec, STATE, &steps, &progress)?;
-        for (entity, ticks) in self.nodes.iter().zip(&ticks) {
+        for (track, (_, rows)) in taps.topics.iter().zip(&topics) {
+            track.write(rec, rows, &progress.stamps_of_messages(rows.heads()))?;
+        }
+        for track in &mut taps.nodes {
+            let ticks = track.take(until);
             let stamps = progress.stamps_of(ticks.iter().map(|tick| tick.at));
-            write_ticks(rec, entity, ticks, &stamps)?;
+            track.write(rec, &ticks, &stamps)?;
+            self.newest = ticks.last().map(|tick| tick.at).max(self.newest);
         }
         write_events(rec, events, &progress)?;
         let batch = Batch {
             progress: &progress,
-            topics: &[
-                (OBS, &traffic(&observations)),
-                (ACTION, &traffic(&actions)),
-                (STATE, &traffic(&steps)),
-            ],
+            topics: &topics,
             events,
+            until: until.min(self.newest.unwrap_or(Time::ZERO)),
         };
         self.scene.add(rec, &batch)?;
-        let newest = ticks.iter().filter_map(|ticks| ticks.last());
-        self.newest = newest.map(|tick| tick.at).max().max(self.newest);
         self.made = progress.step();
         Ok(())
     }
@@ -294,8 +300,8 @@ impl RecordingWriter {
         let progress = self.now();
         let (verdict, lost) = match reason {
             StopReason::Run(summary) => {
-                properties::send_summary(&self.rec, summary)?;
-                (summary.verdict.to_string(), !summary.verdict.balanced())
+                properties::send_summary(&self.rec, &*self.system, summary)?;
+                (summary.verdict.to_string(), summary.verdict.is_lost())
             }
             StopReason::Fault(fault) => (fault.clone(), true),
             StopReason::Off => ("the recording ends; the run went on".to_owned(), false),
@@ -327,17 +333,14 @@ impl RecordingWriter {
 /// A stream to `file` with its layout and what it is of.
 fn begin(
     file: &RecordingFile,
-    origin: &schema::Origin,
-    start: &Snapshot,
-    clock: ClockKind,
+    taps: &AttachedTaps,
+    source: &Source,
 ) -> RecordingStreamResult<RecordingStream> {
+    let Source { system, origin, .. } = source;
     let config = &origin.config;
     let name = format!(
-        "{} clock, {} policy at {}, seed {}",
-        config.clock,
-        config.policy.name(),
-        config.control_hz,
-        config.seed
+        "{}, {} clock, seed {}",
+        origin.system, config.clock, config.seed
     );
     let rec = RecordingStreamBuilder::new(APPLICATION)
         .enabled(true)
@@ -345,26 +348,22 @@ fn begin(
         .buffered()?;
     rec.set_sink(Box::new(file.clone()));
     // Nothing can be read without this, and columns overtake what is logged.
-    properties::send_origin(&rec, origin)?;
+    properties::send_origin(&rec, &**system, origin)?;
     let _ = rec.flush_blocking();
-    blueprint::send(&rec, start, clock)?;
-    name_fields::<Observation>(&rec, &schema::topic_entity(OBS))?;
-    name_fields::<Action>(&rec, &schema::topic_entity(ACTION))?;
-    name_fields::<ControlStep>(&rec, &schema::topic_entity(STATE))?;
+    let layout = Subject {
+        system: &**system,
+        picture: source.has_picture(),
+        start: &source.start,
+        clock: source.observer.status().clock,
+    };
+    blueprint::send(&rec, &layout)?;
+    for topic in &taps.topics {
+        topic.begin(&rec)?;
+    }
     Ok(rec)
 }
 
-fn messages<T: Fields + Payload>(
-    rec: &RecordingStream,
-    topic: &str,
-    messages: &[TapMessage<T>],
-    progress: &Progress<'_>,
-) -> RecordingStreamResult<()> {
-    let stamps = progress.stamps_of(messages.iter().map(|tapped| tapped.message.stamp));
-    write_messages(rec, &schema::topic_entity(topic), messages, &stamps)
-}
-
-/// Events for readers; the scene tells them to people.
+/// Events for readers; the scene shows them to people.
 fn write_events(
     rec: &RecordingStream,
     events: &[Event],
@@ -373,26 +372,16 @@ fn write_events(
     if events.is_empty() {
         return Ok(());
     }
-    let stamps: Stamps = progress.stamps_of(events.iter().map(|event| event.at));
+    let stamps = progress.stamps_of(events.iter().map(|event| event.at));
     let texts = events
         .iter()
         .map(|event| serde_json::to_string(event).unwrap_or_default());
     rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])
 }
 
-fn traffic<T>(messages: &[TapMessage<T>]) -> Vec<(Time, u64)> {
-    let messages = messages.iter();
-    messages
-        .map(|tapped| (tapped.message.stamp, tapped.dropped))
-        .collect()
-}
-
 fn moves_the_wall(event: &Event) -> bool {
     matches!(
-        event.what,
-        EventKind::Applied {
-            command: Command::Resume | Command::HandOver(_),
-            ..
-        }
+        event.applied(),
+        Some(Command::Resume | Command::HandOver(_))
     )
 }

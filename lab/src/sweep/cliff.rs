@@ -1,57 +1,79 @@
 //! Where the cliff is, in words.
 
-use super::summary::RateSummary;
+use ratelab::runtime::KnobKind;
+
+use super::summary::{RowSummary, SweepSummary};
 use crate::report::line;
 
-/// What there is to say of the rows of one group.
-pub fn lines(rows: &[RateSummary]) -> Vec<String> {
-    let mut rows: Vec<&RateSummary> = rows.iter().filter(|row| row.runs > 0).collect();
-    rows.sort_by_key(|row| row.cell.control_hz);
+/// What there is to print of the rows of one group.
+pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
+    let cliff = match summary.main.kind {
+        KnobKind::Rate => Cliff::new(summary, "rate", "faster"),
+        KnobKind::Depth => Cliff::new(summary, "depth", "deeper"),
+        KnobKind::Send => return Vec::new(),
+    };
+    let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.runs > 0).collect();
+    rows.sort_by(|a, b| a.number().total_cmp(&b.number()));
     if rows.len() < 2 {
         return Vec::new();
     }
-    let mut lines = vec![line("cliff", &edges(&rows))];
-    lines.extend(dip(&rows).map(|text| line("uneven", &text)));
+    let mut lines = vec![line("cliff", &cliff.edges(&rows))];
+    lines.extend(cliff.dip(&rows).map(|text| line("uneven", &text)));
     lines
 }
 
-/// Up to where nothing stands and from where on everything does.
-fn edges(rows: &[&RateSummary]) -> String {
-    let down = rows.iter().take_while(|row| row.balanced == 0);
-    let up = rows.iter().rev();
-    let up = up.take_while(|row| row.balanced == row.runs);
-    match (down.last(), up.last()) {
-        (Some(down), _) if down.cell == rows[rows.len() - 1].cell => {
-            "none balanced at any of these rates".to_owned()
-        }
-        (_, Some(up)) if up.cell == rows[0].cell => {
-            "all balanced at each of these rates".to_owned()
-        }
-        (Some(down), Some(up)) => format!(
-            "none balanced up to {}, all from {} on",
-            down.cell.control_hz, up.cell.control_hz
-        ),
-        (Some(down), None) => format!(
-            "none balanced up to {}, not all at any higher rate to the end",
-            down.cell.control_hz
-        ),
-        (None, Some(up)) => format!("all balanced from {} on", up.cell.control_hz),
-        (None, None) => "some balanced at the lowest rate, not all at the highest".to_owned(),
-    }
+/// The words for a quantity that has more and less.
+struct Cliff<'s> {
+    summary: &'s SweepSummary,
+    noun: &'static str,
+    more: &'static str,
 }
 
-/// The rate at which most is lost by going *up* to the next one.
-fn dip(rows: &[&RateSummary]) -> Option<String> {
-    let drops = rows.windows(2).filter_map(|pair| {
-        let drop = pair[0].share()? - pair[1].share()?;
-        (drop > 0.0).then_some((drop, pair))
-    });
-    let (_, pair) = drops.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    let [slow, fast] = [pair[0], pair[1]].map(|row| {
-        format!(
-            "{} of {} at {}",
-            row.balanced, row.runs, row.cell.control_hz
-        )
-    });
-    Some(format!("{slow}, then {fast}: faster, yet worse"))
+impl<'s> Cliff<'s> {
+    fn new(summary: &'s SweepSummary, noun: &'static str, more: &'static str) -> Self {
+        Self {
+            summary,
+            noun,
+            more,
+        }
+    }
+
+    fn at(&self, row: &RowSummary) -> String {
+        self.summary.main.with_unit(&row.value)
+    }
+
+    /// Up to where nothing stands and from where on everything does.
+    fn edges(&self, rows: &[&RowSummary]) -> String {
+        let (good, noun) = (&self.summary.good, self.noun);
+        let down = rows.iter().take_while(|row| row.held == 0).count();
+        let up = rows
+            .iter()
+            .rev()
+            .take_while(|row| row.held == row.runs)
+            .count();
+        let last_down = down.checked_sub(1).map(|last| self.at(rows[last]));
+        let first_up = (up > 0).then(|| self.at(rows[rows.len() - up]));
+        match (last_down, first_up) {
+            _ if down == rows.len() => format!("none {good} at any of these {noun}s"),
+            _ if up == rows.len() => format!("all {good} at each of these {noun}s"),
+            (Some(down), Some(up)) => format!("none {good} up to {down}, all from {up} on"),
+            (Some(down), None) => {
+                format!("none {good} up to {down}, not all at any higher {noun} to the end")
+            }
+            (None, Some(up)) => format!("all {good} from {up} on"),
+            (None, None) => format!("some {good} at the lowest {noun}, not all at the highest"),
+        }
+    }
+
+    /// The value at which most is lost by going *up* to the next one.
+    fn dip(&self, rows: &[&RowSummary]) -> Option<String> {
+        let drops = rows.windows(2).filter_map(|pair| {
+            let drop = pair[0].share()? - pair[1].share()?;
+            (drop > 0.0).then_some((drop, pair))
+        });
+        let (_, pair) = drops.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        let [less, more] = [pair[0], pair[1]]
+            .map(|row| format!("{} of {} at {}", row.held, row.runs, self.at(row)));
+        Some(format!("{less}, then {more}: {}, yet worse", self.more))
+    }
 }

@@ -6,34 +6,72 @@ use std::{
     io::{self, BufWriter, Write},
 };
 
-use ratelab::experiment::sweep::Swept;
+use ratelab::experiment::{
+    Experiment,
+    sweep::{Sweep, Swept},
+};
+
+use super::columns;
+use crate::{error::Error, names::key};
+
+/// The names of the topics that a node reads, in the order of a summary.
+///
+/// # Errors
+/// [`Error::Build`] if the graph cannot be built.
+pub fn read_topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
+    let config = sweep
+        .cell(0)
+        .map_or(sweep.base.clone(), |cell| sweep.config(&cell));
+    let experiment = Experiment::new(sweep.system.clone(), &config)?;
+    let topics = experiment.observer().snapshot().topics;
+    let read = topics
+        .iter()
+        .filter(|topic| !topic.subscriptions.is_empty());
+    Ok(read.map(|topic| topic.name.to_string()).collect())
+}
 
 /// Names and units of the columns.
-pub const HEADER: &str = "policy,sensor_hz,queue_depth,control_hz,seed,cause_of_end,steps,sim_time_s,\
-                      mean_latency_s,obs_dropped,action_dropped,final_pole_angle_rad";
+pub fn header(sweep: &Sweep, topics: &[String]) -> String {
+    let knobs = columns::of(sweep)
+        .into_iter()
+        .map(|column| key(&column.name));
+    let figures = [
+        "seed",
+        "cause_of_end",
+        "steps",
+        "sim_time_s",
+        "mean_latency_s",
+    ];
+    let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
+    let finals = sweep.system.finals(&[]).into_iter();
+    let finals = finals.map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
+    let columns = knobs
+        .chain(figures.map(str::to_owned))
+        .chain(dropped)
+        .chain(finals);
+    columns.collect::<Vec<_>>().join(",")
+}
 
-/// Writes the runs that were made, in the order of the sweep.
-pub fn write(file: File, swept: &Swept) -> io::Result<()> {
-    let mut out = BufWriter::new(file);
-    writeln!(out, "{HEADER}")?;
+/// Writes the runs that were made below `header`, in the order of the sweep.
+pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
+    let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
+    writeln!(out, "{header}")?;
+    let knobs = columns::of(sweep);
     for (cell, outcome) in swept.finished() {
+        let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
         let latency = outcome.mean_latency_s.map(|latency| latency.to_string());
-        writeln!(
-            out,
-            "{},{},{},{},{},{},{},{},{},{},{},{}",
-            field(&cell.policy.to_string()),
-            cell.sensor_hz.get(),
-            cell.queue_depth,
-            cell.control_hz.get(),
-            cell.seed,
-            outcome.verdict.name(),
-            outcome.steps,
-            outcome.sim_time.as_secs_f64(),
+        row.extend([
+            cell.seed.to_string(),
+            outcome.verdict.name().to_owned(),
+            outcome.steps.to_string(),
+            outcome.sim_time.as_secs_f64().to_string(),
             latency.unwrap_or_default(),
-            outcome.obs_dropped,
-            outcome.action_dropped,
-            outcome.final_pole_angle
-        )?;
+        ]);
+        row.extend(outcome.dropped.iter().map(ToString::to_string));
+        let finals = sweep.system.finals(&outcome.state).into_iter();
+        row.extend(finals.map(|figure| figure.value.to_string()));
+        let row: Vec<Cow<str>> = row.iter().map(|text| field(text)).collect();
+        writeln!(out, "{}", row.join(","))?;
     }
     out.flush()
 }

@@ -1,16 +1,26 @@
-//! What a sweep came to, for programs.
+//! The results of a sweep, for programs.
 
-use ratelab::experiment::sweep::{Cell, CellResult, Swept};
+use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 use serde_json::{Map, Value, json};
 
-use super::summary::{RateSummary, SweepSummary};
-use crate::metrics::{object, rounded};
+use super::{
+    columns,
+    summary::{RowSummary, SweepSummary},
+};
+use crate::{
+    metrics::{object, rounded},
+    names::{self, key},
+};
 
-/// The sweep as JSON: how often the pole stayed up, then every run. It holds
+/// The sweep as JSON: how often the runs were not lost, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.
-pub fn text(summary: &SweepSummary, swept: &Swept, theory: bool) -> String {
-    let rows = summary.rows().iter().map(|row| survival(row, theory));
-    let cells = swept.finished().map(|(cell, outcome)| run(&cell, outcome));
+pub fn text(summary: &SweepSummary, swept: &Swept, topics: &[String], theory: bool) -> String {
+    let rows = summary
+        .rows()
+        .iter()
+        .map(|row| survival(summary, row, theory));
+    let cells = swept.finished();
+    let cells = cells.map(|(cell, outcome)| run(summary, topics, &cell, outcome));
     let whole = json!({
         "cells": cells.collect::<Vec<_>>(),
         "complete": swept.is_complete(),
@@ -23,10 +33,10 @@ pub fn text(summary: &SweepSummary, swept: &Swept, theory: bool) -> String {
     format!("{whole:#}")
 }
 
-fn survival(row: &RateSummary, theory: bool) -> Value {
-    let mut figures = conditions(&row.cell);
+fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
+    let mut figures = conditions(&summary.sweep, &row.cell);
+    figures.insert(key(&summary.good), json!(row.held));
     figures.extend(object(json!({
-        "balanced": row.balanced,
         "mean_latency_ms": row.mean_latency_s.map(|s| rounded(s * 1e3)),
         "median_lost_at_s": row.lost_at_s.map(rounded),
         "runs": row.runs,
@@ -39,27 +49,32 @@ fn survival(row: &RateSummary, theory: bool) -> Value {
 }
 
 /// The names are those of a run's metrics.
-fn run(cell: &Cell, outcome: &CellResult) -> Value {
-    let mut figures = conditions(cell);
+fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
+    let system = &summary.sweep.system;
+    let mut figures = conditions(&summary.sweep, cell);
+    figures.insert(key(&summary.good), json!(!outcome.verdict.is_lost()));
     figures.extend(object(json!({
-        "action_dropped": outcome.action_dropped,
-        "balanced": outcome.verdict.balanced(),
         "cause_of_end": outcome.verdict.name(),
-        "final_pole_angle": rounded(outcome.final_pole_angle),
         "mean_latency_ms": rounded(outcome.mean_latency_s.unwrap_or(0.0) * 1e3),
-        "obs_dropped": outcome.obs_dropped,
         "seed": cell.seed,
         "sim_time_s": rounded(outcome.sim_time.as_secs_f64()),
         "steps": outcome.steps,
     })));
+    let dropped = topics.iter().zip(&outcome.dropped);
+    figures.extend(dropped.map(|(topic, dropped)| {
+        let name = format!("{}_dropped", key(topic));
+        (name, json!(dropped))
+    }));
+    let finals = system.finals(&outcome.state).into_iter();
+    figures.extend(finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value)))));
     Value::Object(figures)
 }
 
-fn conditions(cell: &Cell) -> Map<String, Value> {
-    object(json!({
-        "control_hz": cell.control_hz.get(),
-        "policy": cell.policy.name(),
-        "queue_depth": cell.queue_depth.get(),
-        "sensor_hz": cell.sensor_hz.get(),
-    }))
+fn conditions(sweep: &Sweep, cell: &Cell) -> Map<String, Value> {
+    let columns = columns::of(sweep).into_iter();
+    let values = columns.map(|column| {
+        let value = names::value(column.kind, &column.short(sweep, cell));
+        (key(&column.name), value)
+    });
+    values.collect()
 }

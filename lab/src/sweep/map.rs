@@ -6,8 +6,8 @@ mod list;
 use ratelab::experiment::sweep::Sweep;
 
 use super::{
-    cliff,
-    summary::{RateSummary, SweepSummary},
+    cliff, columns,
+    summary::{RowSummary, SweepSummary},
     survival_level::SurvivalLevel,
 };
 use crate::{dashboard::view::theme::Theme, report::line};
@@ -24,18 +24,18 @@ pub struct MapStyle {
 const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it grows, which is no\n\
                       \x20         fall yet: where the motor gives all it has, the pole may swing and stay";
 
-/// The map: a list of rates where all else is the same, or a line of the map
-/// for each combination of what else there is.
+/// The map: a list where one knob is swept, or a line of the map for each
+/// combination of the others.
 pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
     let mut lines = head(summary, &style.theme);
     lines.push(String::new());
     let mut groups = summary.groups();
     match (groups.len(), groups.next()) {
         (1, Some(rows)) => {
-            lines.extend(list::lines(rows, theory, &style.theme));
+            lines.extend(list::lines(summary, rows, theory, &style.theme));
             lines.push(String::new());
             if summary.runs == summary.cells {
-                lines.extend(cliff::lines(rows));
+                lines.extend(cliff::lines(summary, rows));
             }
         }
         _ => {
@@ -45,7 +45,7 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
                 lines.extend(heat::growth(summary, style));
             }
             lines.push(String::new());
-            lines.push(line("cells", &heat::key(&style.theme)));
+            lines.push(line("cells", &heat::key(summary, &style.theme)));
         }
     }
     if theory {
@@ -80,26 +80,23 @@ fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
 
 /// What has one value.
 fn fixed(sweep: &Sweep) -> String {
-    let parts = [
-        one(&sweep.policies, |policy| {
-            format!("policy {}", policy.name())
-        }),
-        one(&sweep.sensor_hz, |hz| format!("sensor {hz}")),
-        one(&sweep.queue_depths, |depth| format!("queue depth {depth}")),
-    ];
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    parts.join(" | ")
+    let Some(cell) = sweep.cell(0) else {
+        return String::new();
+    };
+    let columns = columns::of(sweep).into_iter();
+    let fixed = columns.filter(|column| {
+        sweep
+            .axis(&column.name)
+            .is_none_or(|axis| axis.values.len() == 1 && sweep.axes.last() != Some(axis))
+    });
+    let parts = fixed.map(|column| {
+        let value = column.with_unit(&column.short(sweep, &cell));
+        format!("{} {value}", column.label())
+    });
+    parts.collect::<Vec<_>>().join(" | ")
 }
 
-/// The value of a list that has one, in words.
-fn one<T>(values: &[T], text: impl Fn(&T) -> String) -> Option<String> {
-    match values {
-        [value] => Some(text(value)),
-        _ => None,
-    }
-}
-
-/// What has several values, and seeds and rates in any case.
+/// What has several values, and seeds and what changes fastest in any case.
 fn factors(sweep: &Sweep) -> Vec<String> {
     let count = |count: usize, what: &str| {
         let plural = match what.strip_suffix('y') {
@@ -109,18 +106,14 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         };
         format!("{count} {plural}")
     };
-    let several = [
-        (sweep.policies.len(), "policy"),
-        (sweep.sensor_hz.len(), "sensor rate"),
-        (sweep.queue_depths.len(), "depth"),
-    ];
-    let several = several.into_iter().filter(|(values, _)| *values > 1);
-    let always = [
-        (sweep.control_hz.len(), "control rate"),
-        (sweep.seeds.len(), "seed"),
-    ];
-    let all = several.chain(always);
-    all.map(|(values, what)| count(values, what)).collect()
+    let main = sweep.axes.last();
+    let columns = columns::of(sweep).into_iter();
+    let several = columns.filter_map(|column| {
+        let axis = sweep.axis(&column.name)?;
+        let counts = axis.values.len() > 1 || main == Some(axis);
+        counts.then(|| count(axis.values.len(), &column.noun()))
+    });
+    several.chain([count(sweep.seeds.len(), "seed")]).collect()
 }
 
 /// `text` in the colour of `level`, if there are colours.
@@ -134,8 +127,8 @@ fn paint(text: &str, level: SurvivalLevel, theme: &Theme) -> String {
 }
 
 /// The survival level of a row.
-fn level(row: &RateSummary) -> SurvivalLevel {
-    SurvivalLevel::of(row.balanced, row.runs)
+fn level(row: &RowSummary) -> SurvivalLevel {
+    SurvivalLevel::of(row.held, row.runs)
 }
 
 /// A growth rate (1/s).

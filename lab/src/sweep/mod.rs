@@ -1,4 +1,4 @@
-//! Many runs at once, and how often the pole stayed up.
+//! Many runs at once, and how often they were not lost.
 //!
 //! ```text
 //! options ──► Sweep ──► cells on all cores ──► summary ──► map, JSON, .rrd
@@ -6,6 +6,7 @@
 //! ```
 
 pub mod cliff;
+pub mod columns;
 pub mod csv;
 pub mod json;
 pub mod map;

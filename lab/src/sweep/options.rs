@@ -1,38 +1,147 @@
 //! From what a sweep is asked for to the sweep.
 
 use ratelab::{
-    experiment::{Config, sweep::Sweep},
-    policy::{PolicyCache, PolicySpec},
+    experiment::{
+        Config,
+        sweep::{Sweep, SweepAxis},
+    },
+    runtime::{Knob, KnobKind},
 };
 
-use crate::{cli::SweepArgs, error::Error};
+use crate::{
+    cli::{DEFAULT_RATES, SweepArgs},
+    error::Error,
+    options::{read_knob, resolved, setup},
+    program::Program,
+    sweep::columns::slowest_first,
+};
 
 impl SweepArgs {
     /// The sweep that the options describe.
     ///
-    /// Its policies are read into `cache`.
-    pub fn sweep(&self, cache: &PolicyCache) -> Result<Sweep, Error> {
-        let lists = self.policy.iter();
-        let policies: Vec<&PolicySpec> = lists.flat_map(|list| &list.0).collect();
-        let twice = |(place, policy)| policies[..place].contains(policy);
-        if let Some((_, policy)) = policies.iter().enumerate().find(|entry| twice(*entry)) {
-            let why = format!("--policy lists {policy} twice: give each policy once");
-            return Err(Error::BadInput(why));
-        }
-        let policies = policies.iter().map(|policy| cache.pin(policy));
-        let policies = policies.collect::<Result<_, _>>();
-        let policies = policies.map_err(|error| Error::BadInput(format!("--policy {error}")))?;
+    /// # Errors
+    /// [`Error::BadInput`] if they make no sense to the system.
+    pub fn sweep(&self, program: &Program) -> Result<Sweep, Error> {
+        let knobs = self
+            .knob
+            .iter()
+            .map(|knob| read_knob(program, "--knob", knob));
         let usual = Config::default();
+        let base = Config {
+            end: self.duration_s.unwrap_or(usual.end),
+            setup: setup(program, usual.seed, knobs.collect::<Result<_, _>>()?)?,
+            ..usual
+        };
+        let mut axes = self.axes(program)?;
+        for axis in axes.iter_mut().filter(|axis| axis.kind == KnobKind::Send) {
+            resolve(program, &base, axis)?;
+        }
+        check_distinct(&axes)?;
+        add_default(program, &base, &mut axes)?;
+        let first = program.system.aliases().first();
+        let main = axes
+            .iter()
+            .position(|axis| first.is_some_and(|first| first.name == axis.name));
         Ok(Sweep {
-            policies,
-            sensor_hz: self.sensor_hz.clone().into(),
-            queue_depths: self.queue_depth.clone().into(),
-            control_hz: self.control_hz.clone().into(),
+            axes: slowest_first(axes, main.unwrap_or(0), |axis| axis.kind),
             seeds: self.seeds.clone().into(),
-            base: Config {
-                end: self.duration_s.unwrap_or(usual.end),
-                ..usual
-            },
+            ..Sweep::of(program.system.clone(), base)
         })
     }
+
+    /// All axes that are asked for; the values of an option that is given twice are
+    /// one axis.
+    fn axes(&self, program: &Program) -> Result<Vec<SweepAxis>, Error> {
+        let mut axes: Vec<SweepAxis> = Vec::new();
+        for axis in &self.system.given {
+            match axes.iter_mut().find(|known| known.name == axis.name) {
+                Some(known) => known.values.extend(axis.values.iter().cloned()),
+                None => axes.push(axis.clone()),
+            }
+        }
+        for pair in self.axis.chunks_exact(2) {
+            let (knob, list) = (pair[0].split_whitespace().collect::<Vec<_>>(), &pair[1]);
+            let knob = knob.join(" ");
+            let alias = program.knobs().alias(&knob);
+            let axis = SweepAxis::parse(
+                program.knobs(),
+                alias.map_or(knob.as_str(), |alias| alias.name),
+                list,
+            );
+            let refused = |why| Error::BadInput(format!("--axis {knob:?} {list}: {why}"));
+            axes.push(axis.map_err(refused)?);
+        }
+        Ok(axes)
+    }
+}
+
+/// Gives the messages of `axis` the form in which they are recorded.
+fn resolve(program: &Program, base: &Config, axis: &mut SweepAxis) -> Result<(), Error> {
+    let name = &axis.name;
+    let option = match program.knobs().alias(name) {
+        Some(_) => format!("--{name}"),
+        None => format!("--axis {name:?}"),
+    };
+    let mut texts: Vec<String> = Vec::new();
+    for value in &axis.values {
+        let knob = value.knobs.first().cloned();
+        let Some(Knob::Send { text, .. }) = &knob else {
+            continue;
+        };
+        if texts.contains(text) {
+            let why = format!("{option} lists {text} twice: give each {name} once");
+            return Err(Error::BadInput(why));
+        }
+        texts.push(text.clone());
+    }
+    let knobs = axis
+        .values
+        .iter()
+        .filter_map(|value| value.knobs.first().cloned());
+    let resolved = knobs.map(|knob| resolved(program, base.seed, &base.setup, knob));
+    let texts = resolved.map(|knob| knob.map(|knob| knob.value()));
+    let texts: Result<Vec<String>, String> = texts.collect();
+    let texts = texts.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
+    let axis_of = SweepAxis::of(program.knobs(), name, texts);
+    *axis = axis_of.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
+    Ok(())
+}
+
+/// Refuses a knob that two axes would turn.
+fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
+    for (place, axis) in axes.iter().enumerate() {
+        let same = |other: &&SweepAxis| knobs(axis).any(|my| knobs(other).any(|of| my.is_of(of)));
+        if let Some(other) = axes.iter().take(place).find(same) {
+            let (one, other) = (&other.name, &axis.name);
+            let why = format!("{one} and {other} turn the same knob: give one of them");
+            return Err(Error::BadInput(why));
+        }
+    }
+    Ok(())
+}
+
+/// Adds the axis of the system's first alias, a rate, unless it is turned already.
+fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
+    let first = program.system.aliases().first();
+    if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
+        let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT_RATES);
+        let axis = axis.map_err(|why| Error::BadInput(why.to_string()))?;
+        let is_own = |knob: &Knob| knobs(&axis).any(|own| own.is_of(knob));
+        let mut turned = axes.iter().flat_map(knobs);
+        let is_turned = turned.any(is_own) || base.setup.iter().any(is_own);
+        drop(turned);
+        if !is_turned {
+            axes.push(axis);
+        }
+    }
+    if axes.is_empty() {
+        let why = "which knob is swept? try --axis \"rate NODE\" 1,10,100";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    Ok(())
+}
+
+/// The knobs that `axis` turns.
+fn knobs(axis: &SweepAxis) -> impl Iterator<Item = &Knob> {
+    axis.values.iter().take(1).flat_map(|value| &value.knobs)
 }

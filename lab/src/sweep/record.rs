@@ -1,18 +1,24 @@
-//! The sweep as curves over the control rate, in a file for the rerun viewer.
+//! The sweep as curves over what changes fastest, in a file for the rerun viewer.
 
 use std::{
     io,
     path::{Path, PathBuf},
 };
 
+use ratelab::runtime::KnobKind;
 use rerun::{
     RecordingStream, RecordingStreamBuilder, RecordingStreamResult, Scalars, TimeColumn,
+    TimelineName,
     blueprint::{ContainerLike, TimeSeriesView, Vertical},
 };
 
-use super::summary::{RateSummary, SweepSummary};
+use super::{
+    columns,
+    summary::{RowSummary, SweepSummary},
+};
 use crate::{
     error::Error,
+    names::key,
     output::{record_error, write_error},
     recording::{
         RecordingFile,
@@ -26,24 +32,30 @@ use crate::{
 };
 
 /// A figure of a row, if it has one.
-type PlotFigure = fn(&RateSummary) -> Option<f64>;
+type PlotFigure = fn(&RowSummary) -> Option<f64>;
 
-/// What is drawn, one plot under the other: entity, title, and the figure.
-const PLOTS: [(&str, &str, PlotFigure); 3] = [
-    (
+/// A plot: entity, title, and the figure.
+type Plot = (&'static str, String, PlotFigure);
+
+/// What is drawn, one plot under the other.
+fn plots(summary: &SweepSummary) -> Vec<Plot> {
+    let (good, noun) = (&summary.good, summary.main.noun());
+    let mut plots: Vec<Plot> = vec![(
         "survival",
-        "balanced runs over the control rate (%)",
+        format!("{good} runs over the {noun} (%)"),
         |row| row.share().map(|share| share * 100.0),
-    ),
-    ("latency", "mean sense→act latency (ms)", |row| {
-        row.mean_latency_s.map(|s| s * 1e3)
-    }),
-    (
-        "growth",
-        "growth of a small deviation by linear theory (1/s): above 0 is no fall yet",
-        |row| row.growth,
-    ),
-];
+    )];
+    if let Some((_, meter)) = summary.sweep.system.latency() {
+        plots.push(("latency", format!("mean {meter} latency (ms)"), |row| {
+            row.mean_latency_s.map(|s| s * 1e3)
+        }));
+    }
+    if summary.rows().iter().any(|row| row.growth.is_some()) {
+        let title = "growth of a small deviation by linear theory (1/s): above 0 is no fall yet";
+        plots.push(("growth", title.to_owned(), |row| row.growth));
+    }
+    plots
+}
 
 /// The line at zero growth.
 const ZERO: &str = "growth/zero";
@@ -77,14 +89,16 @@ impl Record {
             .recording_name(format!("{} of {} runs", summary.runs, summary.cells))
             .buffered()?;
         rec.set_sink(Box::new(self.file.clone()));
-        let axis = RateAxis::of(summary);
-        layout(&rec, summary, &axis)?;
-        for (plot, _, figure) in PLOTS {
-            curves(&rec, summary, &axis, plot, figure)?;
+        let (axis, plots) = (SweepTimeline::of(summary), plots(summary));
+        layout(&rec, summary, &axis, &plots)?;
+        for (plot, _, figure) in &plots {
+            curves(&rec, summary, &axis, plot, *figure)?;
         }
-        let rates = summary.groups().next().unwrap_or_default();
-        lines::begin(&rec, ZERO, &[Line::new("zero", palette::GREY, 1.0)])?;
-        curve(&rec, ZERO, &axis, rates, |_| Some(0.0))?;
+        if plots.iter().any(|(plot, ..)| *plot == "growth") {
+            let rows = summary.groups().next().unwrap_or_default();
+            lines::begin(&rec, ZERO, &[Line::new("zero", palette::GREY, 1.0)])?;
+            curve(&rec, ZERO, &axis, rows, |_| Some(0.0))?;
+        }
         let _ = rec.flush_blocking();
         rec.disconnect(); // Nothing may follow the end of the file.
         Ok(())
@@ -95,35 +109,34 @@ impl Record {
 fn curves(
     rec: &RecordingStream,
     summary: &SweepSummary,
-    axis: &RateAxis,
+    axis: &SweepTimeline,
     plot: &str,
     figure: PlotFigure,
 ) -> RecordingStreamResult<()> {
     let groups = summary.groups();
     let looks = palette::series(groups.len()).zip(palette::widths(groups.len()));
     for (rows, (colour, width)) in groups.zip(looks) {
-        let Some(name) = rows.first().map(name) else {
+        let Some(name) = rows.first().map(|row| name(summary, row)) else {
             continue;
         };
         let entity = format!("{plot}/{}", name.replace([' ', '.'], "_"));
-        lines::begin(rec, &entity, &[Line::new(name, colour, width)])?;
+        lines::begin(rec, entity.as_str(), &[Line::new(name, colour, width)])?;
         curve(rec, &entity, axis, rows, figure)?;
     }
     Ok(())
 }
 
-/// The rows that have such a figure, over their control rates.
+/// The rows that have such a figure, over what changes fastest.
 fn curve(
     rec: &RecordingStream,
     entity: &str,
-    axis: &RateAxis,
-    rows: &[RateSummary],
+    axis: &SweepTimeline,
+    rows: &[RowSummary],
     figure: PlotFigure,
 ) -> RecordingStreamResult<()> {
-    let points = rows.iter().filter_map(|row| Some((row, figure(row)?)));
-    let mut points: Vec<(i64, f64)> = points
-        .map(|(row, value)| (axis.place(row), value))
-        .collect();
+    let points = rows.iter().enumerate();
+    let points = points.filter_map(|(index, row)| Some((axis.place(index, row), figure(row)?)));
+    let mut points: Vec<(i64, f64)> = points.collect();
     points.sort_by_key(|(place, _)| *place);
     let (places, values): (Vec<i64>, Vec<f64>) = points.into_iter().unzip();
     if places.is_empty() {
@@ -137,66 +150,78 @@ fn curve(
     )
 }
 
-/// The control rate as what the viewer calls a timeline, which knows whole
-/// numbers only.
-struct RateAxis {
-    name: &'static str,
-    /// Units in a hertz.
+/// What changes fastest as what the viewer calls a timeline, which knows whole
+/// numbers only. Messages are numbered.
+struct SweepTimeline {
+    name: TimelineName,
+    /// Units in one.
     units: f64,
 }
 
-impl RateAxis {
-    /// The coarsest that holds every rate.
+impl SweepTimeline {
+    /// The coarsest that holds every value.
     fn of(summary: &SweepSummary) -> Self {
+        let name = key(&summary.main.name);
         let fits = |units: f64| {
-            let mut rates = summary.sweep.control_hz.iter();
-            rates.all(|hz| (hz.get() * units).fract() == 0.0)
+            let mut values = summary.rows().iter().map(RowSummary::number);
+            values.all(|value| (value * units).fract() == 0.0)
         };
-        let (name, units) = match () {
-            () if fits(1.0) => ("control_hz", 1.0),
-            () if fits(1e3) => ("control_millihz", 1e3),
-            () => ("control_microhz", 1e6),
+        let (unit, units) = match () {
+            () if summary.main.kind != KnobKind::Rate || fits(1.0) => ("hz", 1.0),
+            () if fits(1e3) => ("millihz", 1e3),
+            () => ("microhz", 1e6),
         };
+        let name = match name.strip_suffix("hz") {
+            Some(stem) => format!("{stem}{unit}"),
+            None => name,
+        };
+        let name = TimelineName::try_new(name).unwrap_or_else(|_| "value".into());
         Self { name, units }
     }
 
-    fn place(&self, row: &RateSummary) -> i64 {
-        (row.cell.control_hz.get() * self.units).round() as i64
+    fn place(&self, index: usize, row: &RowSummary) -> i64 {
+        let number = row.number();
+        if number.is_nan() {
+            return index as i64;
+        }
+        (number * self.units).round() as i64
     }
 }
 
-fn name(row: &RateSummary) -> String {
-    let cell = &row.cell;
-    format!(
-        "{} sensor {} depth {}",
-        cell.policy.name(),
-        cell.sensor_hz,
-        cell.queue_depth
-    )
+/// A group by all that it has in common.
+fn name(summary: &SweepSummary, row: &RowSummary) -> String {
+    let columns = columns::of(&summary.sweep).into_iter();
+    let fixed = columns.filter(|column| column.name != summary.main.name);
+    let parts = fixed.map(|column| {
+        let value = column.short(&summary.sweep, &row.cell);
+        column.tag(&column.with_unit(&value))
+    });
+    parts.collect::<Vec<_>>().join(" ")
 }
 
 fn layout(
     rec: &RecordingStream,
     summary: &SweepSummary,
-    axis: &RateAxis,
+    axis: &SweepTimeline,
+    plots: &[Plot],
 ) -> RecordingStreamResult<()> {
     let mut properties = Properties::default();
     let names: Vec<String> = summary
         .groups()
-        .filter_map(|rows| rows.first().map(name))
+        .filter_map(|rows| rows.first().map(|row| name(summary, row)))
         .collect();
     let key = match names.len() {
         1 => names.concat(),
         _ => palette::key(names.iter().map(String::as_str)),
     };
-    let views = PLOTS.map(|(plot, title, _)| -> ContainerLike {
-        let view = TimeSeriesView::new(format!("{title}: {key}")).with_origin(plot);
-        let range = (plot == "survival").then_some([-5.0, 105.0]);
+    let views = plots.iter().map(|(plot, title, _)| -> ContainerLike {
+        let view = TimeSeriesView::new(format!("{title}: {key}")).with_origin(*plot);
+        let range = (*plot == "survival").then_some([-5.0, 105.0]);
         properties.plot(view, range)
     });
     let layout = ViewerLayout {
-        root: Vertical::new(views).into(),
-        timeline: axis.name,
+        root: Vertical::new(views.collect::<Vec<_>>()).into(),
+        timeline: axis.name.as_str(),
         properties,
     };
     layout.send(rec)
@@ -206,11 +231,15 @@ fn layout(
 mod tests {
     use std::{fs::File, io::BufReader, ops::ControlFlow};
 
-    use ratelab::experiment::{
-        Config,
-        sweep::{Axis, Sweep, all_cores},
+    use std::sync::Arc;
+
+    use ratelab::{
+        cartpole::CartPole,
+        experiment::{
+            Config,
+            sweep::{Sweep, SweepAxis, all_cores},
+        },
     };
-    use ratelab::runtime::Hz;
     use rerun::{
         Scalars,
         external::re_log_encoding::DecoderApp,
@@ -218,7 +247,6 @@ mod tests {
     };
 
     use super::{Record, SweepSummary};
-    use crate::sweep::theory::Theory;
 
     /// The values of all scalars in a file, by entity, beside their places.
     fn read(path: &std::path::Path, timeline: &'static str) -> Vec<(String, Vec<i64>, Vec<f64>)> {
@@ -245,19 +273,19 @@ mod tests {
     #[test]
     fn curves_hold_the_figures_over_their_rates() {
         let sweep = Sweep {
-            control_hz: "5..10:2.5".parse::<Axis<Hz>>().expect("rates").into(),
+            axes: vec![
+                SweepAxis::parse(CartPole::KNOBS, "control-hz", "5..10:2.5").expect("rates"),
+            ],
             seeds: vec![0, 1],
-            ..Sweep::of(Config::default())
+            ..Sweep::of(Arc::new(CartPole::default()), Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
         let swept = swept.expect("swept");
-        let theory = Theory::of(&sweep, true).expect("theory");
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("sweep.rrd");
         let record = Record::create(&path).expect("a new file");
-        record
-            .write(&SweepSummary::of(&swept, &theory))
-            .expect("written");
+        let summary = SweepSummary::of(&swept, true).expect("a summary");
+        record.write(&summary).expect("written");
         let curves = read(&path, "control_millihz");
         let curve = |name: &str| {
             let mut curves = curves.iter();

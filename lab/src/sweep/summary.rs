@@ -1,31 +1,41 @@
-//! What the runs of a sweep came to together, for everything but the seed.
+//! The runs of a sweep together, for everything but the seed.
 
 use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 
-use super::theory::Theory;
+use super::{
+    columns::{self, Column},
+    theory::Theory,
+};
+use crate::{error::Error, names};
 
 /// All rows of a sweep, and how much of it was done.
 pub struct SweepSummary {
     /// What was swept.
     pub sweep: Sweep,
-    /// In the order of the sweep: the control rate changes fastest.
-    rows: Vec<RateSummary>,
+    /// What changes fastest.
+    pub main: Column,
+    /// A word for runs that are not lost.
+    pub good: String,
+    /// In the order of the sweep.
+    rows: Vec<RowSummary>,
     /// Runs that were made.
     pub runs: usize,
     /// Runs that were to be made.
     pub cells: usize,
 }
 
-/// The runs of one control rate under the same conditions, over all seeds.
+/// The runs of one combination of knobs, over all seeds.
 #[derive(Clone, Debug)]
-pub struct RateSummary {
+pub struct RowSummary {
     /// The first of them; the others differ in the seed.
     pub cell: Cell,
+    /// The value of what changes fastest, in short.
+    pub value: String,
     /// Runs that were made.
     pub runs: usize,
-    /// Runs whose pole was up to the end.
-    pub balanced: usize,
-    /// Mean over the runs of their mean sense→act latency (s).
+    /// Runs that were not lost.
+    pub held: usize,
+    /// Mean over the runs of their mean latency (s).
     pub mean_latency_s: Option<f64>,
     /// The median run time at which it was lost (s); `None` if it never was.
     pub lost_at_s: Option<f64>,
@@ -34,46 +44,61 @@ pub struct RateSummary {
 }
 
 impl SweepSummary {
-    /// Of what was swept, with what `theory` says beside it.
-    pub fn of(swept: &Swept, theory: &Theory) -> Self {
-        let mut finished = swept.finished();
+    /// Of what was swept; with the growth by linear theory, if it is `wanted`.
+    ///
+    /// # Errors
+    /// [`Error`] if there is none, or nothing was swept.
+    pub fn of(swept: &Swept, wanted: bool) -> Result<Self, Error> {
+        let sweep = swept.sweep();
+        let main = columns::main(sweep);
+        let main = main.ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
+        let (mut finished, mut theory) = (swept.finished(), Theory::default());
         let rows = swept.survival().map(|survival| {
             let group = finished.by_ref().take(survival.runs);
             let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
-            let lost = outcomes.iter().filter(|o| !o.verdict.balanced());
-            RateSummary {
+            let lost = outcomes.iter().filter(|o| o.verdict.is_lost());
+            let setup = sweep.config(&survival.cell).setup;
+            Ok(RowSummary {
+                value: main.short(sweep, &survival.cell),
                 runs: survival.runs,
-                balanced: survival.balanced,
+                held: survival.held,
                 mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
                 lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
-                growth: theory.growth(&survival.cell),
+                growth: wanted.then(|| theory.growth(&setup)).transpose()?.flatten(),
                 cell: survival.cell,
-            }
+            })
         });
-        let rows: Vec<RateSummary> = rows.collect();
-        Self {
+        let rows = rows.collect::<Result<Vec<RowSummary>, Error>>()?;
+        Ok(Self {
             runs: rows.iter().map(|row| row.runs).sum(),
-            cells: swept.sweep().cells().unwrap_or(0),
-            sweep: swept.sweep().clone(),
+            cells: sweep.cells().unwrap_or(0),
+            good: names::good(&*sweep.system),
+            sweep: sweep.clone(),
+            main,
             rows,
-        }
+        })
     }
 
     /// All rows.
-    pub fn rows(&self) -> &[RateSummary] {
+    pub fn rows(&self) -> &[RowSummary] {
         &self.rows
     }
 
-    /// The rows under the same conditions, one per control rate.
-    pub fn groups(&self) -> impl ExactSizeIterator<Item = &[RateSummary]> {
-        self.rows.chunks(self.sweep.control_hz.len().max(1))
+    /// The rows that differ in what changes fastest only.
+    pub fn groups(&self) -> impl ExactSizeIterator<Item = &[RowSummary]> {
+        self.rows.chunks(self.main.count(&self.sweep).max(1))
     }
 }
 
-impl RateSummary {
-    /// Balanced runs as a share of all; `None` if none was made.
+impl RowSummary {
+    /// The value of what changes fastest, if it is a number.
+    pub fn number(&self) -> f64 {
+        self.value.parse().unwrap_or(f64::NAN)
+    }
+
+    /// Runs that were not lost as a share of all; `None` if none was made.
     pub fn share(&self) -> Option<f64> {
-        (self.runs > 0).then(|| self.balanced as f64 / self.runs as f64)
+        (self.runs > 0).then(|| self.held as f64 / self.runs as f64)
     }
 }
 

@@ -1,10 +1,10 @@
-//! How many of some runs stayed up, as a glyph and a colour.
+//! How many of some runs were not lost, as a glyph and a colour.
 
 use ratatui::style::Style;
 
 use crate::dashboard::view::theme::Theme;
 
-/// How many of some runs stayed up.
+/// How many of some runs were not lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurvivalLevel {
     /// Not known yet.
@@ -22,14 +22,14 @@ pub enum SurvivalLevel {
 }
 
 impl SurvivalLevel {
-    /// That of `balanced` of `runs`.
-    pub fn of(balanced: usize, runs: usize) -> Self {
-        match (balanced, runs) {
+    /// That of `held` of `runs`.
+    pub fn of(held: usize, runs: usize) -> Self {
+        match (held, runs) {
             (_, 0) => Self::Unknown,
             (0, _) => Self::None,
-            (balanced, runs) if balanced >= runs => Self::All,
-            (balanced, runs) if 3 * balanced < runs => Self::Few,
-            (balanced, runs) if 3 * balanced <= 2 * runs => Self::Half,
+            (held, runs) if held >= runs => Self::All,
+            (held, runs) if 3 * held < runs => Self::Few,
+            (held, runs) if 3 * held <= 2 * runs => Self::Half,
             _ => Self::Most,
         }
     }
@@ -47,10 +47,10 @@ impl SurvivalLevel {
     }
 
     /// What the glyphs mean.
-    pub fn key(theme: &Theme) -> String {
+    pub fn key(good: &str, theme: &Theme) -> String {
         let glyph = |level: Self| level.glyph(theme);
         format!(
-            "{} none balanced, {} {} {} some, {} all",
+            "{} none {good}, {} {} {} some, {} all",
             glyph(Self::None),
             glyph(Self::Few),
             glyph(Self::Half),
@@ -59,7 +59,7 @@ impl SurvivalLevel {
         )
     }
 
-    /// Whether it is rather up than down; `None` if not known.
+    /// Whether most were not lost; `None` if not known.
     pub fn is_good(self) -> Option<bool> {
         match self {
             Self::Unknown => None,
@@ -68,7 +68,7 @@ impl SurvivalLevel {
         }
     }
 
-    /// Blue where most stay up, orange where they do not.
+    /// Blue where most are not lost, orange where most are.
     pub fn style(self, theme: &Theme) -> Style {
         match self.is_good() {
             None => theme.faint(),

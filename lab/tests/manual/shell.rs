@@ -18,7 +18,7 @@ const CARGO: &str = r#"#!/bin/sh
 case "$1 $2" in
 "run ") exec ratelab ;;
 "run --") shift 2 && exec ratelab "$@" ;;
-"run --example") exec "$BUILT/examples/$3" ;;
+"run --example") example=$3; shift 3; [ "$1" != -- ] || shift; exec "$BUILT/examples/$example" "$@" ;;
 esac
 echo "the check of the manual knows no cargo $*" >&2
 exit 125
@@ -44,7 +44,14 @@ const PROGRAMS: [&str; 9] = [
 ];
 
 /// What commands on the pages read: folders, without what is in folders of theirs.
-const FOLDERS: [&str; 4] = ["docs", "examples", "policies", "tests/fixtures/policies"];
+const FOLDERS: [&str; 6] = [
+    "docs",
+    "docs/own-crate",
+    "docs/own-crate/.cargo",
+    "examples",
+    "policies",
+    "tests/fixtures/policies",
+];
 
 /// The same, where a reader's own files may lie beside it.
 const FILES: [&str; 5] = [
@@ -205,7 +212,9 @@ fn allowed(command: &str) -> Result<(), String> {
 pub fn takes_the_terminal(command: &str) -> bool {
     let words: Vec<_> = command.split_whitespace().collect();
     let arguments = match words.as_slice() {
-        ["cargo", "run", "--", arguments @ ..] | ["ratelab", arguments @ ..] => arguments,
+        ["cargo", "run", "--", arguments @ ..]
+        | ["cargo", "run", "--example", _, "--", arguments @ ..]
+        | ["ratelab", arguments @ ..] => arguments,
         ["cargo", "run"] => &[],
         _ => return false,
     };

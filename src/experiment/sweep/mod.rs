@@ -1,75 +1,84 @@
-//! Many runs as a value: which rates, depths and seeds; on all cores.
+//! Many runs as a value: which knobs and seeds; on all cores.
 //!
 //! ```
-//! use std::ops::ControlFlow;
-//! use ratelab::experiment::{Config, sweep::{Axis, Sweep, all_cores}};
-//! use ratelab::runtime::Hz;
+//! use std::{ops::ControlFlow, sync::Arc};
+//! use ratelab::cartpole::CartPole;
+//! use ratelab::experiment::{Config, sweep::{Axis, Sweep, SweepAxis, all_cores}};
 //!
 //! let sweep = Sweep {
-//!     control_hz: "5,10".parse::<Axis<Hz>>()?.into(),
+//!     axes: vec![SweepAxis::parse(CartPole::KNOBS, "control-hz", "5,10")?],
 //!     seeds: "0..2".parse::<Axis<u64>>()?.into(),
-//!     ..Sweep::of(Config::default())
+//!     ..Sweep::of(Arc::new(CartPole::default()), Config::default())
 //! };
-//! let swept = sweep.run(all_cores(), |_cell, _outcome| ControlFlow::Continue(()))?;
-//! let balanced: Vec<usize> = swept.survival().map(|rate| rate.balanced).collect();
-//! assert_eq!(balanced, [0, 3]);
+//! let swept = sweep.run(all_cores(), |_cell, _result| ControlFlow::Continue(()))?;
+//! let held: Vec<usize> = swept.survival().map(|rate| rate.held).collect();
+//! assert_eq!(held, [0, 3]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod axis;
+mod knobs;
 mod result;
 mod work;
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use thiserror::Error;
 
 pub use axis::{Axis, AxisError, Quantity};
+pub use knobs::{SweepAxis, SweepValue};
 pub use result::{CellResult, Survival, Swept};
 pub use work::all_cores;
 
-use super::{Config, Experiment, SetupError};
+use super::{Config, Experiment};
 use crate::{
-    policy::{PolicyCache, PolicyError, PolicySpec},
-    runtime::{ClockKind, Depth, Fault, Hz, Speed, Time},
+    runtime::{ClockKind, Fault, KnobKind, Speed, Time},
+    system::{BuildError, System},
 };
 
 /// The most cells that a sweep may have: about twenty minutes of two cores with
-/// runs of ten seconds, and 150 MB.
+/// runs of ten seconds.
 pub const MAX_CELLS: usize = 2_000_000;
 
 /// Runs to make: every combination of the values listed. Each is a cell. See the
 /// [module](self) for one that is run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone)]
 pub struct Sweep {
+    /// The system to run.
+    pub system: Arc<dyn System>,
     /// Everything that no list says. Its clock and thinking time do not count:
-    /// a sweep runs on the virtual clock, flat out.
+    /// a sweep runs on the virtual clock, without pacing.
     pub base: Config,
-    /// Policies.
-    pub policies: Vec<PolicySpec>,
-    /// How often the sensor publishes.
-    pub sensor_hz: Vec<Hz>,
-    /// How many messages `/obs` and `/action` keep.
-    pub queue_depths: Vec<Depth>,
-    /// How often the policy decides.
-    pub control_hz: Vec<Hz>,
-    /// Starts.
+    /// Knobs, the slowest to change first.
+    pub axes: Vec<SweepAxis>,
+    /// Starts, which change fastest.
     pub seeds: Vec<u64>,
 }
 
 /// One run of a sweep by what sets it apart from the others.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// The policy.
-    pub policy: PolicySpec,
-    /// How often the sensor publishes.
-    pub sensor_hz: Hz,
-    /// How many messages `/obs` and `/action` keep.
-    pub queue_depth: Depth,
-    /// How often the policy decides.
-    pub control_hz: Hz,
+    /// A value for each axis.
+    pub values: Vec<Arc<SweepValue>>,
     /// The start.
     pub seed: u64,
+}
+
+impl Cell {
+    /// The value on the axis called `axis`, as text.
+    pub fn value(&self, axis: &str) -> Option<&str> {
+        let value = self.values.iter().find(|value| value.axis == axis);
+        value.map(|value| value.text.as_str())
+    }
+}
+
+impl std::fmt::Display for Cell {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for value in &self.values {
+            write!(f, "{} {}, ", value.axis, value.text)?;
+        }
+        write!(f, "seed {}", self.seed)
+    }
 }
 
 /// A sweep that cannot be run.
@@ -77,26 +86,26 @@ pub struct Cell {
 pub enum SweepError {
     /// One of the lists has no value.
     #[error("a sweep without {0} has no runs: list at least one")]
-    Empty(&'static str),
+    Empty(String),
     /// There are too many combinations.
     #[error("{0} runs are too many for a sweep: list fewer values, {MAX_CELLS} runs at most")]
     TooMany(u128),
     /// Its runs would never end.
     #[error("the runs of a sweep must end: give them a duration")]
     Endless,
-    /// A policy cannot be had.
+    /// A message is set that the system does not take.
     #[error(transparent)]
-    Policy(#[from] PolicyError),
+    Setting(#[from] BuildError),
     /// A cell could not be set up.
-    #[error("{}: {source}", describe(cell))]
-    Setup {
+    #[error("{cell}: {source}")]
+    Build {
         /// Which.
         cell: Box<Cell>,
         /// Why.
-        source: SetupError,
+        source: BuildError,
     },
     /// A node of a cell failed.
-    #[error("{}: {source}", describe(cell))]
+    #[error("{cell}: {source}")]
     Fault {
         /// Which.
         cell: Box<Cell>,
@@ -105,28 +114,20 @@ pub enum SweepError {
     },
 }
 
-fn describe(cell: &Cell) -> String {
-    let Cell {
-        policy,
-        sensor_hz,
-        queue_depth,
-        control_hz,
-        seed,
-    } = cell;
-    format!("{policy}, sensor {sensor_hz}, control {control_hz}, depth {queue_depth}, seed {seed}")
-}
-
 impl Sweep {
-    /// The one run that `base` is, for its lists to be replaced.
-    pub fn of(base: Config) -> Self {
+    /// The one run that `base` is, for lists to be added.
+    pub fn of(system: Arc<dyn System>, base: Config) -> Self {
         Self {
-            policies: vec![base.policy.clone()],
-            sensor_hz: vec![base.sensor_hz],
-            queue_depths: vec![base.queue_depth],
-            control_hz: vec![base.control_hz],
+            system,
+            axes: Vec::new(),
             seeds: vec![base.seed],
             base,
         }
+    }
+
+    /// The axis called `name`.
+    pub fn axis(&self, name: &str) -> Option<&SweepAxis> {
+        self.axes.iter().find(|axis| axis.name == name)
     }
 
     /// How many runs it is.
@@ -134,15 +135,11 @@ impl Sweep {
     /// # Errors
     /// [`SweepError`] if it is none, more than [`MAX_CELLS`], or without end.
     pub fn cells(&self) -> Result<usize, SweepError> {
-        let lists = [
-            ("policies", self.policies.len()),
-            ("sensor rates", self.sensor_hz.len()),
-            ("queue depths", self.queue_depths.len()),
-            ("control rates", self.control_hz.len()),
-            ("seeds", self.seeds.len()),
-        ];
+        let axes = self.axes.iter();
+        let axes = axes.map(|axis| (axis.name.as_str(), axis.values.len()));
+        let lists: Vec<_> = axes.chain([("seeds", self.seeds.len())]).collect();
         if let Some((name, _)) = lists.iter().find(|(_, values)| *values == 0) {
-            return Err(SweepError::Empty(name));
+            return Err(SweepError::Empty((*name).to_owned()));
         }
         if self.base.end == Time::MAX {
             return Err(SweepError::Endless);
@@ -154,45 +151,59 @@ impl Sweep {
             .ok_or(SweepError::TooMany(cells))
     }
 
-    /// Cell number `index`, counted from zero. The seed changes fastest, then
-    /// the control rate, the depth, the sensor's rate and the policy.
+    /// Cell number `index`, counted from zero. The seed changes fastest, then the
+    /// last axis, the first one slowest.
     pub fn cell(&self, index: usize) -> Option<Cell> {
         let mut rest = index;
-        let cell = Cell {
-            seed: turn(&self.seeds, &mut rest)?,
-            control_hz: turn(&self.control_hz, &mut rest)?,
-            queue_depth: turn(&self.queue_depths, &mut rest)?,
-            sensor_hz: turn(&self.sensor_hz, &mut rest)?,
-            policy: turn(&self.policies, &mut rest)?,
-        };
-        (rest == 0).then_some(cell)
-    }
-
-    /// Every policy that its runs need.
-    pub(super) fn needed_policies(&self) -> impl Iterator<Item = &PolicySpec> {
-        self.policies.iter().chain(self.base.knob_policies())
+        let seed = *turn(&self.seeds, &mut rest)?;
+        let values = self.axes.iter().rev();
+        let values = values.map(|axis| turn(&axis.values, &mut rest).cloned());
+        let mut values = values.collect::<Option<Vec<_>>>()?;
+        values.reverse();
+        (rest == 0).then_some(Cell { values, seed })
     }
 
     /// The run that `cell` is.
     pub fn config(&self, cell: &Cell) -> Config {
-        Config {
+        let mut config = Config {
             seed: cell.seed,
             clock: ClockKind::Virtual,
             speed: Speed::Unlimited,
-            sensor_hz: cell.sensor_hz,
-            control_hz: cell.control_hz,
-            queue_depth: cell.queue_depth,
-            policy: cell.policy.clone(),
             think: Duration::ZERO,
             ..self.base.clone()
+        };
+        let knobs = cell.values.iter().flat_map(|value| &value.knobs);
+        config.setup.extend(knobs.cloned());
+        config
+    }
+
+    /// The same sweep, its messages in the form in which they are recorded; see
+    /// [`System::resolve`]. What they name is read once, before the first run.
+    fn resolved(&self) -> Result<Self, BuildError> {
+        let mut resolved = self.clone();
+        let Some(first) = self.cell(0) else {
+            return Ok(resolved);
+        };
+        // What an axis sets in its place is not read.
+        resolved.base = self.config(&first).resolved(&*self.system)?;
+        let axes = resolved.axes.iter_mut();
+        let messages = axes.filter(|axis| axis.kind == KnobKind::Send);
+        for value in messages.flat_map(|axis| &mut axis.values) {
+            let mut config = resolved.base.clone();
+            config.setup.extend(value.knobs.iter().cloned());
+            let setup = config.resolved(&*self.system)?.setup;
+            let knobs = setup.iter();
+            let knobs = knobs.filter(|knob| value.knobs.iter().any(|of| of.is_of(knob)));
+            Arc::make_mut(value).knobs = knobs.cloned().collect();
         }
+        Ok(resolved)
     }
 
     /// Runs one cell.
-    fn execute(&self, cell: &Cell, cache: &PolicyCache) -> Result<CellResult, SweepError> {
+    fn execute(&self, cell: &Cell) -> Result<CellResult, SweepError> {
         let which = || Box::new(cell.clone());
-        let experiment = Experiment::with_cache(&self.config(cell), cache.clone());
-        let experiment = experiment.map_err(|source| SweepError::Setup {
+        let experiment = Experiment::new(self.system.clone(), &self.config(cell));
+        let experiment = experiment.map_err(|source| SweepError::Build {
             cell: which(),
             source,
         })?;
@@ -207,8 +218,8 @@ impl Sweep {
 
 /// The value of `list` that `rest` selects, and in `rest` what is left to
 /// select from slower lists; like reading a digit of a number.
-fn turn<T: Clone>(list: &[T], rest: &mut usize) -> Option<T> {
+fn turn<'l, T>(list: &'l [T], rest: &mut usize) -> Option<&'l T> {
     let digit = rest.checked_rem(list.len())?;
     *rest /= list.len();
-    list.get(digit).cloned()
+    list.get(digit)
 }

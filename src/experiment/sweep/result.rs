@@ -1,53 +1,48 @@
-//! What the cells of a sweep came to.
+//! The results of a sweep's cells.
 
 use super::{Cell, Sweep};
-use crate::{
-    experiment::{Summary, Verdict},
-    runtime::Time,
-};
+use crate::{experiment::Summary, runtime::Time, system::Verdict};
 
-/// What one cell came to: of a [`Summary`] what a map or a table shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The result of one cell: of a [`Summary`] what a map or a table shows.
+#[derive(Clone, Debug, PartialEq)]
 pub struct CellResult {
-    /// How the run ended.
+    /// The verdict of the run.
     pub verdict: Verdict,
-    /// Control steps that the plant made.
+    /// Steps of the plant.
     pub steps: u64,
     /// Run time at the end.
     pub sim_time: Time,
-    /// Mean sense→act latency (s); `None` if no action arrived.
+    /// Mean of the latency that matters (s); `None` if it was never measured.
     pub mean_latency_s: Option<f64>,
-    /// Messages lost unread on `/obs`.
-    pub obs_dropped: u64,
-    /// Messages lost unread on `/action`.
-    pub action_dropped: u64,
-    /// The pole's angle at the end (rad).
-    pub final_pole_angle: f64,
+    /// Messages lost unread, for each topic that a node reads.
+    pub dropped: Vec<u64>,
+    /// The newest state of the plant.
+    pub state: Box<[f64]>,
 }
 
 impl From<&Summary> for CellResult {
     fn from(summary: &Summary) -> Self {
+        let read = summary.topics.iter().filter(|topic| topic.read);
         Self {
             verdict: summary.verdict,
             steps: summary.steps,
             sim_time: summary.sim_time,
             mean_latency_s: summary.latency.mean_s(),
-            obs_dropped: summary.obs.dropped,
-            action_dropped: summary.action.dropped,
-            final_pole_angle: summary.final_pole_angle,
+            dropped: read.map(|topic| topic.dropped).collect(),
+            state: summary.state.clone().into(),
         }
     }
 }
 
-/// A sweep and what came of it, all of it or as far as it went.
-#[derive(Clone, Debug)]
+/// A sweep and its results, all of them or as far as it went.
+#[derive(Clone)]
 pub struct Swept {
     pub(super) sweep: Sweep,
     pub(super) outcomes: Vec<Option<CellResult>>,
 }
 
 impl Swept {
-    /// What was swept.
+    /// The sweep.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
@@ -63,7 +58,7 @@ impl Swept {
         self.outcomes.iter().all(Option::is_some)
     }
 
-    /// How often the pole stayed up, for everything but the seed: in the order
+    /// How often a run was not lost, for everything but the seed: in the order
     /// of the sweep, one figure for all seeds.
     pub fn survival(&self) -> impl Iterator<Item = Survival> {
         let seeds = self.sweep.seeds.len().max(1);
@@ -73,26 +68,26 @@ impl Swept {
             Some(Survival {
                 cell: self.sweep.cell(group * seeds)?,
                 runs: finished.clone().count(),
-                balanced: finished.filter(|o| o.verdict.balanced()).count(),
+                held: finished.filter(|result| !result.verdict.is_lost()).count(),
             })
         })
     }
 }
 
-/// How often the pole stayed up over the seeds of a sweep.
+/// How often a run was not lost, over the seeds of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survival {
     /// The first of the cells that were counted; the others differ in the seed.
     pub cell: Cell,
     /// Runs that were made.
     pub runs: usize,
-    /// Runs whose pole was up to the end.
-    pub balanced: usize,
+    /// Runs that were not lost.
+    pub held: usize,
 }
 
 impl Survival {
-    /// Balanced runs as a share of all; `None` if none was made.
+    /// Runs that were not lost as a share of all; `None` if none was made.
     pub fn share(&self) -> Option<f64> {
-        (self.runs > 0).then(|| self.balanced as f64 / self.runs as f64)
+        (self.runs > 0).then(|| self.held as f64 / self.runs as f64)
     }
 }

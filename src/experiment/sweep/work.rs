@@ -10,7 +10,6 @@ use std::{
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{Cell, CellResult, Sweep, SweepError, Swept};
-use crate::policy::PolicyCache;
 
 /// Finished cells that may wait for the caller to look at them.
 const WAITING: usize = 1_024;
@@ -20,13 +19,12 @@ pub fn all_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// A cell, its number, and what it came to.
+/// A cell, its number, and its result.
 type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 
 /// What the threads of a sweep share.
-struct Work<'a> {
-    sweep: &'a Sweep,
-    cache: PolicyCache,
+struct Work {
+    sweep: Sweep,
     cells: usize,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -45,27 +43,10 @@ impl Sweep {
         threads: NonZeroUsize,
         finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
-        self.run_with(PolicyCache::default(), threads, finished)
-    }
-
-    /// The same with policies that were read before.
-    ///
-    /// # Errors
-    /// [`SweepError`] as for [`run`](Self::run).
-    pub fn run_with(
-        &self,
-        cache: PolicyCache,
-        threads: NonZeroUsize,
-        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
-    ) -> Result<Swept, SweepError> {
         let cells = self.cells()?;
-        for policy in self.needed_policies() {
-            cache.fetch(policy)?;
-        }
         let work = Work {
-            sweep: self,
+            sweep: self.resolved()?,
             cells,
-            cache,
             next: AtomicUsize::new(0),
             stop: AtomicBool::new(false),
         };
@@ -81,14 +62,14 @@ impl Sweep {
     }
 }
 
-impl Work<'_> {
+impl Work {
     /// Takes cells one by one until there are no more.
     fn run(&self, done: &Sender<FinishedCell>) {
         while !self.stopped() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let cell = self.sweep.cell(index).filter(|_| index < self.cells);
             let Some(cell) = cell else { return };
-            let outcome = self.sweep.execute(&cell, &self.cache);
+            let outcome = self.sweep.execute(&cell);
             if done.send((index, cell, outcome)).is_err() {
                 return; // The caller panicked.
             }
@@ -110,8 +91,9 @@ impl Work<'_> {
         for (index, cell, outcome) in done {
             let go_on = match outcome {
                 Ok(outcome) => {
+                    let go_on = !self.stopped() && finished(&cell, &outcome).is_continue();
                     outcomes[index] = Some(outcome);
-                    !self.stopped() && finished(&cell, &outcome).is_continue()
+                    go_on
                 }
                 Err(error) => {
                     failed.get_or_insert(error);

@@ -24,6 +24,7 @@ use super::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     inbox::Inbox,
+    knob::Knob,
     node::Fault,
     telemetry::EventKind,
     time::Time,
@@ -115,7 +116,7 @@ fn obey(
     at: Time,
 ) -> Option<ClockExit> {
     let was = match command {
-        Command::SetDepth { topic, depth } => match control.set_depth(topic, *depth, at) {
+        Command::Set(Knob::Depth { topic, depth }) => match control.set_depth(topic, *depth, at) {
             Ok(before) => Some(before.to_string()),
             Err(reason) => return refuse(control, command, at, &reason),
         },
@@ -141,8 +142,7 @@ fn obey(
             return refuse(control, command, at, "it runs under that clock already");
         }
         Command::Step
-        | Command::SetRate { .. }
-        | Command::Send { .. }
+        | Command::Set(Knob::Rate { .. } | Knob::Send { .. })
         | Command::HandOver(_)
         | Command::Stop => None,
     };

@@ -7,6 +7,7 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
+    knob::Knob,
     node::{Fault, Tick},
     scheduled_node::ScheduledNode,
     sync::Instant,
@@ -194,7 +195,7 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::SetRate { .. } => self.queue = EventQueue::new(&self.graph.nodes),
+            Command::Set(Knob::Rate { .. }) => self.queue = EventQueue::new(&self.graph.nodes),
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
             }
@@ -266,7 +267,9 @@ mod tests {
     use crossbeam_channel::Sender;
 
     use super::*;
-    use crate::runtime::{command::TimedCommand, node::GO_ON, telemetry::Event, time::Hz};
+    use crate::runtime::{
+        command::TimedCommand, knob::Knob, node::GO_ON, telemetry::Event, time::Hz,
+    };
 
     type Ticks = Vec<(&'static str, Time)>;
 
@@ -289,10 +292,10 @@ mod tests {
     /// A graph as the real clock may hand it over: run time has passed what `a` and
     /// `b` are due at, and has come to what `c` is due at.
     fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
-        let slower = Command::SetRate {
+        let slower = Command::Set(Knob::Rate {
             node: "b".to_owned(),
             hz: hz(7.0),
-        };
+        });
         if given == Given::First {
             commander.send(slower.clone()).expect("open");
         }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::runtime::{
     command::{Command, TimedCommand},
+    knob::TimedKnob,
     sync::{Mutex, lock},
     time::Time,
 };
@@ -101,19 +102,32 @@ impl EventLog {
 }
 
 impl Event {
+    /// The command that took effect, if one did.
+    pub fn applied(&self) -> Option<&Command> {
+        match &self.what {
+            EventKind::Applied { command, .. } => Some(command),
+            _ => None,
+        }
+    }
+
+    /// The knob that was turned, and when, if one was.
+    pub fn knob(&self) -> Option<TimedKnob> {
+        match self.applied()? {
+            Command::Set(knob) => Some(TimedKnob {
+                at: self.at,
+                knob: knob.clone(),
+            }),
+            _ => None,
+        }
+    }
+
     /// The event as a command to give again, if it changed what the graph
     /// computes: a run on the virtual clock with the same configuration and
     /// these commands is the same run.
     pub fn replayable(&self) -> Option<TimedCommand> {
         match &self.what {
             EventKind::Applied { command, .. }
-                if matches!(
-                    command,
-                    Command::SetRate { .. }
-                        | Command::SetDepth { .. }
-                        | Command::Send { .. }
-                        | Command::Stop
-                ) =>
+                if matches!(command, Command::Set(_) | Command::Stop) =>
             {
                 Some(TimedCommand {
                     at: self.at,

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::runtime::{
     command::Command,
+    knob::Knob,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -131,13 +132,13 @@ impl ReplayCounters {
     fn apply(&mut self, at: Time, command: &Command) {
         let mut status = lock(&self.shared.status);
         match command {
-            Command::SetRate { node, hz } => {
+            Command::Set(Knob::Rate { node, hz }) => {
                 let known = self.nodes.iter().find(|n| *n.entry.name == **node);
                 if let Some(node) = known {
                     node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
                 }
             }
-            Command::SetDepth { topic, depth } => {
+            Command::Set(Knob::Depth { topic, depth }) => {
                 let known = self.topics.iter_mut().find(|t| *t.entry.name == **topic);
                 if let Some(topic) = known {
                     let counters = &topic.entry.counters;
@@ -151,7 +152,7 @@ impl ReplayCounters {
             Command::Resume => status.paused = false,
             Command::Speed(speed) => status.speed = *speed,
             Command::HandOver(clock) => status.clock = *clock,
-            Command::Send { .. } | Command::Stop => {}
+            Command::Set(Knob::Send { .. }) | Command::Stop => {}
         }
     }
 }

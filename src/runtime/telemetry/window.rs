@@ -31,12 +31,16 @@ impl RateWindow {
         self.count_many(stamp, 1);
     }
 
-    /// Counts so many events at `stamp`.
+    /// Counts so many events at `stamp`, which may be earlier than another one.
     pub(crate) fn count_many(&self, stamp: Time, events: u32) {
         let number = slice_number(stamp);
         let slice = &self.slices[node(number)];
         let word = slice.load(Ordering::Relaxed);
-        let before = if word >> 32 == number { word as u32 } else { 0 };
+        let before = match word >> 32 {
+            held if held > number => return, // Too long ago to be kept.
+            held if held == number => word as u32,
+            _ => 0,
+        };
         let count = number << 32 | u64::from(before.saturating_add(events));
         slice.store(count, Ordering::Relaxed);
     }

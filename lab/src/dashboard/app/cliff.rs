@@ -1,5 +1,7 @@
 //! The cliff map over the dashboard.
 
+use std::fmt::Display;
+
 use ratelab::experiment::Config;
 
 use super::App;
@@ -14,9 +16,17 @@ impl App {
 
     /// Begins a new map where the conditions are no longer those of the old one.
     fn follow_conditions(&mut self) {
-        let config = &self.config;
-        if self.map.as_ref().is_none_or(|map| !map.is_of(config)) {
-            self.map = Some(CliffMap::around(config));
+        let (config, node) = (self.wanted(), &self.knob_focus.node);
+        if self
+            .map
+            .as_ref()
+            .is_some_and(|map| map.is_of(node, &config))
+        {
+            return;
+        }
+        match CliffMap::around(&self.setup.system, &self.graph(), node, &config) {
+            Ok(map) => self.map = Some(map),
+            Err(error) => self.no_map(error),
         }
     }
 
@@ -28,11 +38,15 @@ impl App {
         match self.map.as_mut().map_or(Ok(false), CliffMap::follow) {
             Ok(new) => new && self.mapping,
             Err(error) => {
-                (self.map, self.mapping) = (None, false);
-                self.notify(format!("no map: {error}"));
+                self.no_map(error);
                 true
             }
         }
+    }
+
+    fn no_map(&mut self, why: impl Display) {
+        (self.map, self.mapping) = (None, false);
+        self.notify(format!("no map: {why}"));
     }
 
     /// The map, if it is open.
@@ -50,13 +64,15 @@ impl App {
             MapAction::Seed(direction) => map.move_seed(direction),
             MapAction::Close => self.mapping = false,
             MapAction::Run => {
-                let (control_hz, seed) = map.chosen();
+                let (rate, seed) = map.chosen();
+                let knobs = rate.knobs.clone();
                 self.mapping = false;
-                return self.restart(Config {
-                    control_hz,
+                let mut config = Config {
                     seed,
-                    ..self.config.clone()
-                });
+                    ..self.wanted()
+                };
+                config.setup.extend(knobs);
+                return self.restart(config);
             }
         }
         Ok(())

@@ -15,6 +15,9 @@ const BY_HAND: f64 = 0.2;
 impl App {
     /// Opens the list, or judges the rescue that is being tried.
     pub(super) fn open_exercises(&mut self) {
+        if !self.setup.course {
+            return self.notify("there are no exercises for this system");
+        }
         self.panel = Some(match self.judged() {
             Some(panel) => panel,
             None => ExercisePanel::new(),

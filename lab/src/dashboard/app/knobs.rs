@@ -1,66 +1,111 @@
 //! Turning knobs: by the preset, by an exact value, and as the timed ones do.
 
-use std::mem::discriminant;
+use std::fmt::Display;
 
-use crossterm::event::{KeyCode, KeyEvent};
+use crossterm::event::KeyEvent;
 use ratelab::{
-    experiment::{BROKEN_HZ, Config, Knob},
-    policy::PolicyCache,
-    runtime::{
-        Depth, Hz,
-        telemetry::{Event, EventKind},
-    },
+    experiment::{Config, Experiment},
+    runtime::{Knob, KnobKind, telemetry::Event},
+    system::KnobText,
 };
 
 use super::App;
 use crate::dashboard::{
     presets::{self, Direction},
+    prompt::{Typed, Vocabulary},
     sampler::RunSource,
+    settings::listed,
 };
 
 impl App {
-    pub(super) fn turn_control_rate(&mut self, direction: Direction) {
-        let current = self.config.control_hz.get();
-        match presets::next(&presets::RATES, current, direction) {
-            Some(hz) => self.turn_to_hz(hz, Knob::ControlHz),
-            None => self.at_end("control rate", direction, self.config.control_hz),
+    /// Turns the rate of the node in focus.
+    pub(super) fn turn_rate(&mut self, direction: Direction) {
+        self.turn_rate_of(&self.knob_focus.node.clone(), direction);
+    }
+
+    /// Turns the rate that the second alias of one is of.
+    pub(super) fn turn_second_rate(&mut self, direction: Direction) {
+        match self.second_node() {
+            Some(node) => self.turn_rate_of(node, direction),
+            None => self.notify("this system has no second rate: ↑ ↓ choose another node"),
         }
     }
 
-    pub(super) fn turn_sensor_rate(&mut self, direction: Direction) {
-        let current = self.config.sensor_hz.get();
-        match presets::next(&presets::RATES, current, direction) {
-            Some(hz) => self.turn_to_hz(hz, Knob::SensorHz),
-            None => self.at_end("sensor rate", direction, self.config.sensor_hz),
-        }
+    pub(super) fn second_node(&self) -> Option<&'static str> {
+        let aliases = self.system().aliases().iter();
+        let mut rates = aliases.filter(|alias| alias.kind() == KnobKind::Rate);
+        let (_, node) = rates.nth(1)?.knobs.first()?;
+        Some(node)
     }
 
+    fn turn_rate_of(&mut self, node: &str, direction: Direction) {
+        let runs = self.graph().node(node).map(|node| node.hz);
+        let Some(hz) = self.knobs.wanted().rate(node).or(runs) else {
+            return;
+        };
+        self.turn_to_preset(
+            KnobKind::Rate,
+            &[node.to_owned()],
+            (&presets::RATES, hz.get()),
+            direction,
+            hz,
+        );
+    }
+
+    /// Turns the depths of the topics in focus, all to one value.
     pub(super) fn turn_depth(&mut self, direction: Direction) {
-        let current = self.config.queue_depth.get() as f64;
-        match presets::next(&presets::DEPTHS, current, direction)
-            .map(|depth| Depth::new(depth as usize))
-        {
-            Some(Ok(depth)) => self.turn(Knob::QueueDepth(depth)),
-            _ => self.at_end("queue depth", direction, self.config.queue_depth),
+        let topics = self.knob_focus.topics.clone();
+        let Some(first) = topics.first() else {
+            return self.notify("this system has no topic that is read");
+        };
+        let wanted = self.knobs.wanted().depth(first).map(|depth| depth.get());
+        let runs = || self.graph().topic(first).map(|topic| topic.depth);
+        let Some(depth) = wanted.or_else(runs) else {
+            return;
+        };
+        let current = (&presets::DEPTHS[..], depth as f64);
+        self.turn_to_preset(KnobKind::Depth, &topics, current, direction, depth);
+    }
+
+    fn turn_to_preset(
+        &mut self,
+        kind: KnobKind,
+        targets: &[String],
+        (presets, current): (&[f64], f64),
+        direction: Direction,
+        shown: impl Display,
+    ) {
+        let Some(value) = presets::next(presets, current, direction) else {
+            let what = format!("the {} of {}", kind.name(), targets.join(" and "));
+            return self.at_end(&what, direction, shown);
+        };
+        let value = value.to_string();
+        let knobs = targets.iter().map(|target| kind.set(target, &value));
+        match knobs.collect() {
+            Ok(knobs) => self.turn(knobs),
+            Err(error) => self.notify(error.to_string()),
         }
     }
 
     pub(super) fn break_it(&mut self) {
-        if self.config.control_hz.get() == BROKEN_HZ {
-            self.notify(format!(
-                "it is broken already: the policy decides {BROKEN_HZ} times a second"
-            ));
-        } else {
-            self.turn_to_hz(BROKEN_HZ, Knob::ControlHz);
+        let Some(broken) = self.system().broken() else {
+            return self.notify("this system has no knob that is known to break it");
+        };
+        match KnobText(self.system().aliases()).parse(broken) {
+            Ok(knobs) if knobs.iter().all(|knob| self.is_at(knob)) => {
+                self.notify(format!("it is broken already: {broken}"));
+            }
+            Ok(knobs) => self.turn(knobs),
+            Err(error) => self.notify(error.to_string()),
         }
     }
 
-    pub(super) fn at_end(
-        &mut self,
-        what: &str,
-        direction: Direction,
-        value: impl std::fmt::Display,
-    ) {
+    /// Whether `knob` is turned to its value already.
+    fn is_at(&self, knob: &Knob) -> bool {
+        self.knobs.wanted().iter().any(|turned| turned == knob)
+    }
+
+    pub(super) fn at_end(&mut self, what: &str, direction: Direction, value: impl Display) {
         let end = if direction == Direction::Up {
             "highest"
         } else {
@@ -69,25 +114,68 @@ impl App {
         self.notify(format!("{what} is at its {end}, {value}"));
     }
 
-    fn turn_to_hz(&mut self, hz: f64, knob: fn(Hz) -> Knob) {
-        if let Ok(hz) = Hz::new(hz) {
-            self.turn(knob(hz));
+    /// Turns knobs, or prints why that cannot be.
+    pub(super) fn turn(&mut self, knobs: Vec<Knob>) {
+        if let Err(reason) = self.try_to_turn(knobs) {
+            self.notify(reason);
         }
     }
 
-    /// Turns a knob of the running graph; the next session starts with it.
-    pub(super) fn turn(&mut self, knob: Knob) {
+    /// Turns knobs of the running graph; the next session starts with them.
+    ///
+    /// # Errors
+    /// What is allowed, if one of them is not; none is turned then.
+    fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+        let knobs = knobs.into_iter().map(|knob| self.checked(knob));
+        let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
         if self.ended() {
-            self.notify(format!(
-                "the run is over: {knob} counts from the next one, r starts it"
-            ));
-        } else {
-            for command in knob.commands() {
-                self.session.send(command);
-            }
+            return self.turn_for_the_next(knobs);
         }
-        self.pressed.push_back(knob);
-        self.settle();
+        for knob in knobs {
+            self.session.send(knob.clone().into());
+            self.knobs.press(knob);
+        }
+        Ok(())
+    }
+
+    fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+        let mut next = self.wanted();
+        next.setup.extend(knobs.iter().cloned());
+        // No graph runs that could refuse them.
+        let built = Experiment::new(self.setup.system.clone(), &next);
+        built.map_err(|error| error.to_string())?;
+        let turned = listed(self.system(), &knobs);
+        knobs.into_iter().for_each(|knob| self.knobs.set(knob));
+        self.notify(format!(
+            "the run is over: {turned} counts from the next one, r starts it"
+        ));
+        Ok(())
+    }
+
+    /// `knob` as it can be sent to the graph.
+    fn checked(&self, knob: Knob) -> Result<Knob, String> {
+        let graph = self.graph();
+        let (what, known): (_, Vec<&str>) = match knob.kind() {
+            KnobKind::Rate | KnobKind::Send => {
+                ("node", graph.nodes.iter().map(|node| &*node.name).collect())
+            }
+            KnobKind::Depth => (
+                "topic",
+                graph.topics.iter().map(|topic| &*topic.name).collect(),
+            ),
+        };
+        if !known.contains(&knob.target()) {
+            let (target, known) = (knob.target(), known.join(", "));
+            return Err(format!("there is no {what} {target:?}: expected {known}"));
+        }
+        match knob {
+            Knob::Send { node, text } => {
+                let (seed, setup) = (self.config.seed, self.knobs.wanted());
+                let text = self.system().resolve(seed, &setup, &node, &text)?;
+                Ok(Knob::Send { node, text })
+            }
+            other => Ok(other),
+        }
     }
 
     /// Keeps up with what happened.
@@ -98,93 +186,51 @@ impl App {
         }
     }
 
-    /// Follows what the graph did with a knob, be it one that a key turned or one
-    /// that was given its time up front.
+    /// Follows what the graph did with a knob.
     pub(super) fn follow(&mut self, event: &Event) {
-        let (command, refused) = match &event.what {
-            EventKind::Applied { command, .. } => (command, None),
-            EventKind::Refused { command, reason } => (command, Some(reason)),
-            _ => return,
-        };
-        let Some(knob) = Knob::of(command) else {
-            return;
-        };
-        let pressed = self.answered(&knob);
-        match refused {
-            None => set(&mut self.running, knob),
-            // A policy that was there when a key asked for it may be gone by now.
-            Some(reason) if pressed => self.notify(reason.clone()),
-            Some(_) => {}
+        if let Some(refusal) = self.knobs.follow(event) {
+            self.notify(refusal);
         }
-        self.settle();
     }
 
-    /// Takes `knob` from those that wait for an answer, if it is the first of its
-    /// kind there. A timed knob of the same value may be taken for it: the one that
-    /// a key turned then comes later, and sets that value all the same.
-    fn answered(&mut self, knob: &Knob) -> bool {
-        let mut pressed = self.pressed.iter();
-        let first = pressed.position(|other| discriminant(other) == discriminant(knob));
-        let first = first.filter(|index| self.pressed[*index] == *knob);
-        first.and_then(|index| self.pressed.remove(index)).is_some()
-    }
-
-    /// What the person wants is what runs, and what is on its way to it.
-    fn settle(&mut self) {
-        let running = self.running.clone();
-        self.config = Config {
-            control_hz: running.control_hz,
-            sensor_hz: running.sensor_hz,
-            queue_depth: running.queue_depth,
-            policy: running.policy,
-            ..self.config.clone()
-        };
-        for knob in &self.pressed {
-            set(&mut self.config, knob.clone());
-        }
+    pub(super) fn open_prompt(&mut self) {
+        self.prompt.open();
+        self.typing = true;
     }
 
     /// Types into the prompt; Enter turns the knob that was typed.
-    pub(super) fn edit(&mut self, key: &KeyEvent) {
-        let Some(prompt) = &mut self.prompt else {
-            return;
-        };
-        match key.code {
-            KeyCode::Esc => self.prompt = None,
-            KeyCode::Backspace => drop(prompt.pop()),
-            KeyCode::Char(character) => prompt.push(character),
-            KeyCode::Enter => {
-                let typed = self.prompt.take().unwrap_or_default();
-                match parse_knob(&typed, &self.setup.policies) {
-                    Ok(knob) => self.turn(knob),
-                    Err(reason) => self.notify(reason),
-                }
-            }
-            _ => {}
+    pub(super) fn type_key(&mut self, key: &KeyEvent) {
+        let mut prompt = std::mem::take(&mut self.prompt);
+        let typed = self.with_vocabulary(|words| prompt.key(key, words));
+        self.prompt = prompt;
+        match typed {
+            Typed::On => {}
+            Typed::Cancelled => self.typing = false,
+            Typed::Entered(text) => match self.enter(&text) {
+                Ok(()) => self.typing = false,
+                Err(reason) => self.prompt.refuse(reason),
+            },
         }
     }
-}
 
-fn set(config: &mut Config, knob: Knob) {
-    match knob {
-        Knob::ControlHz(hz) => config.control_hz = hz,
-        Knob::SensorHz(hz) => config.sensor_hz = hz,
-        Knob::QueueDepth(depth) => config.queue_depth = depth,
-        Knob::Policy(policy) => config.policy = policy,
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.system().aliases()).parse(text);
+        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
+    }
+
+    pub(super) fn with_vocabulary<T>(&self, look: impl FnOnce(&Vocabulary<'_>) -> T) -> T {
+        look(&Vocabulary {
+            system: self.system(),
+            graph: &self.graph(),
+            choices: &self.choices,
+        })
     }
 }
 
-/// A knob as it is typed: a name and a value.
-fn parse_knob(typed: &str, cache: &PolicyCache) -> Result<Knob, String> {
-    let words: Vec<&str> = typed.split_whitespace().collect();
-    match words[..] {
-        [name, value] => match Knob::parse(name, value) {
-            Ok(Knob::Policy(policy)) => {
-                let pinned = cache.pin(&policy).map_err(|error| error.to_string())?;
-                Ok(Knob::Policy(pinned))
-            }
-            parsed => parsed.map_err(|error| error.to_string()),
-        },
-        _ => Err("expected a knob and a value, such as control-hz 7.5 or queue-depth 3".to_owned()),
+/// A session's own timed knobs are done once; they do not start again with it.
+pub(super) fn without_knobs(config: Config) -> Config {
+    Config {
+        knobs: Vec::new(),
+        ..config
     }
 }

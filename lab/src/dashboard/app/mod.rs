@@ -1,24 +1,25 @@
 //! The state of the dashboard, and what the keys do to it.
 
+mod choices;
 mod cliff;
 mod exercises;
 mod knobs;
-mod policies;
 #[cfg(test)]
 mod probe;
 mod recording;
 mod restart;
 mod time;
 
-use std::{collections::VecDeque, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
-    experiment::{Config, Knob},
-    policy::PolicySpec,
-    runtime::{Command, Time, telemetry::Event},
+    experiment::Config,
+    runtime::{Command, Snapshot, Time, telemetry::Event},
+    system::System,
 };
 
+use knobs::without_knobs;
 use restart::Next;
 
 use super::{
@@ -29,9 +30,12 @@ use super::{
     frame::{FrameData, Trace},
     history::FrameHistory,
     keys::{LAB, LabAction, MAP},
+    knob_focus::KnobFocus,
+    knobs::Knobs,
     marks::{TRACE_S, marks},
     model::Model,
     presets::Direction,
+    prompt::Prompt,
     sampler::{RunSource, Sampler},
     session::{Session, SessionResult, Setup},
     view::{Footer, ScreenState, StatusExtra},
@@ -41,14 +45,14 @@ use crate::recording::{Destination, RecordError, Recorded, Recorder};
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.
 pub struct App {
-    /// The settings that the person wants, which are those of the next session.
+    /// The settings of the next session, but for its knobs.
     config: Config,
-    /// The settings that the graph runs with, as far as its events tell.
-    running: Config,
-    /// Knobs that keys turned and the graph has not answered yet, oldest first.
-    pressed: VecDeque<Knob>,
+    /// The knobs that were turned, and are those of the next session.
+    knobs: Knobs,
+    /// The node and the topics whose knobs keys turn.
+    knob_focus: KnobFocus,
     /// What p and P go through.
-    policies: Vec<PolicySpec>,
+    choices: Vec<String>,
     /// Whether the person wants run time to stand still; the clock may not have
     /// heard of it yet.
     pause: bool,
@@ -87,8 +91,10 @@ pub struct App {
     pub zoomed: bool,
     /// Whether the keys are shown.
     pub help: bool,
-    /// What is being typed, if something is.
-    pub prompt: Option<String>,
+    /// The line in which a knob is typed.
+    prompt: Prompt,
+    /// Whether it is open.
+    typing: bool,
     /// The last thing that the dashboard itself had to say.
     pub notice: Option<String>,
     /// Whether to leave.
@@ -105,29 +111,20 @@ impl App {
         let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
         Ok(Self {
-            destination,
-            record: setup.record.is_some(),
-            ..Self::watching(session, setup)
-        })
-    }
-
-    /// Watches a session that has started already.
-    pub fn watching(session: Session, setup: Setup) -> Self {
-        Self {
-            policies: policies::available(session.config()),
+            choices: choices::available(session.system(), session.config()),
             config: without_knobs(session.config().clone()),
-            running: without_knobs(session.config().clone()),
-            pressed: VecDeque::new(),
+            knobs: Knobs::new(session.config().setup.clone()),
+            knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
             pause: false,
             events: Vec::new(),
             session,
             next: None,
             resting: false,
-            setup,
             sampler: Sampler::default(),
             history: FrameHistory::default(),
-            destination: Destination::default(),
-            record: false,
+            destination,
+            record: setup.record.is_some(),
+            setup,
             completing: Vec::new(),
             recorded: Vec::new(),
             unrecorded: None,
@@ -139,10 +136,11 @@ impl App {
             focus: Pane::Graph,
             zoomed: false,
             help: false,
-            prompt: None,
+            prompt: Prompt::default(),
+            typing: false,
             notice: None,
             quit: false,
-        }
+        })
     }
 
     /// Which frame of how many is looked at; `None` live.
@@ -160,11 +158,12 @@ impl App {
         self.events.iter().filter(move |event| event.at <= now)
     }
 
-    /// The pole's angle until `now`, with marks where knobs were turned.
-    pub fn trace(&self, now: Time) -> Trace {
-        let mut trace = self.sampler.trace(now, TRACE_S);
-        trace.marks = marks(self.events(now), now);
-        trace
+    /// The settings that the person wants, which are those of the next session.
+    pub fn wanted(&self) -> Config {
+        Config {
+            setup: self.knobs.wanted(),
+            ..self.config.clone()
+        }
     }
 
     /// Ends the session in order: what it came to, and what became of recordings.
@@ -209,9 +208,16 @@ impl Model for App {
 
     fn screen(&self) -> Option<ScreenState<'_>> {
         let frame = self.frame.as_deref()?;
+        let system = self.system();
+        let trace = self.sampler.trace(system, frame.now, TRACE_S);
         Some(ScreenState {
+            system,
             frame,
-            trace: self.trace(frame.now),
+            trace: trace.map(|trace| Trace {
+                marks: marks(system, self.events(frame.now), frame.now),
+                ..trace
+            }),
+            knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
                 back: self.looking_back(),
@@ -223,11 +229,7 @@ impl Model for App {
             zoomed: self.zoomed,
             scrubber: None,
             map: self.open(),
-            footer: match &self.prompt {
-                Some(typed) => Footer::Prompt(typed),
-                None if self.mapping => Footer::Hints(MAP.hints()),
-                None => Footer::Hints(LAB.hints()),
-            },
+            footer: self.footer(),
             help: self.help.then(|| self.keys()),
             page: self.panel.as_ref().map(ExercisePanel::page),
             notice: self.notice.as_deref(),
@@ -242,8 +244,8 @@ impl Model for App {
             return Ok(());
         }
         self.notice = None;
-        if self.prompt.is_some() && !is_chord(key) {
-            self.edit(key);
+        if self.typing && !is_chord(key) {
+            self.type_key(key);
             return Ok(());
         }
         if self.help && action != Some(LabAction::Quit) {
@@ -266,8 +268,8 @@ impl Model for App {
     fn paste(&mut self, text: &str) {
         // A pasted line break is no Enter.
         let text = text.replace(char::is_control, " ");
-        if let Some(prompt) = &mut self.prompt {
-            prompt.push_str(&text);
+        if self.typing {
+            self.prompt.paste(&text);
         } else if let Some(panel) = &mut self.panel {
             panel.paste(&text);
         }
@@ -291,11 +293,20 @@ impl Model for App {
 impl App {
     fn act(&mut self, action: LabAction) -> Result<(), LabError> {
         match action {
-            LabAction::ControlRate(direction) => self.turn_control_rate(direction),
-            LabAction::SensorRate(direction) => self.turn_sensor_rate(direction),
+            LabAction::Rate(direction) => self.turn_rate(direction),
+            LabAction::SecondRate(direction) => self.turn_second_rate(direction),
             LabAction::Depth(direction) => self.turn_depth(direction),
+            LabAction::Node(direction) => {
+                let graph = self.graph();
+                self.knob_focus.move_node(&graph, direction);
+            }
+            LabAction::Topic(direction) => {
+                let graph = self.graph();
+                let system = self.session.system();
+                self.knob_focus.move_topic(system, &graph, direction);
+            }
             LabAction::Break => self.break_it(),
-            LabAction::Type => self.prompt = Some(String::new()),
+            LabAction::Type => self.open_prompt(),
             LabAction::Pause => self.pause(),
             LabAction::StepForward => self.step(),
             LabAction::StepBack => self.look_back(),
@@ -307,11 +318,12 @@ impl App {
             LabAction::Map => self.open_map(),
             LabAction::Record => self.toggle_recording(),
             LabAction::Exercises => self.open_exercises(),
-            LabAction::Restart => return self.restart(self.config.clone()),
+            LabAction::Restart => return self.restart(self.wanted()),
             LabAction::Seed(direction) => return self.change_seed(direction),
-            LabAction::Policy(direction) => self.change_policy(direction),
-            LabAction::NextPane => self.focus = self.focus.next(),
-            LabAction::Focus(pane) => self.focus = pane,
+            LabAction::Choice(direction) => self.choose(direction),
+            LabAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
+            LabAction::Focus(pane) if self.has(pane) => self.focus = pane,
+            LabAction::Focus(_) => self.notify("this system has nothing to show there"),
             LabAction::Zoom => self.zoomed = !self.zoomed,
             LabAction::Help => self.help = true,
             LabAction::Quit => return self.leave(),
@@ -321,8 +333,52 @@ impl App {
 
     /// The keys and what they do, those of the map first if it is open.
     fn keys(&self) -> Vec<(String, String)> {
-        let map = if self.mapping { MAP.rows() } else { Vec::new() };
-        map.into_iter().chain(LAB.rows()).collect()
+        let map = if self.mapping {
+            MAP.rows(|_| true)
+        } else {
+            Vec::new()
+        };
+        map.into_iter()
+            .chain(LAB.rows(|action| self.knows(*action)))
+            .collect()
+    }
+
+    fn footer(&self) -> Footer<'_> {
+        if self.typing {
+            Footer::Prompt {
+                typed: self.prompt.typed(),
+                refusal: self.prompt.refusal(),
+                hint: self.with_vocabulary(|words| words.hint()),
+            }
+        } else if self.mapping {
+            Footer::Hints(MAP.hints(|_| true))
+        } else {
+            Footer::Hints(LAB.hints(|action| self.knows(*action)))
+        }
+    }
+
+    /// Whether `action` can ever do anything here.
+    fn knows(&self, action: LabAction) -> bool {
+        match action {
+            LabAction::Exercises => self.setup.course,
+            LabAction::Break => self.system().broken().is_some(),
+            LabAction::Choice(_) => !self.choices.is_empty(),
+            LabAction::SecondRate(_) => self.second_node().is_some(),
+            _ => true,
+        }
+    }
+
+    fn system(&self) -> &dyn System {
+        self.session.system()
+    }
+
+    /// The graph and its counters as they are now.
+    fn graph(&self) -> Snapshot {
+        self.session.observer().read_counters()
+    }
+
+    fn has(&self, pane: Pane) -> bool {
+        self.screen().is_some_and(|screen| screen.has(pane))
     }
 
     fn notify(&mut self, notice: impl Into<String>) {
@@ -347,7 +403,7 @@ impl App {
         match next {
             Some(seed) => self.restart(Config {
                 seed,
-                ..self.config.clone()
+                ..self.wanted()
             }),
             None => {
                 self.at_end("seed", direction, seed);
@@ -360,12 +416,4 @@ impl App {
 /// Whether a key is held with Ctrl or Alt: such a key types nothing.
 fn is_chord(key: &KeyEvent) -> bool {
     !(key.modifiers - KeyModifiers::SHIFT).is_empty()
-}
-
-/// A session's own timed knobs are done once; they do not start again with it.
-fn without_knobs(config: Config) -> Config {
-    Config {
-        knobs: Vec::new(),
-        ..config
-    }
 }

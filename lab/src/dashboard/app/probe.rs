@@ -2,14 +2,11 @@
 
 use std::path::Path;
 
-use ratelab::{
-    experiment::{Config, Knob},
-    runtime::telemetry::Event,
-};
+use ratelab::runtime::{Knob, telemetry::Event};
 
 use super::App;
 use crate::{
-    dashboard::{frame::FrameData, session::Session},
+    dashboard::{frame::FrameData, knob_focus::KnobFocus, session::Session},
     recording::Destination,
 };
 
@@ -19,14 +16,30 @@ impl App {
         &self.session
     }
 
-    /// The settings that the person wants.
-    pub fn wanted(&self) -> &Config {
-        &self.config
+    /// Turns knobs as a key would.
+    pub fn turn_to(&mut self, knobs: Vec<Knob>) {
+        self.turn(knobs);
     }
 
-    /// Turns a knob as a key would.
-    pub fn turn_to(&mut self, knob: Knob) {
-        self.turn(knob);
+    /// Has the graph turn a knob, unchecked.
+    pub fn press_unchecked(&mut self, knob: Knob) {
+        self.session.send(knob.clone().into());
+        self.knobs.press(knob);
+    }
+
+    /// What is typed, if something is.
+    pub fn typed(&self) -> Option<&str> {
+        self.typing.then(|| self.prompt.typed())
+    }
+
+    /// What the prompt prints of its last entry.
+    pub fn refusal(&self) -> Option<&str> {
+        self.prompt.refusal()
+    }
+
+    /// The node and the topics whose knobs keys turn.
+    pub fn knob_focus(&self) -> &KnobFocus {
+        &self.knob_focus
     }
 
     /// Follows an event that the graph may tell.

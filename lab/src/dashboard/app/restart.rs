@@ -7,10 +7,11 @@ use std::{
 
 use ratelab::{experiment::Config, runtime::Command};
 
-use super::{App, LabError, policies::as_it_is_now, without_knobs};
+use super::{App, LabError, choices::as_it_is_now, knobs::without_knobs};
 use crate::{
     dashboard::{
         history::FrameHistory,
+        knobs::Knobs,
         sampler::{RunSource, Sampler},
         session::{Prepared, list},
     },
@@ -39,8 +40,8 @@ impl App {
         self.end_with(Next::Leave)
     }
 
-    /// Ends this session and starts one of `config`, with the policy as its file is
-    /// now. If that cannot be done, the notice says why, and this one goes on.
+    /// Ends this session and starts one of `config`, with files as they are now.
+    /// If that cannot be done, the notice says why, and this one goes on.
     pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
         self.start(config, false)
     }
@@ -62,7 +63,7 @@ impl App {
 
     fn prepared(&self, config: Config) -> Result<Prepared, String> {
         let config = Config {
-            policy: as_it_is_now(&config.policy, &self.setup.policies)?,
+            setup: as_it_is_now(self.system(), &config.setup),
             ..config
         };
         Prepared::new(&config, &self.setup).map_err(|error| error.to_string())
@@ -116,8 +117,7 @@ impl App {
         });
         self.session = prepared.begin(recorder);
         self.config = without_knobs(self.session.config().clone());
-        self.running = self.config.clone();
-        self.pressed.clear();
+        self.knobs = Knobs::new(self.config.setup.clone());
         self.sampler = Sampler::default();
         self.history = FrameHistory::default();
         self.events.clear();
@@ -125,7 +125,7 @@ impl App {
         // Without its recording a rescue cannot be judged.
         self.by_hand = by_hand && self.record;
         if self.by_hand {
-            self.notify("b slows the policy, ] brings it back, e judges");
+            self.notify("b breaks it, ] brings it back, e judges");
         }
         Ok(())
     }

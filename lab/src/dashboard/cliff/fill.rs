@@ -37,7 +37,7 @@ impl Fill {
         thread::spawn(move || {
             lower_priority();
             let swept = sweep.run(NonZeroUsize::MIN, |cell, outcome| {
-                let told = sender.send(Ok((cell.clone(), *outcome)));
+                let told = sender.send(Ok((cell.clone(), outcome.clone())));
                 if stopped.load(Ordering::Relaxed) || told.is_err() {
                     ControlFlow::Break(())
                 } else {

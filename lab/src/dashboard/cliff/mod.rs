@@ -1,31 +1,40 @@
-//! The cliff map: which control rates and which starts keep the pole up, under
-//! the conditions of the session.
+//! The cliff map: which rates of a node and which starts go well, under the
+//! conditions of the session.
 
 mod fill;
+
+use std::sync::Arc;
 
 use ratelab::{
     experiment::{
         Config,
-        sweep::{Cell, CellResult, Sweep, SweepError},
+        sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
     },
-    runtime::Hz,
+    runtime::{Hz, Knob, KnobKind, Snapshot},
+    system::{KnobText, Setup, System},
 };
 
-use super::presets::Direction;
+use super::{
+    presets::Direction,
+    settings::{first_alias, listed},
+};
 use fill::Fill;
 
-/// The control rates of the map (Hz): from 1 to this.
+/// How many rates the map has.
 const RATES: u32 = 30;
+
+/// The rates of the map are as many of these parts of the usual rate as there are
+/// rates: 1 Hz to 30 Hz where that is 50 Hz.
+const PARTS: f64 = 50.0;
 
 /// How many starts it has.
 const SEEDS: u64 = 100;
 
-/// Runs over control rates and seeds, as far as they are made, and a place
-/// among them.
+/// Runs over rates and seeds, as far as they are made, and a place among them.
 pub struct CliffMap {
     sweep: Sweep,
     /// In the order in which they are shown.
-    rates: Vec<Hz>,
+    rates: Vec<Arc<SweepValue>>,
     /// Rate after rate, seed after seed.
     outcomes: Vec<Option<CellResult>>,
     /// Runs that are made.
@@ -36,20 +45,57 @@ pub struct CliffMap {
 }
 
 impl CliffMap {
-    /// The map around what `config` describes, to be filled from there outwards.
-    pub fn around(config: &Config) -> Self {
-        let rates: Vec<Hz> = (1..=RATES)
-            .filter_map(|hz| Hz::new(hz.into()).ok())
-            .collect();
-        let distance = |hz: &Hz| (hz.get() - config.control_hz.get()).abs();
-        let mut nearest = rates.clone();
-        nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    /// The map around what `config` describes, to be filled from there outwards:
+    /// over the first alias of a rate, or else over the rate of `node`. `graph` is
+    /// that of the session.
+    ///
+    /// # Errors
+    /// [`AxisError`] if there is no such rate.
+    pub fn around(
+        system: &Arc<dyn System>,
+        graph: &Snapshot,
+        node: &str,
+        config: &Config,
+    ) -> Result<Self, AxisError> {
+        let alias = first_alias(&**system, KnobKind::Rate);
+        let of_alias = alias.and_then(|alias| alias.knobs.first());
+        let node = of_alias.map_or(node, |(_, node)| node);
+        let name = axis_name(&**system, node);
+        let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
+        let usual = alias.and_then(|alias| alias.default.parse().ok());
+        let part = usual.unwrap_or(runs) / PARTS;
+        let rates = (1..=RATES).filter_map(|number| Hz::new(part * f64::from(number)).ok());
+        let texts = rates.map(|hz| hz.get().to_string());
+        let axis = SweepAxis::of(KnobText(system.aliases()), &name, texts)?;
+        let now = config.setup.rate(node);
+        Ok(Self::over(system, axis, now.map_or(runs, Hz::get), config))
+    }
+
+    /// The map over `axis`, filled from the rate `now` (Hz) outwards.
+    fn over(system: &Arc<dyn System>, axis: SweepAxis, now: f64, config: &Config) -> Self {
+        let rates = axis.values.clone();
+        let distance = |value: &Arc<SweepValue>| (hz(value) - now).abs();
+        let mut nearest = axis;
+        nearest
+            .values
+            .sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let rate = rates
+            .iter()
+            .position(|value| Some(value) == nearest.values.first());
+        let seeds = seeds(config.seed);
+        let seed = seeds.iter().position(|seed| *seed == config.seed);
         let sweep = Sweep {
-            seeds: seeds(config.seed),
-            ..conditions(config, nearest)
+            axes: vec![nearest],
+            seeds,
+            ..Sweep::of(
+                system.clone(),
+                Config {
+                    end: Config::default().end,
+                    knobs: Vec::new(),
+                    ..config.clone()
+                },
+            )
         };
-        let rate = rates.iter().position(|hz| *hz == sweep.control_hz[0]);
-        let seed = sweep.seeds.iter().position(|seed| *seed == config.seed);
         Self {
             outcomes: vec![None; rates.len() * sweep.seeds.len()],
             rates,
@@ -60,14 +106,35 @@ impl CliffMap {
         }
     }
 
-    /// Whether it is of the conditions that `config` describes: all but the
-    /// control rate, and the seed only roughly.
-    pub fn is_of(&self, config: &Config) -> bool {
-        let wanted = conditions(config, Vec::new());
-        let same = self.sweep.policies == wanted.policies
-            && self.sweep.sensor_hz == wanted.sensor_hz
-            && self.sweep.queue_depths == wanted.queue_depths;
-        same && self.sweep.seeds.contains(&config.seed)
+    /// Whether it is of the conditions that `config` describes, all but the rate and
+    /// the seed only roughly, and over the rate of `node` or of an alias.
+    pub fn is_of(&self, node: &str, config: &Config) -> bool {
+        let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
+        self.sweep
+            .axis(&axis_name(&*self.sweep.system, node))
+            .is_some()
+            && self.covers(mine, theirs)
+            && self.covers(theirs, mine)
+            && self.sweep.seeds.contains(&config.seed)
+    }
+
+    /// Whether all that `other` sets is the same in `setup`, but for the rate.
+    fn covers(&self, setup: &Setup, other: &Setup) -> bool {
+        let same = |knob: &Knob| self.turns(knob) || setup.iter().any(|known| known == knob);
+        other.iter().all(same)
+    }
+
+    /// Whether `knob` is what the rates are of.
+    fn turns(&self, knob: &Knob) -> bool {
+        let first = self.rates.first();
+        first.is_some_and(|value| value.knobs.iter().any(|own| own.is_of(knob)))
+    }
+
+    /// The conditions in words: what is set but for the rate.
+    pub fn conditions(&self) -> String {
+        let set = self.sweep.base.setup.iter();
+        let set: Vec<Knob> = set.filter(|knob| !self.turns(knob)).cloned().collect();
+        listed(&*self.sweep.system, &set)
     }
 
     /// Takes in the runs that were made since the last call; says whether there
@@ -84,7 +151,8 @@ impl CliffMap {
     }
 
     fn note(&mut self, cell: &Cell, outcome: CellResult) {
-        let rate = self.rates.iter().position(|hz| *hz == cell.control_hz);
+        let rate = cell.values.first();
+        let rate = self.rates.iter().position(|value| Some(value) == rate);
         let seed = self.sweep.seeds.iter().position(|seed| *seed == cell.seed);
         let index = rate.zip(seed).map(|(rate, seed)| self.index(rate, seed));
         if let Some(known) = index.and_then(|index| self.outcomes.get_mut(index)) {
@@ -111,13 +179,13 @@ impl CliffMap {
         self.at
     }
 
-    /// The control rate and the seed at the place.
-    pub fn chosen(&self) -> (Hz, u64) {
-        (self.rates[self.at.0], self.sweep.seeds[self.at.1])
+    /// The rate and the seed at the place.
+    pub fn chosen(&self) -> (&SweepValue, u64) {
+        (&self.rates[self.at.0], self.sweep.seeds[self.at.1])
     }
 
-    /// The control rates, upwards.
-    pub fn rates(&self) -> &[Hz] {
+    /// The rates, upwards.
+    pub fn rates(&self) -> &[Arc<SweepValue>] {
         &self.rates
     }
 
@@ -131,12 +199,12 @@ impl CliffMap {
         self.outcomes.get(self.index(rate, seed))?.as_ref()
     }
 
-    /// How many runs at a rate stayed up, and how many were made.
+    /// How many runs at a rate went well, and how many were made.
     pub fn survival(&self, rate: usize) -> (usize, usize) {
         let seeds = 0..self.sweep.seeds.len();
         let outcomes = seeds.filter_map(|seed| self.outcome(rate, seed));
-        outcomes.fold((0, 0), |(balanced, runs), outcome| {
-            (balanced + usize::from(outcome.verdict.balanced()), runs + 1)
+        outcomes.fold((0, 0), |(well, runs), outcome| {
+            (well + usize::from(!outcome.verdict.is_lost()), runs + 1)
         })
     }
 
@@ -146,17 +214,15 @@ impl CliffMap {
     }
 }
 
-/// The runs under the conditions of `config` at those rates, of ten seconds
-/// each, however long the session is.
-fn conditions(config: &Config, control_hz: Vec<Hz>) -> Sweep {
-    Sweep {
-        control_hz,
-        ..Sweep::of(Config {
-            end: Config::default().end,
-            knobs: Vec::new(),
-            ..config.clone()
-        })
-    }
+/// What is turned from rate to rate: the first alias of one, or that of `node`.
+fn axis_name(system: &dyn System, node: &str) -> String {
+    let alias = first_alias(system, KnobKind::Rate);
+    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
+}
+
+/// A value of the map (Hz).
+fn hz(value: &SweepValue) -> f64 {
+    value.text.parse().unwrap_or(f64::NAN)
 }
 
 /// The seeds of the same hundred as `seed`.
@@ -176,19 +242,33 @@ fn moved(place: usize, direction: Direction, count: usize) -> usize {
 pub mod sample {
     //! A map to test with that nobody fills.
 
+    use std::sync::Arc;
+
     use ratelab::{
-        experiment::{Config, Verdict, sweep::CellResult},
+        cartpole::{
+            CartPole,
+            verdict::{BALANCED, POLE_FELL},
+        },
+        experiment::{Config, Experiment, sweep::CellResult},
         runtime::Time,
+        system::{System, Verdict},
     };
 
     use super::{CliffMap, Fill};
 
+    /// The map around a run of the cart-pole.
+    pub fn around(config: &Config) -> CliffMap {
+        let system: Arc<dyn System> = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system.clone(), config).expect("experiment");
+        let graph = experiment.observer().read_counters();
+        CliffMap::around(&system, &graph, "", config).expect("a map")
+    }
+
     /// Everything to 15 Hz is made: up from 8 Hz on, in between every third.
     pub fn half_filled() -> CliffMap {
-        let mut map = CliffMap::around(&Config {
-            control_hz: ratelab::runtime::Hz::new(7.5).expect("rate"),
+        let mut map = around(&Config {
             seed: 103,
-            ..Config::default()
+            ..CartPole::config("control-hz 7.5").expect("a knob")
         });
         map.fill = Fill::nobody();
         map.outcomes.fill(None);
@@ -205,32 +285,33 @@ pub mod sample {
     fn outcome(up: bool) -> CellResult {
         let fell = Time::from_nanos(3_580_000_000);
         let end = Config::default().end;
+        let (kind, sim_time) = if up {
+            (&BALANCED, end)
+        } else {
+            (&POLE_FELL, fell)
+        };
         CellResult {
-            verdict: if up {
-                Verdict::Balanced
-            } else {
-                Verdict::PoleFell { at: fell }
-            },
+            verdict: Verdict::new(kind, sim_time),
             steps: 180,
-            sim_time: if up { end } else { fell },
+            sim_time,
             mean_latency_s: Some(0.0779),
-            obs_dropped: 12,
-            action_dropped: 0,
-            final_pole_angle: 0.21,
+            dropped: vec![12, 0],
+            state: [].into(),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use std::time::Duration;
+    use ratelab::cartpole::CartPole;
+
+    use super::{sample::around, *};
 
     fn filled(config: &Config) -> CliffMap {
-        let mut map = CliffMap::around(config);
+        let mut map = around(config);
         while map.progress().0 < map.progress().1 {
             map.follow().expect("no run fails");
-            std::thread::sleep(Duration::from_millis(5));
+            std::thread::yield_now();
         }
         map
     }
@@ -238,9 +319,9 @@ mod tests {
     #[test]
     fn every_cell_is_the_run_that_it_names() {
         let map = filled(&Config::default());
-        let names = [(5.0, 0, 43), (5.0, 1, 60), (7.0, 2, 228), (10.0, 0, 501)];
+        let names = [("5", 0, 43), ("5", 1, 60), ("7", 2, 228), ("10", 0, 501)];
         for (hz, seed, steps) in names {
-            let rate = map.rates().iter().position(|rate| rate.get() == hz);
+            let rate = map.rates().iter().position(|rate| rate.text == hz);
             let outcome = map.outcome(rate.expect("a rate of the map"), seed);
             assert_eq!(outcome.expect("made").steps, steps, "{hz} Hz, seed {seed}");
         }
@@ -251,23 +332,34 @@ mod tests {
     #[test]
     fn it_begins_where_the_session_is() {
         let config = Config {
-            control_hz: Hz::new(7.0).expect("rate"),
             seed: 250,
-            ..Config::default()
+            ..CartPole::config("control-hz 7").expect("a knob")
         };
-        let map = CliffMap::around(&config);
-        assert_eq!(map.chosen(), (config.control_hz, 250));
+        let map = around(&config);
+        let (rate, seed) = map.chosen();
+        assert_eq!((rate.text.as_str(), seed), ("7", 250));
         assert_eq!(map.sweep().seeds[0], 200);
-        assert!(map.is_of(&config));
-        assert!(!map.is_of(&Config {
-            seed: 300,
-            ..config
-        }));
+        assert!(map.is_of("", &config));
+        assert!(!map.is_of(
+            "",
+            &Config {
+                seed: 300,
+                ..config
+            }
+        ));
+    }
+
+    #[test]
+    fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
+        let map = around(&Config::default());
+        let of = |setup| map.is_of("", &CartPole::config(setup).expect("knobs"));
+        assert!(of("control-hz 3"));
+        assert!(!of("queue-depth 3"));
     }
 
     #[test]
     fn the_last_seeds_of_all_have_a_map_too() {
-        let map = CliffMap::around(&Config {
+        let map = around(&Config {
             seed: u64::MAX,
             ..Config::default()
         });

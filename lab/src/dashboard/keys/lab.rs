@@ -1,20 +1,24 @@
 //! The keys of the lab.
 
-use super::{END, HOME, Key, KeyTable, LEFT, RIGHT, row, screen_with_panes};
+use super::{DOWN, END, HOME, Key, KeyTable, LEFT, RIGHT, UP, row, screen_with_panes};
 use crate::dashboard::{focus::Pane, presets::Direction};
 
 /// What a person can do in the lab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabAction {
-    /// Change the control rate by a preset.
-    ControlRate(Direction),
-    /// Change the sensor rate by a preset.
-    SensorRate(Direction),
-    /// Change the queue depth by a preset.
+    /// Change the rate of the node in focus by a preset.
+    Rate(Direction),
+    /// Change the rate of the second alias of one by a preset.
+    SecondRate(Direction),
+    /// Change the depth of the topics in focus by a preset.
     Depth(Direction),
+    /// Choose the node whose rate is changed.
+    Node(Direction),
+    /// Choose the topic whose depth is changed.
+    Topic(Direction),
     /// Type a knob and an exact value.
     Type,
-    /// Slow the policy to 5 Hz.
+    /// Turn the knob that is known to break the system.
     Break,
     /// Stop run time, or let it go on.
     Pause,
@@ -38,8 +42,8 @@ pub enum LabAction {
     Restart,
     /// Start again with a neighbouring seed.
     Seed(Direction),
-    /// Swap the policy for a neighbouring one.
-    Policy(Direction),
+    /// Send the neighbouring one of the messages to choose from, such as a policy.
+    Choice(Direction),
     /// Focus the next pane.
     NextPane,
     /// Focus a pane.
@@ -63,23 +67,23 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     LabAction;
     row(
         &[
-            (Key::Char('['), LabAction::ControlRate(Direction::Down)),
-            (Key::Char(']'), LabAction::ControlRate(Direction::Up)),
+            (Key::Char('['), LabAction::Rate(Direction::Down)),
+            (Key::Char(']'), LabAction::Rate(Direction::Up)),
         ],
-        "control rate down, up",
-        Some("control rate"),
+        "rate of the marked node down, up",
+        Some("rate"),
     ),
     row(
         &[
             (Key::Char('<'), LabAction::Depth(Direction::Down)),
             (Key::Char('>'), LabAction::Depth(Direction::Up)),
         ],
-        "queue depth down, up",
+        "depth of the marked topics down, up",
         Some("depth"),
     ),
     row(
         &[(Key::Char('b'), LabAction::Break)],
-        "break it: the policy decides 5 times a second",
+        "break it, as --break does",
         Some("break"),
     ),
     row(
@@ -116,7 +120,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     ),
     row(
         &[(Key::Char('m'), LabAction::Map)],
-        "the cliff map: which control rates and seeds keep the pole up",
+        "the cliff map: which rates and seeds go well",
         Some("map"),
     ),
     row(
@@ -145,15 +149,31 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     ),
     row(
         &[
-            (Key::Char('{'), LabAction::SensorRate(Direction::Down)),
-            (Key::Char('}'), LabAction::SensorRate(Direction::Up)),
+            (UP, LabAction::Node(Direction::Down)),
+            (DOWN, LabAction::Node(Direction::Up)),
         ],
-        "sensor rate down, up",
-        Some("sensor rate"),
+        "mark the node before, the next one",
+        Some("node"),
+    ),
+    row(
+        &[
+            (Key::Char('t'), LabAction::Topic(Direction::Up)),
+            (Key::Char('T'), LabAction::Topic(Direction::Down)),
+        ],
+        "mark the next topic, the one before, or those of the beginning",
+        Some("topic"),
+    ),
+    row(
+        &[
+            (Key::Char('{'), LabAction::SecondRate(Direction::Down)),
+            (Key::Char('}'), LabAction::SecondRate(Direction::Up)),
+        ],
+        "rate of the second alias, such as sensor-hz, down, up",
+        Some("second rate"),
     ),
     row(
         &[(Key::Char(':'), LabAction::Type)],
-        "type an exact value, such as control-hz 7.5",
+        "type a knob and its exact value, such as rate NODE 7.5",
         Some("type a value"),
     ),
     row(
@@ -166,8 +186,8 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     ),
     row(
         &[
-            (Key::Char('p'), LabAction::Policy(Direction::Up)),
-            (Key::Char('P'), LabAction::Policy(Direction::Down)),
+            (Key::Char('p'), LabAction::Choice(Direction::Up)),
+            (Key::Char('P'), LabAction::Choice(Direction::Down)),
         ],
         "swap the policy for the next one, the previous one",
         Some("policy"),

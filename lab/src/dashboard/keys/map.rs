@@ -2,7 +2,7 @@
 
 use crossterm::event::KeyCode;
 
-use super::{Key, KeyTable, LEFT, RIGHT, row};
+use super::{DOWN, Key, KeyTable, LEFT, RIGHT, UP, row};
 use crate::dashboard::presets::Direction;
 
 /// What a person can do with the map.
@@ -18,8 +18,6 @@ pub enum MapAction {
     Close,
 }
 
-const UP: Key = Key::Named(KeyCode::Up, "↑");
-const DOWN: Key = Key::Named(KeyCode::Down, "↓");
 const ENTER: Key = Key::Named(KeyCode::Enter, "Enter");
 const ESC: Key = Key::Named(KeyCode::Esc, "Esc");
 
@@ -30,8 +28,8 @@ pub const MAP: KeyTable<MapAction> = KeyTable(&[
             (LEFT, MapAction::Rate(Direction::Down)),
             (RIGHT, MapAction::Rate(Direction::Up)),
         ],
-        "to the next lower control rate, the next higher",
-        Some("control rate"),
+        "to the next lower rate, the next higher",
+        Some("rate"),
     ),
     row(
         &[
@@ -43,7 +41,7 @@ pub const MAP: KeyTable<MapAction> = KeyTable(&[
     ),
     row(
         &[(ENTER, MapAction::Run)],
-        "start again live, with this control rate and this seed",
+        "start again live, with this rate and this seed",
         Some("run it live"),
     ),
     row(

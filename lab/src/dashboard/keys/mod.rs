@@ -39,6 +39,8 @@ pub enum Key {
 
 const RIGHT: Key = Key::Named(KeyCode::Right, "→");
 const LEFT: Key = Key::Named(KeyCode::Left, "←");
+const UP: Key = Key::Named(KeyCode::Up, "↑");
+const DOWN: Key = Key::Named(KeyCode::Down, "↓");
 const HOME: Key = Key::Named(KeyCode::Home, "Home");
 const END: Key = Key::Named(KeyCode::End, "End");
 const TAB: Key = Key::Named(KeyCode::Tab, "Tab");
@@ -68,11 +70,11 @@ macro_rules! screen_with_panes {
                     ($crate::dashboard::keys::TAB, $Action::NextPane),
                     (Key::Char('1'), $Action::Focus(Pane::Graph)),
                     (Key::Char('2'), $Action::Focus(Pane::Plant)),
-                    (Key::Char('3'), $Action::Focus(Pane::Angle)),
+                    (Key::Char('3'), $Action::Focus(Pane::Signal)),
                     (Key::Char('4'), $Action::Focus(Pane::Figures)),
                     (Key::Char('5'), $Action::Focus(Pane::Events)),
                 ],
-                "focus the next pane; graph, plant, angle, figures, events",
+                "focus the next pane; graph, plant, signal, figures, events",
                 None,
             ),
             row(
@@ -126,15 +128,21 @@ impl<A: Copy> KeyTable<A> {
             .map(|(_, action)| *action)
     }
 
-    /// Keys and what they do.
-    pub fn rows(&self) -> Vec<(String, String)> {
-        let row = |binding: &Binding<A>| (binding.labels().join(" "), binding.help.to_owned());
-        self.0.iter().map(row).collect()
+    /// The rows of which at least one action can be `done`.
+    fn of(&self, done: impl Fn(&A) -> bool) -> impl Iterator<Item = &'static Binding<A>> {
+        let bindings = self.0.iter();
+        bindings.filter(move |binding| binding.keys.iter().any(|(_, action)| done(action)))
     }
 
-    /// What the footer says: keys that type something, or those of a row without
-    /// any, and what for.
-    pub fn hints(&self) -> Vec<(String, &'static str)> {
+    /// Keys that can be `done` and what they do.
+    pub fn rows(&self, done: impl Fn(&A) -> bool) -> Vec<(String, String)> {
+        let row = |binding: &Binding<A>| (binding.labels().join(" "), binding.help.to_owned());
+        self.of(done).map(row).collect()
+    }
+
+    /// What the footer says of those that can be `done`: keys that type something,
+    /// or those of a row without any, and what for.
+    pub fn hints(&self, done: impl Fn(&A) -> bool) -> Vec<(String, &'static str)> {
         let hint = |binding: &Binding<A>| {
             let typed = binding.keys.iter().map(|(key, _)| key);
             let typed = typed.filter(|key| matches!(key, Key::Char(_)));
@@ -144,12 +152,12 @@ impl<A: Copy> KeyTable<A> {
             }
             binding.footer.map(|text| (labels.join(" "), text))
         };
-        self.0.iter().filter_map(hint).collect()
+        self.of(done).filter_map(hint).collect()
     }
 
-    /// The table as `ratelab keys` prints it.
-    pub fn text(&self) -> String {
-        let rows = self.rows().into_iter();
+    /// Those that can be `done`, as `ratelab keys` prints them.
+    pub fn text(&self, done: impl Fn(&A) -> bool) -> String {
+        let rows = self.rows(done).into_iter();
         rows.fold(String::new(), |mut text, (keys, help)| {
             let _ = writeln!(text, "{keys:<15} {help}");
             text

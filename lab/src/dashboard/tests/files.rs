@@ -3,9 +3,8 @@
 use std::{fs, path::Path};
 
 use ratelab::{
-    experiment::{Config, Knob},
-    policy::PolicySpec,
-    runtime::{Command, Speed, Time},
+    experiment::Config,
+    runtime::{Command, Knob, Speed, Time},
 };
 
 use super::*;
@@ -13,13 +12,13 @@ use crate::{dashboard::sampler::RunSource, recording::Destination};
 
 /// A run that goes on, of the policy in `file`.
 fn config_of(file: &Path) -> Config {
-    let policy: PolicySpec = file.to_str().expect("a path").parse().expect("a policy");
-    Config {
-        policy: policy.pinned().expect("weights"),
+    let knob = format!("policy {}", file.display());
+    let config = Config {
         end: Time::MAX,
         speed: Speed::REAL_TIME,
-        ..Config::default()
-    }
+        ..CartPole::config(&knob).expect("a knob")
+    };
+    config.resolved(&CartPole::default()).expect("weights")
 }
 
 /// The weights of that name, from the folder of policies.
@@ -28,9 +27,14 @@ fn weights(name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).expect("weights")
 }
 
+/// The policy that a run of `config` begins with.
+fn policy(config: &Config) -> Option<String> {
+    config.setup.message("policy").map(str::to_owned)
+}
+
 /// The policy that the session was started with.
-fn started(app: &App) -> PolicySpec {
-    app.session().config().policy.clone()
+fn started(app: &App) -> Option<String> {
+    policy(app.session().config())
 }
 
 /// Does all that is to be done before `what` is so.
@@ -47,13 +51,13 @@ fn a_policy_that_was_written_anew_runs_after_a_restart() {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("x.safetensors");
         fs::write(&file, weights("patient.safetensors")).expect("written");
-        let mut app = App::new(&config_of(&file), Setup::default()).expect("session");
+        let mut app = App::new(&config_of(&file), setup()).expect("session");
         app.sample().expect("no fault");
-        let policy = started(&app);
+        let first = started(&app);
         fs::write(&file, weights("prompt.safetensors")).expect("written");
         press(&mut app, keys);
-        until(&mut app, |app| started(app) != policy);
-        assert_eq!(started(&app), config_of(&file).policy, "{keys:?}");
+        until(&mut app, |app| started(app) != first);
+        assert_eq!(started(&app), policy(&config_of(&file)), "{keys:?}");
         app.finish().ended.expect("no fault");
     }
 }
@@ -68,7 +72,7 @@ fn a_policy_that_is_gone_leaves_the_run_as_it_is() {
             seed: 7,
             ..config_of(&file)
         };
-        let mut app = App::new(&config, Setup::default()).expect("session");
+        let mut app = App::new(&config, setup()).expect("session");
         app.sample().expect("no fault");
         fs::remove_file(&file).expect("removed");
         press(&mut app, keys);
@@ -88,15 +92,18 @@ fn a_refused_policy_is_not_what_the_next_key_goes_on_from() {
     let folder = tempfile::tempdir().expect("folder");
     let file = folder.path().join("x.safetensors");
     fs::write(&file, weights("patient.safetensors")).expect("written");
-    let refused = config_of(&file).policy;
+    let refused = policy(&config_of(&file)).expect("a policy");
     fs::write(&file, weights("prompt.safetensors")).expect("written");
     let config = Config {
         end: Time::MAX,
         speed: Speed::REAL_TIME,
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
-    app.turn_to(Knob::Policy(refused));
+    let mut app = App::new(&config, setup()).expect("session");
+    app.press_unchecked(Knob::Send {
+        node: "policy".to_owned(),
+        text: refused,
+    });
     until(&mut app, |app| app.events(Time::MAX).next().is_some());
     let notice = app.notice.clone().unwrap_or_default();
     assert!(notice.contains("SHA-256"), "{notice:?}");
@@ -114,7 +121,7 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     fs::create_dir(&place).expect("a folder");
     let setup = Setup {
         record: Some(Destination::new(Some(place.clone()))),
-        ..Setup::default()
+        ..setup()
     };
     let config = Config {
         end: Time::MAX,
@@ -151,7 +158,7 @@ fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
     fs::write(&policy, weights("patient.safetensors")).expect("written");
     let setup = Setup {
         csv: Some(rows.clone()),
-        ..Setup::default()
+        ..setup()
     };
     let mut app = App::new(&config_of(&policy), setup).expect("session");
     until(&mut app, |_| {

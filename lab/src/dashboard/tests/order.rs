@@ -1,9 +1,9 @@
 //! Knobs that keys turn among those that were given their times up front.
 
 use ratelab::{
-    experiment::{Config, Knob, parse_knobs},
+    experiment::Config,
     runtime::{
-        Command, Speed, Time,
+        Command, Knob, Speed, Time,
         telemetry::{Event, EventKind},
     },
 };
@@ -17,24 +17,24 @@ fn paused() -> App {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     press(&mut app, " ");
     app
 }
 
 fn knob(text: &str) -> Knob {
-    let timed = parse_knobs(&format!("0 {text}")).expect("a knob");
-    timed[0].knob.clone()
+    text.parse().expect("a knob")
 }
 
-/// What the graph tells when `knob` is turned.
-fn applied(knob: &Knob) -> Vec<Event> {
-    let commands = knob.commands().into_iter();
-    let events = commands.map(|command| Event {
+/// The event of `knob` when it is turned.
+fn applied(knob: &Knob) -> Event {
+    Event {
         at: Time::ZERO,
-        what: EventKind::Applied { command, was: None },
-    });
-    events.collect()
+        what: EventKind::Applied {
+            command: knob.clone().into(),
+            was: None,
+        },
+    }
 }
 
 /// All ways of putting `timed` between `pressed`, each in its own order.
@@ -62,22 +62,19 @@ fn interleaved(pressed: &[Knob], timed: &[Knob]) -> Vec<Vec<Knob>> {
 fn a_timed_knob_between_a_press_and_its_event_is_not_taken_for_the_press() {
     let mut app = paused();
     press(&mut app, "[");
-    for event in applied(&knob("sensor-hz 25")) {
-        app.on_event(&event);
-    }
-    let wanted = app.wanted();
-    assert_eq!(wanted.sensor_hz.get(), 25.0, "the timed knob is lost");
-    assert_eq!(wanted.control_hz.get(), 40.0, "the press is lost");
+    app.on_event(&applied(&knob("rate sensor 25")));
+    assert_eq!(rate(&app, "sensor"), Some(25.0), "the timed knob is lost");
+    assert_eq!(rate(&app, "policy"), Some(40.0), "the press is lost");
 }
 
 #[test]
 fn in_every_order_what_is_wanted_ends_as_what_runs() {
-    let pressed = ["control-hz 40", "control-hz 30", "queue-depth 2"].map(knob);
+    let pressed = ["rate policy 40", "rate policy 30", "depth /obs 2"].map(knob);
     let timed = [
-        "control-hz 20",
-        "sensor-hz 25",
-        "control-hz 40",
-        "queue-depth 5",
+        "rate policy 20",
+        "rate sensor 25",
+        "rate policy 40",
+        "depth /obs 5",
     ]
     .map(knob);
     let orders = interleaved(&pressed, &timed);
@@ -85,21 +82,17 @@ fn in_every_order_what_is_wanted_ends_as_what_runs() {
     for order in orders {
         let mut app = paused();
         for knob in &pressed {
-            app.turn_to(knob.clone());
+            app.turn_to(vec![knob.clone()]);
         }
-        let mut runs = app.wanted().clone();
-        for event in order.iter().flat_map(applied) {
+        for event in order.iter().map(applied) {
             app.on_event(&event);
         }
-        for knob in &order {
-            match *knob {
-                Knob::ControlHz(hz) => runs.control_hz = hz,
-                Knob::SensorHz(hz) => runs.sensor_hz = hz,
-                Knob::QueueDepth(depth) => runs.queue_depth = depth,
-                Knob::Policy(_) => unreachable!("none is turned"),
-            }
+        let runs: ratelab::system::Setup = order.iter().cloned().collect();
+        let wanted = app.wanted().setup;
+        assert_eq!(wanted.iter().count(), runs.iter().count());
+        for knob in runs.iter() {
+            assert!(wanted.iter().any(|other| other == knob), "{order:?}");
         }
-        assert_eq!(*app.wanted(), runs, "{order:?}");
     }
 }
 
@@ -107,10 +100,8 @@ fn in_every_order_what_is_wanted_ends_as_what_runs() {
 fn a_press_outlasts_a_timed_knob_that_comes_before_it_takes_effect() {
     let mut app = paused();
     press(&mut app, "[");
-    for event in applied(&knob("control-hz 20")) {
-        app.on_event(&event);
-    }
-    assert_eq!(app.wanted().control_hz.get(), 40.0);
+    app.on_event(&applied(&knob("rate policy 20")));
+    assert_eq!(rate(&app, "policy"), Some(40.0));
 }
 
 #[test]

@@ -5,13 +5,20 @@ use std::time::Duration;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::{
-    cartpole::{Action, Observation},
-    experiment::{Config, Experiment, Summary, Verdict},
+    cartpole::{Action, CartPole, Observation},
+    experiment::{Config, Experiment, Summary},
     policy::Policy,
     runtime::{ClockKind, Speed, Time},
+    system::Verdict,
 };
 
 use super::*;
+
+/// The knobs that were turned.
+fn turned(summary: &Summary) -> Vec<String> {
+    let knobs = summary.knobs();
+    knobs.iter().map(|timed| timed.knob.to_string()).collect()
+}
 
 /// A policy that fails as soon as it is asked.
 #[derive(Clone)]
@@ -36,14 +43,14 @@ fn keys_turn_the_knobs_of_the_running_graph() {
     };
     let (app, _) = typed(config, &chars("[[}>"));
     let summary = app.finish().ended.expect("no fault").summary;
-    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
     assert_eq!(
-        turned,
+        turned(&summary),
         [
-            "control-hz 40",
-            "control-hz 30",
-            "sensor-hz 60",
-            "queue-depth 2"
+            "rate policy 40",
+            "rate policy 30",
+            "rate sensor 60",
+            "depth /obs 2",
+            "depth /action 2",
         ]
     );
 }
@@ -59,8 +66,7 @@ fn an_exact_value_can_be_typed() {
     keys.push(KeyCode::Enter);
     let (app, _) = typed(config, &keys);
     let summary = app.finish().ended.expect("no fault").summary;
-    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
-    assert_eq!(turned, ["control-hz 7.5"]);
+    assert_eq!(turned(&summary), ["rate policy 7.5"]);
 }
 
 #[test]
@@ -76,9 +82,13 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
                 end: Time::MAX,
                 ..Config::default()
             };
-            let policy = Box::new(policy.clone());
-            let experiment = Experiment::with_policy(&config, policy).expect("experiment");
-            let mut app = App::watching(Session::of(experiment, &config, None), Setup::default());
+            let policy = policy.clone();
+            let system = CartPole::with_policy(move |_| Box::new(policy.clone()));
+            let setup = Setup {
+                system: Arc::new(system),
+                ..setup()
+            };
+            let mut app = App::new(&config, setup).expect("session");
             let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
             let mut nobody = Typist::default();
             let quit = AtomicBool::new(false);
@@ -100,7 +110,7 @@ fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
         end: Time::MAX,
         ..Config::default()
     };
-    let app = App::new(&config, Setup::default()).expect("session");
+    let app = App::new(&config, setup()).expect("session");
     std::thread::sleep(Duration::from_secs(2));
     app.finish().ended.expect("no fault");
 }
@@ -110,18 +120,19 @@ fn keys_go_on_from_where_the_timed_knobs_led() {
     let config = Config {
         speed: Speed::times(10.0).expect("speed"),
         end: Time::MAX,
-        knobs: ratelab::experiment::parse_knobs("0 control-hz 20").expect("knobs"),
+        knobs: CartPole::KNOBS
+            .parse_list("0 control-hz 20")
+            .expect("knobs"),
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     while app.events(Time::MAX).next().is_none() {
         app.sample().expect("no fault");
     }
     app.sample().expect("no fault");
     press(&mut app, "[");
     let summary = app.finish().ended.expect("no fault").summary;
-    let turned: Vec<String> = summary.knobs().iter().map(|k| k.knob.to_string()).collect();
-    assert_eq!(turned, ["control-hz 20", "control-hz 15"]);
+    assert_eq!(turned(&summary), ["rate policy 20", "rate policy 15"]);
 }
 
 #[test]
@@ -131,7 +142,7 @@ fn keys_count_even_before_the_graph_has_heard_of_the_last() {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     press(&mut app, "  cccc");
     let summary = app.finish().ended.expect("no fault").summary;
     let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
@@ -164,7 +175,7 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     press(&mut app, " ");
     let begun = std::time::Instant::now();
     while begun.elapsed() < Duration::from_millis(2500) {
@@ -178,7 +189,7 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
 }
 
 #[test]
-fn the_end_of_a_ladder_says_so() {
+fn the_end_of_the_presets_is_printed() {
     let mut app = ended(Config::default());
     app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))
         .expect("obeyed");
@@ -233,24 +244,21 @@ fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
         knobs: summary.knobs(),
         ..config
     };
-    let again = Experiment::new(&headless).expect("experiment");
+    let again = Experiment::new(setup().system, &headless).expect("experiment");
     let again = again.run().expect("run");
     assert_eq!(figures(&again), figures(&summary));
 }
 
 /// All that a run computed, to the bit.
-fn figures(summary: &Summary) -> (Verdict, u64, u64, Duration, [u64; 4]) {
+fn figures(summary: &Summary) -> (Verdict, u64, Vec<u64>, Duration, Vec<[u64; 2]>) {
+    let state = summary.state.iter().map(|value| value.to_bits());
+    let topics = summary.topics.iter();
     (
         summary.verdict,
         summary.steps,
-        summary.final_pole_angle.to_bits(),
+        state.collect(),
         summary.latency.sum(),
-        [
-            summary.obs.published,
-            summary.obs.dropped,
-            summary.action.published,
-            summary.action.dropped,
-        ],
+        topics.map(|t| [t.published, t.dropped]).collect(),
     )
 }
 
@@ -261,23 +269,17 @@ fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
         speed: Speed::REAL_TIME,
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::default()).expect("session");
+    let mut app = App::new(&config, setup()).expect("session");
     let key = KeyEvent::new(KeyCode::Char('p'), KeyModifiers::NONE);
     app.key(&key).expect("no fault");
-    let policy = |app: &App| app.screen().map(|shown| shown.frame.policy.clone());
-    while policy(&app).is_none_or(|policy| policy == "scripted") {
+    let policy = |app: &App| app.screen().map(|shown| shown.frame.settings.join(", "));
+    while policy(&app).is_none_or(|policy| policy == "policy scripted") {
         std::thread::sleep(Duration::from_millis(1));
         app.sample().expect("no fault");
     }
     // Those that drop the pole come last.
-    assert_eq!(policy(&app).as_deref(), Some("lqr"));
+    assert_eq!(policy(&app).as_deref(), Some("policy lqr"));
     let ended = app.finish().ended.expect("no fault");
-    assert!(ended.summary.verdict.balanced());
-    let turned: Vec<String> = ended
-        .summary
-        .knobs()
-        .iter()
-        .map(|k| k.knob.to_string())
-        .collect();
-    assert_eq!(turned, ["policy lqr"]);
+    assert!(!ended.summary.verdict.is_lost());
+    assert_eq!(turned(&ended.summary), ["send policy lqr"]);
 }

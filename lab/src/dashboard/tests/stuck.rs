@@ -2,8 +2,8 @@
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 use ratelab::{
-    cartpole::{Action, Observation},
-    experiment::{Config, Experiment},
+    cartpole::{Action, CartPole, Observation},
+    experiment::Config,
     policy::Policy,
     runtime::{ClockKind, Time},
 };
@@ -39,9 +39,17 @@ fn stuck() -> (App, Sender<()>) {
     };
     let (begun, begins) = bounded(1);
     let (held, release) = bounded(1);
-    let policy = Box::new(Stuck { begun, release });
-    let experiment = Experiment::with_policy(&config, policy).expect("experiment");
-    let app = App::watching(Session::of(experiment, &config, None), Setup::default());
+    let system = CartPole::with_policy(move |_| {
+        Box::new(Stuck {
+            begun: begun.clone(),
+            release: release.clone(),
+        })
+    });
+    let setup = Setup {
+        system: Arc::new(system),
+        ..setup()
+    };
+    let app = App::new(&config, setup).expect("session");
     begins.recv().expect("the policy ticks");
     (app, held)
 }
@@ -121,7 +129,7 @@ fn run_time_stands_still_while_the_program_is_stopped() {
             end: Time::MAX,
             ..Config::default()
         };
-        let mut app = App::new(&config, Setup::default()).expect("session");
+        let mut app = App::new(&config, setup()).expect("session");
         app.sample().expect("no fault");
         app.rest();
         assert!(app.session().observer().status().paused);
@@ -144,11 +152,11 @@ fn run_time_stands_still_while_the_program_is_stopped() {
 fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
     let mut app = ended(Config::default());
     app.paste("qwe\r");
-    assert!(!app.wants_quit() && app.prompt.is_none());
+    assert!(!app.wants_quit() && app.typed().is_none());
     press(&mut app, ":");
     app.paste("control-hz\r\n7.5\n");
-    assert_eq!(app.prompt.as_deref(), Some("control-hz  7.5 "));
+    assert_eq!(app.typed(), Some("control-hz  7.5 "));
     let enter = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
     app.key(&enter).expect("obeyed");
-    assert_eq!(app.wanted().control_hz.get(), 7.5);
+    assert_eq!(rate(&app, "policy"), Some(7.5));
 }

@@ -1,4 +1,4 @@
-//! The cliff map: a column per control rate, a row per seed, over the panes.
+//! The cliff map: a column per rate, a row per seed, over the panes.
 
 use ratatui::{
     buffer::Buffer,
@@ -37,10 +37,9 @@ pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
     } else {
         format!("{all} runs of {} s", map.sweep().base.end.as_secs_f64())
     };
-    let mut name = title(map);
-    if width(&name) + width(&progress) + 4 > usize::from(grid.place.width) {
-        TITLE.clone_into(&mut name); // How far it is matters more.
-    }
+    // How far it is matters more than under which conditions.
+    let room = usize::from(grid.place.width).saturating_sub(width(&progress) + 4);
+    let name = clip(&title(map), room.max(TITLE.len()), theme);
     let right = Span::styled(progress, theme.faint());
     let inner = border(&name, right, theme, true, grid.place, buf);
     grid.draw_axis(theme, inner, buf);
@@ -58,17 +57,17 @@ pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
 }
 
 fn title(map: &CliffMap) -> String {
-    let sweep = map.sweep();
-    format!(
-        "{TITLE}: {}, sensor {}, depth {}",
-        sweep.policies[0], sweep.sensor_hz[0], sweep.queue_depths[0]
-    )
+    match map.conditions() {
+        none if none.is_empty() => TITLE.to_owned(),
+        conditions => format!("{TITLE}: {conditions}"),
+    }
 }
 
 /// What there is to say of the place: its run, and all of its rate.
 fn said(map: &CliffMap) -> [String; 2] {
     let (rate, seed) = map.at();
-    let (hz, number) = map.chosen();
+    let (value, number) = map.chosen();
+    let hz = format!("{} Hz", value.text);
     let run = match map.outcome(rate, seed) {
         None => "not run yet".to_owned(),
         Some(outcome) => {
@@ -78,10 +77,13 @@ fn said(map: &CliffMap) -> [String; 2] {
             format!("{}{latency}", outcome.verdict)
         }
     };
-    let (balanced, runs) = map.survival(rate);
+    let (well, runs) = map.survival(rate);
+    let verdicts = map.sweep().system.verdicts().iter();
+    let word = verdicts.map(|kind| kind.name.replace('_', " ")).next();
+    let word = word.unwrap_or_default();
     [
         format!("{hz}, seed {number}: {run}"),
-        format!("{hz}: {balanced} of {runs} seeds balanced"),
+        format!("{hz}: {well} of {runs} seeds {word}"),
     ]
 }
 
@@ -94,7 +96,7 @@ struct Grid<'a> {
     label: usize,
     /// Columns of a cell.
     cell: usize,
-    /// Rows of the control rates, which are written downwards.
+    /// Rows of the rates, which are written downwards.
     digits: usize,
 }
 
@@ -104,7 +106,7 @@ impl<'a> Grid<'a> {
         // A sign, the number, a blank.
         let label = last.to_string().len().max(ALL.len()) + 2;
         let rates = map.rates();
-        let labels = rates.iter().map(|hz| hz.get().to_string().len());
+        let labels = rates.iter().map(|rate| rate.text.len());
         let digits = labels.max().unwrap_or(1);
         let room = usize::from(area.width).saturating_sub(label + 2);
         let cell = if 2 * rates.len() <= room { 2 } else { 1 };
@@ -134,17 +136,17 @@ impl<'a> Grid<'a> {
         first..first + room
     }
 
-    /// The control rates, written downwards; the one of the place stands out.
+    /// The rates, written downwards; the one of the place stands out.
     fn draw_axis(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
         put("Hz", theme.faint(), 1, row(inner, self.digits - 1), buf);
-        for (rate, hz) in self.map.rates().iter().enumerate() {
+        for (rate, value) in self.map.rates().iter().enumerate() {
             let chosen = rate == self.map.at().0;
             let style = if chosen {
                 theme.strong().add_modifier(Modifier::REVERSED)
             } else {
                 theme.faint()
             };
-            let text = format!("{:>width$}", hz.get(), width = self.digits);
+            let text = format!("{:>width$}", value.text, width = self.digits);
             for (number, letter) in text.chars().enumerate() {
                 let letter = format!("{letter:<cell$}", cell = self.cell);
                 put(&letter, style, self.column(rate), row(inner, number), buf);
@@ -152,20 +154,14 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// How many of all seeds stayed up, by rate.
+    /// How many of all seeds went well, by rate.
     fn draw_all(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
         let line = row(inner, self.digits);
         put(ALL, theme.strong(), 1, line, buf);
         for rate in 0..self.map.rates().len() {
-            let (balanced, runs) = self.map.survival(rate);
-            self.put_cell(
-                SurvivalLevel::of(balanced, runs),
-                rate,
-                false,
-                theme,
-                line,
-                buf,
-            );
+            let (well, runs) = self.map.survival(rate);
+            let level = SurvivalLevel::of(well, runs);
+            self.put_cell(level, rate, false, theme, line, buf);
         }
     }
 
@@ -180,8 +176,8 @@ impl<'a> Grid<'a> {
         }
         for rate in 0..self.map.rates().len() {
             let outcome = self.map.outcome(rate, seed);
-            let balanced = outcome.map_or(0, |o| usize::from(o.verdict.balanced()));
-            let level = SurvivalLevel::of(balanced, usize::from(outcome.is_some()));
+            let well = outcome.map_or(0, |outcome| usize::from(!outcome.verdict.is_lost()));
+            let level = SurvivalLevel::of(well, usize::from(outcome.is_some()));
             let chosen = here && rate == self.map.at().0;
             self.put_cell(level, rate, chosen, theme, line, buf);
         }
@@ -229,7 +225,7 @@ mod tests {
     #[test]
     fn rates_go_across_and_seeds_down() {
         insta::assert_snapshot!(text(&drawn(80, 14, &RICH)), @"
-        ┌cliff map: scripted, sensor 50 Hz, depth 1──────1500 of 3000 runs┐
+        ┌cliff map───────────────────────────────────────1500 of 3000 runs┐
         │                       1 1 1 1 1 1 1 1 1 1 2 2 2 2 2 2 2 2 2 2 3 │
         │ Hz  1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 │
         │ all ··········▒▒▒▒████████████████                              │

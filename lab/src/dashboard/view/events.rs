@@ -12,7 +12,7 @@ use super::{
     pane::{border, broken, clip, plain, put, row},
     theme::Theme,
 };
-use crate::dashboard::frame::{VerdictData, VerdictKind};
+use crate::dashboard::frame::{Standing, VerdictData};
 
 /// What the pane is called.
 const TITLE: &str = "5 events";
@@ -80,10 +80,10 @@ fn inset(width: u16) -> u16 {
 
 /// The verdict in a line.
 pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
-    let (glyph, style) = match verdict.kind {
-        VerdictKind::Good => (theme.glyph("✓", "+"), theme.good()),
-        VerdictKind::Done => (theme.glyph("■", "="), theme.strong()),
-        VerdictKind::Lost => (theme.glyph("✖", "!"), theme.alarm()),
+    let (glyph, style) = match verdict.standing {
+        Standing::Good => (theme.glyph("✓", "+"), theme.good()),
+        Standing::Done => (theme.glyph("■", "="), theme.strong()),
+        Standing::Lost => (theme.glyph("✖", "!"), theme.alarm()),
     };
     let text = format!("{glyph} {}", plain(&verdict.headline, theme));
     Line::from(Span::styled(text, style))
@@ -140,7 +140,7 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
 mod tests {
     use ratatui::buffer::Buffer;
     use ratelab::runtime::{
-        Command, Hz, Time,
+        Command, Hz, Knob, Time,
         telemetry::{Event, EventKind},
     };
 
@@ -161,9 +161,11 @@ mod tests {
             at: Time::from_nanos(millis * 1_000_000),
             what,
         };
-        let rate = |hz: f64| Command::SetRate {
-            node: "policy".to_owned(),
-            hz: Hz::new(hz).expect("a valid rate"),
+        let rate = |hz: f64| {
+            Command::Set(Knob::Rate {
+                node: "policy".to_owned(),
+                hz: Hz::new(hz).expect("a valid rate"),
+            })
         };
         let applied = EventKind::Applied {
             command: rate(5.0),

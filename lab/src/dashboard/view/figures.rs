@@ -62,14 +62,25 @@ pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: 
         width: inner.width - 2 * inset,
         ..inner
     };
-    if inner.width >= WIDE {
-        side_by_side(frame, theme, inner, buf);
-    } else {
-        stacked(frame, theme, inner, buf);
+    match &frame.latency {
+        Some(latency) if inner.width >= WIDE => side_by_side(frame, latency, theme, inner, buf),
+        Some(latency) => stacked(frame, latency, theme, inner, buf),
+        None => {
+            let used = topics(&frame.topics, theme, inner, buf);
+            let blank = usize::from(used + 2 + frame.nodes.len() <= usize::from(inner.height));
+            let rest = rows(inner, used + blank, usize::MAX);
+            nodes(&frame.nodes, theme, rest, buf);
+        }
     }
 }
 
-fn side_by_side(frame: &FrameData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+fn side_by_side(
+    frame: &FrameData,
+    latency: &LatencyData,
+    theme: &Theme,
+    inner: Rect,
+    buf: &mut Buffer,
+) {
     let left = Rect {
         width: inner.width - LATENCY_COLUMNS - GAP,
         ..inner
@@ -81,29 +92,29 @@ fn side_by_side(frame: &FrameData, theme: &Theme, inner: Rect, buf: &mut Buffer)
     };
     let used = topics(&frame.topics, theme, left, buf);
     nodes(&frame.nodes, theme, rows(left, used + 1, usize::MAX), buf);
-    let used = latency(&frame.latency, theme, right, buf);
+    let used = latency_figures(latency, theme, right, buf);
     let bars = usize::from(inner.height)
         .saturating_sub(used + 1)
         .min(BEST_HISTOGRAM);
     if bars >= LEAST_HISTOGRAM {
         let place = rows(right, used + 1, bars);
-        histogram::render(&frame.latency, theme, place, buf);
+        histogram::render(latency, theme, place, buf);
     }
 }
 
-fn stacked(frame: &FrameData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+fn stacked(frame: &FrameData, latency: &LatencyData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
     let height = usize::from(inner.height);
     let mut used = topics(&frame.topics, theme, inner, buf);
     // Blank lines only if nothing has to go for them.
     let table = 1 + frame.nodes.len();
-    let least = used + latency_rows(inner) + LEAST_HISTOGRAM + table;
+    let least = used + latency_rows(latency, inner) + LEAST_HISTOGRAM + table;
     let blank = usize::from(least + 2 <= height);
     used += blank;
-    used += latency(&frame.latency, theme, rows(inner, used, usize::MAX), buf);
+    used += latency_figures(latency, theme, rows(inner, used, usize::MAX), buf);
     let spare = height.saturating_sub(used + blank + table);
     let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
     if used + bars <= height {
-        histogram::render(&frame.latency, theme, rows(inner, used, bars), buf);
+        histogram::render(latency, theme, rows(inner, used, bars), buf);
         used += bars;
     }
     nodes(
@@ -192,27 +203,25 @@ fn quantile(of: &Quantiles, duration: Duration, scale: f64) -> String {
     format!("{:.decimals$}", duration.as_secs_f64() * scale)
 }
 
-/// What is said of the latency.
-const LATENCY: &str = "sense→act";
-
-/// Width of one of its figures with its name and unit, and blanks after it.
+/// Width of one of the figures of a latency with its name and unit, and blanks after it.
 const LATENCY_FIGURE: usize = 14;
 
 /// Where its figures begin, and how many fit into a row.
-fn latency_grid(area: Rect) -> (usize, usize) {
-    let begin = pane::width(LATENCY) + 2;
+fn latency_grid(latency: &LatencyData, area: Rect) -> (usize, usize) {
+    let begin = pane::width(latency.name) + 2;
     let room = usize::from(area.width).saturating_sub(begin) + 2;
     (begin, (room / LATENCY_FIGURE).clamp(1, 4))
 }
 
-fn latency_rows(area: Rect) -> usize {
-    4_usize.div_ceil(latency_grid(area).1)
+fn latency_rows(latency: &LatencyData, area: Rect) -> usize {
+    4_usize.div_ceil(latency_grid(latency, area).1)
 }
 
 /// Draws the figures of the latency; returns how many rows they took.
-fn latency(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
-    let (begin, across) = latency_grid(area);
-    put(&plain(LATENCY, theme), theme.faint(), 0, row(area, 0), buf);
+fn latency_figures(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+    let (begin, across) = latency_grid(latency, area);
+    let name = plain(latency.name, theme);
+    put(&name, theme.faint(), 0, row(area, 0), buf);
     let figures = &latency.figures;
     let some = |duration: Duration| (figures.count > 0).then_some(duration);
     let entries = [
@@ -233,7 +242,7 @@ fn latency(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) -
             put(&text, Style::new(), x + 3, place, buf);
         }
     }
-    latency_rows(area).min(usize::from(area.height))
+    latency_rows(latency, area).min(usize::from(area.height))
 }
 
 #[cfg(test)]

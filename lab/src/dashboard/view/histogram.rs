@@ -14,7 +14,7 @@ const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇"
 /// The widest a bar gets.
 const WIDEST: usize = 4;
 
-/// Draws bars, and under them the axis with the control period.
+/// Draws bars, and under them the axis with the period of reference.
 pub fn render(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width);
     if area.height < 2 || room < 4 || latency.bins.is_empty() {
@@ -73,7 +73,7 @@ struct BinAxis<'a> {
 }
 
 impl BinAxis<'_> {
-    /// Zero, the control period, and where the last bar begins, unless the
+    /// Zero, the period, and where the last bar begins, unless the
     /// period leaves no room for that.
     fn draw(&self, theme: &Theme, row: Rect, buf: &mut Buffer) {
         let last = self.latency.bin.as_secs_f64() * (self.latency.bins.len() - 1) as f64;
@@ -97,10 +97,10 @@ impl BinAxis<'_> {
         }
     }
 
-    /// The control period and a column at which it points to its place under
+    /// The period and a column at which it points to its place under
     /// the bars, between columns `from` and `to`.
     fn period(&self, (from, to): (usize, usize), theme: &Theme) -> Option<(usize, String)> {
-        let period = self.latency.control_period.as_secs_f64();
+        let period = self.latency.period.as_secs_f64();
         let text = format!("period {:.0} ms", period * 1e3);
         let wide = pane::width(&text) + 1;
         let column = (period / self.per_column).floor();
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn bars_stand_over_their_latency() {
-        let buf = bars(&sample::balanced().latency, 40, 5, &RICH);
+        let buf = bars(&sample::latency(), 40, 5, &RICH);
         insta::assert_snapshot!(text(&buf), @r"
                     ████▂▂▂▂
                     ████████
@@ -155,13 +155,13 @@ mod tests {
 
     #[test]
     fn bins_share_a_bar_where_it_is_narrow() {
-        insta::assert_snapshot!(text(&bars(&sample::balanced().latency, 9, 4, &RICH)), @r"
+        insta::assert_snapshot!(text(&bars(&sample::latency(), 9, 4, &RICH)), @r"
          █▄
          ██
         ▁██▃▁
         0  ≥45 ms
         ");
-        insta::assert_snapshot!(text(&bars(&sample::balanced().latency, 30, 3, &POOR)), @r"
+        insta::assert_snapshot!(text(&bars(&sample::latency(), 30, 3, &POOR)), @r"
                  ######
            ###########################
         0           ^ period 20 ms
@@ -170,8 +170,8 @@ mod tests {
 
     #[test]
     fn a_period_out_of_sight_is_told() {
-        let mut latency = sample::balanced().latency;
-        latency.control_period = Duration::from_secs(1);
+        let mut latency = sample::latency();
+        latency.period = Duration::from_secs(1);
         insta::assert_snapshot!(text(&bars(&latency, 40, 3, &RICH)), @r"
                     ████▅▅▅▅
             ▁▁▁▁▅▅▅▅████████▅▅▅▅▂▂▂▂▁▁▁▁▁▁▁▁▁▁▁▁

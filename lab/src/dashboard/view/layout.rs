@@ -31,16 +31,22 @@ pub struct ScreenLayout {
 }
 
 impl ScreenLayout {
-    /// Divides `area`, which [is enough](is_enough), between the pane in focus,
-    /// which may have it all, and the others; with a scrubber or without.
-    pub fn of(area: Rect, (focus, zoomed): (Pane, bool), scrubber: bool) -> Self {
+    /// Divides `area`, which [is enough](is_enough), between the panes that `exist`,
+    /// of which the one in focus has it all if it is zoomed, or where there is little
+    /// room; with a scrubber or without.
+    pub fn of(
+        area: Rect,
+        (focus, zoomed): (Pane, bool),
+        scrubber: bool,
+        exist: impl Fn(Pane) -> bool,
+    ) -> Self {
         let line = Constraint::Length(1);
         let second = Constraint::Length(u16::from(scrubber));
         let [status, body, second, footer] = rows(area, [line, Constraint::Fill(1), second, line]);
         let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
             one_pane(body, focus)
         } else {
-            (None, all_panes(body, fits(ROOMY, area)))
+            (None, all_panes(body, fits(ROOMY, area), exist))
         };
         Self {
             status,
@@ -70,25 +76,30 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     (Some(verdict), vec![(focus, pane)])
 }
 
-fn all_panes(body: Rect, roomy: bool) -> Vec<(Pane, Rect)> {
-    let graph_height = if roomy { 11 } else { 7 };
-    let [graph, middle, bottom] = rows(
-        body,
-        [
-            Constraint::Length(graph_height),
-            Constraint::Fill(1),
-            Constraint::Fill(1),
-        ],
-    );
-    let [plant, angle] = columns(middle, [Constraint::Percentage(42), Constraint::Fill(1)]);
-    let [figures, events] = columns(bottom, [Constraint::Percentage(62), Constraint::Fill(1)]);
-    vec![
+fn all_panes(body: Rect, roomy: bool, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
+    let (plant, signal) = (exist(Pane::Plant), exist(Pane::Signal));
+    let rest = Constraint::Fill(1);
+    let (graph, middle) = match (plant || signal, roomy) {
+        (false, _) => (rest, Constraint::Length(0)),
+        (true, true) => (Constraint::Length(11), rest),
+        (true, false) => (Constraint::Length(7), rest),
+    };
+    let [graph, middle, bottom] = rows(body, [graph, middle, rest]);
+    let left = match (plant, signal) {
+        (true, true) => 42,
+        (true, false) => 100,
+        (false, _) => 0,
+    };
+    let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
+    let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
+    let panes = [
         (Pane::Graph, graph),
-        (Pane::Plant, plant),
-        (Pane::Angle, angle),
+        (Pane::Plant, left),
+        (Pane::Signal, right),
         (Pane::Figures, figures),
         (Pane::Events, events),
-    ]
+    ];
+    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
 }
 
 fn rows<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {

@@ -3,7 +3,6 @@
 
 pub mod theme;
 
-mod angle;
 mod canvas;
 mod cliff;
 mod events;
@@ -18,6 +17,7 @@ mod plant;
 #[cfg(test)]
 mod sample;
 mod scrubber;
+mod signal;
 mod status;
 mod table;
 
@@ -26,10 +26,10 @@ use ratatui::{
     buffer::Buffer,
     layout::Rect,
     text::{Line, Span},
-    widgets::{Paragraph, Widget, Wrap},
+    widgets::{Clear, Paragraph, Widget, Wrap},
 };
 
-use ratelab::runtime::telemetry::Event;
+use ratelab::{runtime::telemetry::Event, system::System};
 
 use self::{layout::ScreenLayout, theme::Theme};
 pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
@@ -37,14 +37,19 @@ use super::{
     cliff::CliffMap,
     focus::Pane,
     frame::{FrameData, Trace},
+    knob_focus::KnobFocus,
 };
 
 /// What is on the screen, whatever it is of: a run under way or a recording.
 pub struct ScreenState<'a> {
+    /// What it is of.
+    pub system: &'a dyn System,
     /// The figures.
     pub frame: &'a FrameData,
-    /// The pole's angle until then.
-    pub trace: Trace,
+    /// The signal until then, if the system has one.
+    pub trace: Option<Trace>,
+    /// The node and the topics whose knobs keys turn.
+    pub knob_focus: KnobFocus,
     /// Events until then.
     pub events: Vec<Event>,
     /// What the top line says beside.
@@ -67,12 +72,36 @@ pub struct ScreenState<'a> {
     pub notice: Option<&'a str>,
 }
 
+impl ScreenState<'_> {
+    /// Whether there is something to show in `pane`.
+    pub fn has(&self, pane: Pane) -> bool {
+        match pane {
+            Pane::Plant => self.has_picture(),
+            Pane::Signal => self.trace.is_some(),
+            Pane::Graph | Pane::Figures | Pane::Events => true,
+        }
+    }
+
+    /// Whether the system has a picture, or may have one as soon as it has a state.
+    fn has_picture(&self) -> bool {
+        let state = &self.frame.state;
+        self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
+    }
+}
+
 /// The last line.
 pub enum Footer<'a> {
     /// Keys and what for.
     Hints(Vec<(String, &'static str)>),
     /// What is being typed.
-    Prompt(&'a str),
+    Prompt {
+        /// It.
+        typed: &'a str,
+        /// What is allowed instead of the last entry, over the line.
+        refusal: Option<&'a str>,
+        /// What may be typed.
+        hint: String,
+    },
 }
 
 /// Draws everything; nothing but the size of a screen that is too small.
@@ -82,18 +111,15 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
     if !layout::is_enough(area) {
         too_small(area, buf);
     } else if let Some(shown) = shown {
-        let panes = (shown.focus, shown.zoomed);
-        render_parts(
-            shown,
-            theme,
-            &ScreenLayout::of(area, panes, shown.scrubber.is_some()),
-            buf,
-        );
+        let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
+        let layout = ScreenLayout::of(area, panes, scrubber, |pane| shown.has(pane));
+        render_parts(shown, theme, &layout, buf);
     }
 }
 
 fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
-    status::render_status(shown.frame, &shown.extra, theme, layout.status, buf);
+    let name = shown.system.name();
+    status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
     }
@@ -104,7 +130,7 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
         scrubber::render(scrubber, theme, area, buf);
     }
     match &shown.footer {
-        Footer::Prompt(typed) => prompt_line(typed, theme, layout.footer, buf),
+        Footer::Prompt { typed, hint, .. } => prompt_line(typed, hint, theme, layout.footer, buf),
         Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
             Some(notice) => {
                 let text = pane::clip(notice, usize::from(layout.footer.width), theme);
@@ -122,6 +148,13 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     if let Some(page) = &shown.page {
         page::render(page, theme, layout.body, buf);
     }
+    if let Footer::Prompt {
+        refusal: Some(refusal),
+        ..
+    } = &shown.footer
+    {
+        over_the_prompt(refusal, theme, layout.body, buf);
+    }
     if let Some(rows) = &shown.help {
         help::render(rows, theme, layout.body, buf);
     }
@@ -132,12 +165,16 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
     let frame = shown.frame;
     let verdict = &frame.verdict;
     match pane {
-        Pane::Graph => graph::render(frame, theme, focused, area, buf),
+        Pane::Graph => graph::render(frame, &shown.knob_focus, theme, focused, area, buf),
         Pane::Plant => {
-            let plant = frame.plant.as_ref();
-            plant::render(plant, verdict.kind, theme, focused, area, buf);
+            let picture = shown.system.picture(&frame.state);
+            plant::render(picture.as_ref(), verdict, theme, focused, area, buf);
         }
-        Pane::Angle => angle::render(&shown.trace, frame.now, theme, focused, area, buf),
+        Pane::Signal => {
+            if let Some(trace) = &shown.trace {
+                signal::render(trace, frame.now, theme, focused, area, buf);
+            }
+        }
         Pane::Figures => figures::render(frame, theme, focused, area, buf),
         Pane::Events => {
             let (events, notice) = (&shown.events, shown.notice);
@@ -168,17 +205,31 @@ fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Bu
 }
 
 /// What is being typed, its end in sight, and what may be typed if there is room.
-fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
     let tail = pane::tail(typed, room);
-    let hint = "   control-hz, sensor-hz, queue-depth or policy, and a value; Enter, or Esc";
+    let used = pane::width(&tail) + 3;
+    let hint = pane::clip(hint, room.saturating_sub(used), theme);
     let spans = [
         Span::styled(": ", theme.strong()),
         Span::raw(pane::plain(&tail, theme)),
         Span::raw(theme.glyph("▏", "_")),
-        Span::styled(hint, theme.faint()),
+        Span::styled(format!("   {hint}"), theme.faint()),
     ];
     Line::from_iter(spans).render(area, buf);
+}
+
+/// Why an entry was refused, in as many lines as it takes, at the bottom of `area`.
+fn over_the_prompt(refusal: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let sign = theme.glyph("✖", "!");
+    let text = format!("{sign} {}", pane::plain(refusal, theme));
+    let lines = pane::broken(&text, usize::from(area.width));
+    let first = usize::from(area.height).saturating_sub(lines.len());
+    for (number, line) in lines.iter().enumerate() {
+        let place = pane::row(area, first + number);
+        Clear.render(place, buf);
+        pane::put(line, theme.strong(), 0, place, buf);
+    }
 }
 
 fn too_small(area: Rect, buf: &mut Buffer) {

@@ -1,256 +1,303 @@
-//! The cart-pole, drawn to scale.
+//! The plant, drawn to scale.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
-use ratelab::cartpole::{CART_LIMIT_M, POLE_LIMIT_RAD, Pose};
+use ratatui::{buffer::Buffer, layout::Rect, style::Style as CellStyle, text::Span};
+use ratelab::system::{Picture, Shape, Style};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},
-    pane::{self, border, clamp, put, row, rows, signed},
+    pane::{self, border, clamp, put, row, rows},
     theme::Theme,
 };
-use crate::dashboard::frame::{PlantData, VerdictKind};
+use crate::dashboard::frame::{Standing, VerdictData};
 
 /// What the pane is called.
 const TITLE: &str = "2 plant";
 
-/// Length of the pole (m).
-const POLE_M: f64 = 1.0;
+/// Dots of Braille below which one side of a view is too short to see anything
+/// move. Then the shorter side fills the pane, and the view follows the focus.
+const SHORTEST_SIDE: f64 = 20.0;
 
-/// Height of the end stops and length of the longest push (m).
-const STOP_M: f64 = 0.15;
-const PUSH_M: f64 = 0.5;
+/// Rows from which on one of them is for what hangs below the view.
+const WITH_LABELS: u16 = 7;
 
-/// Half the width and half the height of the cart (m).
-const CART_HALF_M: (f64, f64) = (0.1, 0.05);
+/// The most strokes of a shape.
+const MOST_STROKES: f64 = 400.0;
 
-/// What is in sight if the screen is wide enough: rail and a little more (m).
-const SIGHT_HALF_M: f64 = 2.6;
-
-/// Dots from hinge to tip below which a pole is too short to see it lean. Then
-/// the view follows the cart instead of showing the whole rail.
-const SHORTEST_POLE: f64 = 16.0;
-
-/// Force of a full push (N): the model's motor.
-const FULL_PUSH_N: f64 = 10.0;
-
-/// Draws the cart-pole, and its figures in the last line.
+/// Draws a picture, and its captions in the last line.
 pub fn render(
-    plant: Option<&PlantData>,
-    verdict: VerdictKind,
+    picture: Option<&Picture>,
+    verdict: &VerdictData,
     theme: &Theme,
     focused: bool,
     area: Rect,
     buf: &mut Buffer,
 ) {
-    let lost = plant.filter(|_| verdict == VerdictKind::Lost);
-    let word = lost.map_or_else(Span::default, |plant| {
-        Span::styled(word(&plant.pose, theme), theme.alarm())
-    });
+    let lost = picture.is_some() && verdict.standing == Standing::Lost;
+    let word = if lost {
+        let sign = theme.glyph("✖", "!");
+        Span::styled(format!(" {sign} {} ", verdict.word), theme.alarm())
+    } else {
+        Span::default()
+    };
     let inner = border(TITLE, word, theme, focused, area, buf);
     let last = usize::from(inner.height.saturating_sub(1));
-    figures(plant, theme, row(inner, last), buf);
-    if let Some(scene) = PlantDrawing::new(plant, theme, rows(inner, 0, last)) {
-        scene.draw(plant, lost.is_some(), theme, buf);
+    let Some(picture) = picture else {
+        return put("no state yet", theme.faint(), 1, row(inner, last), buf);
+    };
+    captions(&picture.captions, theme, row(inner, last), buf);
+    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(inner, 0, last)) {
+        drawing.draw(picture, buf);
     }
 }
 
-/// How it was lost.
-fn word(pose: &Pose, theme: &Theme) -> String {
-    let what = if pose.pole_angle.abs() > POLE_LIMIT_RAD {
-        "pole fell"
-    } else if pose.cart_position.abs() > CART_LIMIT_M {
-        "off the rail"
-    } else {
-        "lost"
-    };
-    format!(" {} {what} ", theme.glyph("✖", "!"))
-}
-
-/// Angle, place and push, as many as fit.
-fn figures(plant: Option<&PlantData>, theme: &Theme, row: Rect, buf: &mut Buffer) {
-    let Some(plant) = plant else {
-        put("no control step yet", theme.faint(), 1, row, buf);
-        return;
-    };
-    let degrees = signed(plant.pose.pole_angle.to_degrees(), 7, 2, theme);
-    let push = f64::from(plant.action);
-    let parts = [
-        format!("angle {degrees}{}", theme.glyph("°", " deg")),
-        format!("cart {} m", signed(plant.pose.cart_position, 5, 2, theme)),
-        format!(
-            "push {} ({} N)",
-            signed(push, 5, 2, theme),
-            signed(push * FULL_PUSH_N, 0, 1, theme)
-        ),
-    ];
+/// As many captions as fit.
+fn captions(captions: &[String], theme: &Theme, row: Rect, buf: &mut Buffer) {
     let mut x = 1;
-    for part in parts {
-        let wide = pane::width(&part);
+    for caption in captions {
+        let caption = with_signs(caption, theme);
+        let wide = pane::width(&caption);
         if x + wide <= usize::from(row.width) {
-            put(&part, Style::new(), x, row, buf);
+            put(&caption, CellStyle::new(), x, row, buf);
         }
         x += wide + 3;
     }
 }
 
-/// A view with equal scale on both axes. Everything that stands still or moves
-/// as a whole is on whole dots, so that it does not change its shape.
-struct PlantDrawing {
-    canvas: BrailleCanvas,
-    labels: Rect,
-    /// Size of a dot (m).
-    dot: (f64, f64),
-    /// Where the middle of the cart is (m), on a whole dot.
-    cart: f64,
-    /// Half the cart in dots.
-    cart_dots: (f64, f64),
+/// `text` with a minus before numbers that is as wide as a plus.
+fn with_signs(text: &str, theme: &Theme) -> String {
+    if theme.ascii {
+        return pane::plain(text, theme).into_owned();
+    }
+    let mut out = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let number = letters.peek().is_some_and(char::is_ascii_digit);
+        let alone = out.chars().next_back().is_none_or(|c| !c.is_alphanumeric());
+        out.push(if letter == '-' && number && alone {
+            '−'
+        } else {
+            letter
+        });
+    }
+    out
 }
 
-impl PlantDrawing {
-    fn new(plant: Option<&PlantData>, theme: &Theme, area: Rect) -> Option<Self> {
-        let spare = usize::from(area.height > 7);
+/// A view with equal scale on both axes. What moves as a whole is on whole dots,
+/// so that it does not change its shape.
+struct Drawing<'t> {
+    canvas: BrailleCanvas,
+    /// The rows of labels: those of the canvas, and one below if there is room.
+    labels: Rect,
+    /// Size of a dot (m).
+    dot: [f64; 2],
+    /// By how much what moves is shifted for the focus to be on a whole dot (m).
+    shift: [f64; 2],
+    lost: bool,
+    theme: &'t Theme,
+}
+
+impl<'t> Drawing<'t> {
+    fn new(picture: &Picture, lost: bool, theme: &'t Theme, area: Rect) -> Option<Self> {
+        let spare = usize::from(area.height > WITH_LABELS);
         let canvas = rows(area, 0, usize::from(area.height) - spare);
-        let labels = row(area, usize::from(canvas.height));
         let (wide, high) = BrailleCanvas::dots(canvas, theme);
-        // A terminal cell is about twice as high as wide; so is a dot of ASCII,
-        // while a cell of Braille is two dots by four.
-        let shape = if theme.ascii { 2.0 } else { 1.0 };
-        let below = if theme.ascii { 1.5 } else { 4.5 };
-        if wide < 6.0 || high < below + 2.0 {
+        let [left, bottom, right, top] = picture.view;
+        let (width, height) = (right - left, top - bottom);
+        let sound = width > 0.0 && height > 0.0 && (width + height).is_finite();
+        if !sound || wide < 6.0 || high < 3.0 {
             return None;
         }
-        let by_height = 1.1 * POLE_M / (high - 1.0 - below);
-        let by_width = 2.0 * SIGHT_HALF_M / (wide - 1.0) * shape;
-        let whole_rail = by_height.max(by_width);
-        let down = if POLE_M / whole_rail * if theme.ascii { 4.0 } else { 1.0 } >= SHORTEST_POLE {
-            whole_rail
+        // A dot of Braille is as high as wide; a letter is twice that.
+        let (aspect, across, down) = if theme.ascii {
+            (2.0, 2.0, 4.0)
         } else {
-            by_height
+            (1.0, 1.0, 1.0)
         };
-        let dot = (down / shape, down);
-        let cart_dots = (
-            (CART_HALF_M.0 / dot.0).round().max(1.0),
-            (CART_HALF_M.1 / dot.1).round(),
-        );
-        let position = plant.map_or(0.0, |plant| plant.pose.cart_position);
-        let cart = (position / dot.0).round() * dot.0;
-        let span = (wide - 1.0) * dot.0;
-        let slack = (SIGHT_HALF_M - span / 2.0).max(0.0);
-        let middle = if cart.is_finite() {
-            cart.clamp(-slack, slack)
+        let (by_width, by_height) = (width / (wide - 1.0) * aspect, height / (high - 1.0));
+        let all = by_width.max(by_height);
+        let shorter = (width * aspect * across).min(height * down) / all;
+        let size = if shorter < SHORTEST_SIDE {
+            by_width.min(by_height)
         } else {
-            0.0
+            all
         };
-        let left = ((middle - span / 2.0) / dot.0).round() * dot.0;
-        let bottom = -(cart_dots.1 + if theme.ascii { 1.0 } else { 3.0 }) * dot.1;
-        let y = [bottom, bottom + (high - 1.0) * dot.1];
+        let dot = [size / aspect, size];
+        let [fx, fy] = picture.focus;
+        let span = [(wide - 1.0) * dot[0], (high - 1.0) * dot[1]];
+        let x = window([left, right], fx, span[0], dot[0], 0.5);
+        let y = window([bottom, top], fy, span[1], dot[1], 0.0);
         Some(Self {
-            canvas: BrailleCanvas::new(canvas, [left, left + span], y, theme),
-            labels,
+            canvas: BrailleCanvas::new(canvas, [x, x + span[0]], [y, y + span[1]], theme),
+            labels: area,
             dot,
-            cart,
-            cart_dots,
+            shift: [to_dot(fx - x, dot[0]), to_dot(fy - y, dot[1])],
+            lost,
+            theme,
         })
     }
 
-    fn draw(&self, plant: Option<&PlantData>, lost: bool, theme: &Theme, buf: &mut Buffer) {
-        self.rail(theme, buf);
-        let Some(plant) = plant else { return };
-        let pen = |style, ascii| Pen { style, ascii };
-        let (style, ascii) = if lost {
+    fn draw(&self, picture: &Picture, buf: &mut Buffer) {
+        for (style, shape) in &picture.shapes {
+            self.shape(*style, shape, buf);
+        }
+        // Letters hide what they are written on.
+        for (style, shape) in &picture.shapes {
+            if let Shape::Label { at, text } = shape {
+                self.label(*style, *at, text, buf);
+            }
+        }
+    }
+
+    fn shape(&self, style: Style, shape: &Shape, buf: &mut Buffer) {
+        match shape {
+            Shape::Segment { from, to } => {
+                let (from, to) = (self.placed(style, *from), self.placed(style, *to));
+                let line = [from[0], from[1], to[0], to[1]];
+                self.canvas
+                    .draw(self.pen(style, line), self.line(style, line), buf);
+            }
+            Shape::Box {
+                centre,
+                half,
+                angle,
+            } => {
+                let strokes = self.filled_box(self.placed(style, *centre), *half, *angle);
+                self.canvas.draw(self.pen(style, [0.0; 4]), strokes, buf);
+            }
+            Shape::Circle { centre, radius } => {
+                let strokes = self.circle(self.placed(style, *centre), *radius);
+                self.canvas.draw(self.pen(style, [0.0; 4]), strokes, buf);
+            }
+            Shape::Label { .. } => {}
+        }
+    }
+
+    /// Where a point is drawn.
+    fn placed(&self, style: Style, [x, y]: [f64; 2]) -> [f64; 2] {
+        match style {
+            Style::Scenery => [x, y],
+            _ => [x + self.shift[0], y + self.shift[1]],
+        }
+    }
+
+    /// What `style` is drawn with; of letters that which fits the direction of
+    /// `line` best.
+    fn pen(&self, style: Style, [x1, y1, x2, y2]: Stroke) -> Pen {
+        let (right, up) = (x2 - x1, y2 - y1);
+        let level = right.abs() >= up.abs();
+        let (cell, ascii) = match style {
+            Style::Scenery => (self.theme.faint(), if level { '-' } else { '|' }),
+            Style::Limit => (self.theme.faint(), '.'),
+            Style::Body => (CellStyle::new(), '#'),
             // Reversed, thin lines would turn into blocks.
-            (theme.alarm_line(), 'X')
-        } else {
-            (theme.good(), '*')
+            Style::Subject if self.lost => (self.theme.alarm_line(), 'X'),
+            Style::Subject => (self.theme.good(), '*'),
+            Style::Action => (
+                self.theme.active(),
+                match (level, right < 0.0, up < 0.0) {
+                    (true, true, _) => '<',
+                    (true, false, _) => '>',
+                    (false, _, true) => 'v',
+                    (false, _, false) => '^',
+                },
+            ),
         };
-        for side in [-1.0, 1.0] {
-            let edge = self.arm(side * POLE_LIMIT_RAD, 1.08 * POLE_M, 0.0);
-            self.canvas
-                .draw(pen(theme.faint(), '.'), dashed(edge, 14), buf);
-        }
-        let push = f64::from(plant.action).clamp(-1.0, 1.0);
-        let arrow = if push < 0.0 { '<' } else { '>' };
-        self.canvas
-            .draw(pen(theme.active(), arrow), self.push(push), buf);
-        self.canvas
-            .draw(pen(Style::new(), '#'), self.box_of_cart(), buf);
-        // Two dots thick, but where a dot is a letter.
-        let thick = if theme.ascii { 0.0 } else { self.dot.0 / 2.0 };
-        let pole = [-thick, thick].map(|aside| self.arm(plant.pose.pole_angle, POLE_M, aside));
-        self.canvas.draw(pen(style, ascii), pole, buf);
+        Pen { style: cell, ascii }
     }
 
-    /// From the hinge `length` metres at `angle` from upright.
-    fn arm(&self, angle: f64, length: f64, aside: f64) -> Stroke {
-        let hinge = self.cart + aside;
-        [
-            hinge,
-            0.0,
-            hinge + length * angle.sin(),
-            length * angle.cos(),
-        ]
-    }
-
-    fn box_of_cart(&self) -> Vec<Stroke> {
-        let (x, y) = self.cart_dots;
-        let (left, right) = (self.cart - x * self.dot.0, self.cart + x * self.dot.0);
-        let lines = (-y as i32)..=(y as i32);
-        lines
-            .map(|line| f64::from(line) * self.dot.1)
-            .map(|y| [left, y, right, y])
-            .collect()
-    }
-
-    /// A bar on the side to which the cart is pushed.
-    fn push(&self, push: f64) -> Option<Stroke> {
-        let begin = (self.cart_dots.0 + 2.0) * self.dot.0;
-        let length = push.abs() * PUSH_M;
-        (length > self.dot.0).then(|| {
-            let side = push.signum();
-            [
-                self.cart + side * begin,
-                0.0,
-                self.cart + side * (begin + length),
-                0.0,
-            ]
-        })
-    }
-
-    /// The rail with its end stops, a tick at every metre, and labels.
-    fn rail(&self, theme: &Theme, buf: &mut Buffer) {
-        let pen = |ascii| Pen {
-            style: theme.faint(),
-            ascii,
-        };
-        let y = -(self.cart_dots.1 + 1.0) * self.dot.1;
-        let line = [-CART_LIMIT_M, y, CART_LIMIT_M, y];
-        self.canvas.draw(pen('-'), [line], buf);
-        let ticks = (-2..=2).map(f64::from).map(|x| [x, y - self.dot.1, x, y]);
-        self.canvas.draw(pen('+'), ticks, buf);
-        let stops = [-CART_LIMIT_M, CART_LIMIT_M].map(|x| [x, y, x, STOP_M]);
-        self.canvas.draw(pen('|'), stops, buf);
-        for at in [-CART_LIMIT_M, -1.0, 0.0, 1.0, CART_LIMIT_M] {
-            let text = if at == 0.0 {
-                "0 m".to_owned()
-            } else {
-                signed(at, 0, usize::from(at.fract() != 0.0), theme) + " m"
-            };
-            self.label(at, &text, theme, buf);
+    /// A limit is dashed; what is to be looked at is two dots thick.
+    fn line(&self, style: Style, line: Stroke) -> Vec<Stroke> {
+        let [x1, y1, x2, y2] = line;
+        let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);
+        match style {
+            Style::Limit => {
+                let dashes = (dots[0].max(dots[1]) / 2.0).clamp(1.0, MOST_STROKES);
+                dashed(line, dashes as u32).collect()
+            }
+            // Where a dot is a letter, one is thick enough.
+            Style::Subject if !self.theme.ascii => {
+                let aside = if dots[0] > dots[1] {
+                    [0.0, self.dot[1] / 2.0]
+                } else {
+                    [self.dot[0] / 2.0, 0.0]
+                };
+                let moved = |by: f64| {
+                    let [x, y] = aside.map(|aside| aside * by);
+                    [x1 + x, y1 + y, x2 + x, y2 + y]
+                };
+                vec![moved(-1.0), moved(1.0)]
+            }
+            _ => vec![line],
         }
     }
 
-    /// `text` under `x`, moved as little as it takes to be whole.
-    fn label(&self, x: f64, text: &str, theme: &Theme, buf: &mut Buffer) {
-        let wide = clamp(pane::width(text));
-        let Some(room) = self.labels.width.checked_sub(wide) else {
-            return;
+    /// A box in lines from side to side, its edges on whole dots where it is level.
+    fn filled_box(&self, [x, y]: [f64; 2], half: [f64; 2], angle: f64) -> Vec<Stroke> {
+        let half = [
+            (half[0] / self.dot[0]).round().max(1.0) * self.dot[0],
+            (half[1] / self.dot[1]).round() * self.dot[1],
+        ];
+        // Turned lines leave no gaps if they are twice as dense.
+        let dense = if angle == 0.0 { 2.0 } else { 4.0 };
+        let lines = (half[1] / self.dot[1] * dense).round();
+        let lines = lines.clamp(0.0, MOST_STROKES) as u32;
+        let (sin, cos) = angle.sin_cos();
+        let corner = |right: f64, up: f64| [x + right * cos - up * sin, y + right * sin + up * cos];
+        let level = |line: u32| {
+            let up = half[1] * (2.0 * f64::from(line) / f64::from(lines.max(1)) - 1.0);
+            let ([x1, y1], [x2, y2]) = (corner(-half[0], up), corner(half[0], up));
+            [x1, y1, x2, y2]
         };
-        let Some(column) = self.canvas.column(x) else {
-            return;
-        };
-        let start = (column - self.labels.x).saturating_sub(wide / 2).min(room);
-        put(text, theme.faint(), usize::from(start), self.labels, buf);
+        (0..=lines).map(level).collect()
     }
+
+    fn circle(&self, [x, y]: [f64; 2], radius: f64) -> Vec<Stroke> {
+        let edges = (4.0 * radius / self.dot[0]).clamp(8.0, MOST_STROKES) as u32;
+        let point = |edge: u32| {
+            let angle = f64::from(edge) / f64::from(edges) * std::f64::consts::TAU;
+            (x + radius * angle.cos(), y + radius * angle.sin())
+        };
+        let edge = |edge: u32| {
+            let ((x1, y1), (x2, y2)) = (point(edge), point(edge + 1));
+            [x1, y1, x2, y2]
+        };
+        (0..edges).map(edge).collect()
+    }
+
+    /// `text` under its place, moved as little as it takes to be whole.
+    fn label(&self, style: Style, at: [f64; 2], text: &str, buf: &mut Buffer) {
+        let text = with_signs(text, self.theme);
+        let wide = clamp(pane::width(&text));
+        let [x, y] = self.placed(style, at);
+        let place = self.canvas.column(x).zip(self.canvas.row(y));
+        let room = self.labels.width.checked_sub(wide);
+        if let Some(((column, above), room)) = place.zip(room) {
+            let start = (column - self.labels.x).saturating_sub(wide / 2).min(room);
+            let line = row(self.labels, usize::from(above - self.labels.y) + 1);
+            let pen = self.pen(style, [0.0; 4]);
+            put(&text, pen.style, usize::from(start), line, buf);
+        }
+    }
+}
+
+/// Where a window of `span` metres begins, on a whole dot: with all between the ends
+/// in sight, and `before` of the spare room in front of it, or else around `focus`.
+fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) -> f64 {
+    let spare = span - (to - from);
+    let begin = if spare >= 0.0 {
+        from - spare * before
+    } else if focus.is_finite() {
+        (focus - span / 2.0).clamp(from, to - span)
+    } else {
+        from - spare / 2.0
+    };
+    (begin / dot).round() * dot
+}
+
+/// How far it is from `length` to a whole dot.
+fn to_dot(length: f64, dot: f64) -> f64 {
+    let way = (length / dot).round() * dot - length;
+    if way.is_finite() { way } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -268,40 +315,40 @@ mod tests {
     };
 
     fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
-        let (plant, verdict) = (frame.plant.as_ref(), frame.verdict.kind);
+        let picture = sample::picture(frame);
         screen(width, height, |area, buf| {
-            render(plant, verdict, theme, false, area, buf)
+            render(picture.as_ref(), &frame.verdict, theme, false, area, buf)
         })
     }
 
     #[test]
     fn the_whole_rail_is_in_sight() {
-        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &RICH)), @r"
+        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &RICH)), @"
         ┌2 plant─────────────────────────────────────────────────────┐
         │                                                            │
-        │                           ⢀    ⢀                           │
-        │                           ⠸⡄⢸⡇ ⡼                           │
-        │                            ⢇⢸⡇⢀⠇                           │
-        │                            ⠸⣸⡇⡸                            │
-        │                             ⡇⣿⡇                            │
-        │                             ⢱⣿⠁                            │
-        │  ⡇                          ⣬⣿⡄⣀⡀                       ⡇  │
-        │  ⠓⠒⠒⠒⠲⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠻⠛⠓⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠲⠒⠒⠒⠒⠃  │
+        │                                                            │
+        │                           ⠸⡀⢰⡆ ⡸                           │
+        │                            ⡇⢸⡇ ⡇                           │
+        │                            ⢸⢸⡇⢸                            │
+        │                             ⡋⣷⡃                            │
+        │                             ⢣⣿⠃                            │
+        │  ⡆                          ⣘⣿⡀                         ⡆  │
+        │  ⠧⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠿⠿⠯⠭⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠇  │
         │−2.4 m          −1 m        0 m        +1 m           +2.4 m│
         │ angle   −0.69°   cart +0.04 m   push +0.18 (+1.8 N)        │
         └────────────────────────────────────────────────────────────┘
         ");
-        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &POOR)), @r"
+        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &POOR)), @"
         +2 plant-----------------------------------------------------+
         |                                                            |
-        |                           .. * ..                          |
+        |                           .  *  .                          |
+        |                            . *  .                          |
         |                            . * .                           |
-        |                            . * .                           |
+        |                              *                             |
         |                             .*.                            |
-        |                             .*.                            |
-        |   |                         .*.                         |  |
-        |   |                         #*# >>                      |  |
-        |   |---+-----------+----------+----------+-----------+---|  |
+        |   |                          *.                         |  |
+        |   |                         #*#>                        |  |
+        |   |-----------------------------------------------------|  |
         |-2.4 m           -1 m        0 m       +1 m           +2.4 m|
         | angle   -0.69 deg   cart +0.04 m   push +0.18 (+1.8 N)     |
         +------------------------------------------------------------+
@@ -310,29 +357,29 @@ mod tests {
 
     #[test]
     fn a_narrow_view_follows_the_cart() {
-        insta::assert_snapshot!(text(&pane(&sample::broken(), 34, 10, &RICH)), @r"
+        insta::assert_snapshot!(text(&pane(&sample::broken(), 34, 10, &RICH)), @"
         ┌2 plant──────────── ✖ pole fell ┐
-        │             ⠐⡄   ⣔             │
-        │              ⢇  ⢠⡟             │
-        │              ⢸  ⣸⠇             │
-        │               ⡇ ⣿              │
-        │               ⢱⢸⡇              │
-        │         ⣀⣀⣀⣀⣀⡀⣼⣾⡅              │
-        │⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠛⠛⠓⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒│
+        │             ⢆   ⢀⡆             │
+        │             ⢨   ⣼⠃             │
+        │              ⡇ ⢀⡿              │
+        │              ⢱ ⢸⡇              │
+        │              ⠈⡂⣾⠁              │
+        │              ⢀⣣⣟               │
+        │⠤⠤⠤⠤⠤⠤⠤⠤⠤⠭⠭⠭⠭⠭⠽⠿⠿⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤│
         │ angle  +12.32°   cart −0.31 m  │
         └────────────────────────────────┘
         ");
         let mut far = sample::balanced();
-        far.plant.as_mut().expect("a plant").pose.cart_position = 2.3;
+        far.state = sample::state(2.3, -0.012, 0.18);
         insta::assert_snapshot!(text(&pane(&far, 34, 10, &RICH)), @"
         ┌2 plant─────────────────────────┐
-        │                          ⢢ ⣀ ⢠⠂│
-        │                          ⠸⡀⣿ ⡸ │
+        │                          ⢆ ⣤ ⢀⠆│
+        │                          ⢨ ⣿ ⢨ │
         │                           ⡇⣿ ⡇ │
-        │                           ⢸⢹⢸  │
-        │                           ⠈⣾⡎  │
-        │                           ⢠⣿⣿⢀⣀│
-        │⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠖⠒⠒⠒⠒⠒⠒⠒⠒⠒⠲⠒⠚⠛⠛  │
+        │                           ⢱⡏⣶⠁ │
+        │                           ⠈⡇⡏  │
+        │                           ⢀⣧⣷  │
+        │⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠼⠿⠿⠉⠁│
         │ angle   −0.69°   cart +2.30 m  │
         └────────────────────────────────┘
         ");
@@ -355,10 +402,7 @@ mod tests {
     #[test]
     fn angles_look_true() {
         let mut frame = sample::balanced();
-        let plant = frame.plant.as_mut().expect("a plant");
-        plant.pose.pole_angle = 45_f64.to_radians();
-        plant.pose.cart_position = 0.0;
-        plant.action = 0.0;
+        frame.state = sample::state(0.0, 45_f64.to_radians(), 0.0);
         let buf = pane(&frame, 90, 20, &POOR);
         let star = |x: &u16, y: &u16| buf[(*x, *y)].symbol() == "*";
         let wide = (0..90).filter(|x| (0..20).any(|y| star(x, &y))).count();
@@ -371,14 +415,12 @@ mod tests {
     fn any_size_and_any_pose_will_do() {
         let mut frame = sample::broken();
         for (cart, angle) in [(-0.3, 0.2), (9.0, -3.1), (f64::NAN, f64::INFINITY)] {
-            let plant = frame.plant.as_mut().expect("a plant");
-            (plant.pose.cart_position, plant.pose.pole_angle) = (cart, angle);
-            plant.action = angle as f32;
-            let plant = frame.plant.as_ref();
+            frame.state = sample::state(cart, angle, angle);
+            let picture = sample::picture(&frame);
             torture(|theme, area, buf| {
-                render(plant, frame.verdict.kind, theme, true, area, buf);
+                render(picture.as_ref(), &frame.verdict, theme, true, area, buf);
             });
         }
-        torture(|theme, area, buf| render(None, frame.verdict.kind, theme, true, area, buf));
+        torture(|theme, area, buf| render(None, &frame.verdict, theme, true, area, buf));
     }
 }

@@ -3,14 +3,19 @@
 use std::time::Duration;
 
 use ratelab::{
-    cartpole::Pose,
+    cartpole::CartPole,
     runtime::{ClockKind, Hz, Speed, Time, telemetry::Status},
+    system::{Picture, System},
 };
 
 use crate::dashboard::frame::{
-    FrameData, LatencyData, NodeData, PlantData, Quantiles, TopicData, Trace, VerdictData,
-    VerdictKind,
+    FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData,
 };
+
+/// The latency of [`balanced`].
+pub fn latency() -> LatencyData {
+    balanced().latency.expect("a latency")
+}
 
 /// Three nodes in a row at 50 Hz, 6.40 s into a good run.
 pub fn balanced() -> FrameData {
@@ -62,23 +67,18 @@ pub fn broken() -> FrameData {
     obs.held = Some(Duration::from_millis(16));
     action.age = quantiles(98_000, 100_000, 196_000, 200_000);
     action.held = Some(Duration::from_millis(320));
-    frame.latency = LatencyData {
+    frame.latency = Some(LatencyData {
+        name: "sense→act",
         figures: quantiles(110_000, 112_000, 212_000, 216_000),
         bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
         bin: Duration::from_millis(10),
         newest: Some(Duration::from_millis(136)),
-        control_period: Duration::from_millis(200),
-    };
-    frame.plant = Some(PlantData {
-        pose: Pose {
-            cart_position: -0.31,
-            pole_angle: 0.215,
-        },
-        action: -1.0,
-        steps: 43,
+        period: Duration::from_millis(200),
     });
+    frame.state = state(-0.31, 0.215, -1.0);
     frame.verdict = VerdictData {
-        kind: VerdictKind::Lost,
+        standing: Standing::Lost,
+        word: "pole fell".to_owned(),
         headline: "FELL at 0.84 s".to_owned(),
         why: vec![
             "policy decides 5 times a second; the pole needs about 20".to_owned(),
@@ -127,6 +127,16 @@ pub fn chain(count: usize) -> FrameData {
     frame_data(nodes, topics)
 }
 
+/// The cart-pole with the cart at `cart` (m), the pole at `angle` (rad), and a push.
+pub fn state(cart: f64, angle: f64, push: f64) -> Vec<f64> {
+    vec![43.0, push, f64::NAN, cart, angle, 0.0, 0.0]
+}
+
+/// What the cart-pole looks like in `frame`.
+pub fn picture(frame: &FrameData) -> Option<Picture> {
+    CartPole::default().picture(&frame.state)
+}
+
 /// The angle of [`broken`]: upright, then faster and faster over; two knobs
 /// were turned on the way.
 pub fn trace() -> Trace {
@@ -135,6 +145,7 @@ pub fn trace() -> Trace {
         (time, 0.2 * (time * 4.9).exp() * 1.0_f64.min(time + 0.2))
     });
     Trace {
+        signal: &CartPole::default().signals()[0],
         points: points.collect(),
         marks: vec![
             (0.2, "policy 5 Hz".to_owned()),
@@ -201,26 +212,21 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             speed: Speed::REAL_TIME,
         },
         seed: 0,
-        policy: "scripted".to_owned(),
+        settings: vec!["policy scripted".to_owned()],
         nodes,
         topics,
-        latency: LatencyData {
+        latency: Some(LatencyData {
+            name: "sense→act",
             figures: quantiles(25_200, 20_300, 40_500, 42_900),
             bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
             bin: Duration::from_millis(5),
             newest: Some(Duration::from_millis(21)),
-            control_period: Duration::from_millis(20),
-        },
-        plant: Some(PlantData {
-            pose: Pose {
-                cart_position: 0.04,
-                pole_angle: -0.012,
-            },
-            action: 0.18,
-            steps: 320,
+            period: Duration::from_millis(20),
         }),
+        state: state(0.04, -0.012, 0.18),
         verdict: VerdictData {
-            kind: VerdictKind::Good,
+            standing: Standing::Good,
+            word: String::new(),
             headline: "BALANCED so far".to_owned(),
             why: Vec::new(),
         },

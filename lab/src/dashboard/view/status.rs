@@ -26,9 +26,10 @@ pub struct StatusExtra {
     pub replay: bool,
 }
 
-/// Draws the top line. Where it is too narrow, parts are left out from the
+/// Draws the top line, the name of the system first. Where it is too narrow, parts are left out from the
 /// right; a loss of measurements is said before all else.
 pub fn render_status(
+    name: &str,
     frame: &FrameData,
     extra: &StatusExtra,
     theme: &Theme,
@@ -37,7 +38,7 @@ pub fn render_status(
 ) {
     let line = row(area.intersection(buf.area), 0);
     let mut parts = vec![
-        ("ratelab".to_owned(), theme.strong()),
+        (name.to_owned(), theme.strong()),
         (clock(frame.status), Style::new()),
         state(frame, extra, theme),
     ];
@@ -47,10 +48,9 @@ pub fn render_status(
     let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
     parts.extend(wall);
-    parts.extend([
-        (format!("seed {}", frame.seed), Style::new()),
-        (format!("policy {}", frame.policy), Style::new()),
-    ]);
+    parts.push((format!("seed {}", frame.seed), Style::new()));
+    let settings = frame.settings.iter().cloned();
+    parts.extend(settings.map(|setting| (setting, Style::new())));
     let lost = (frame.telemetry_lost > 0).then(|| {
         let sign = theme.glyph("✖", "!");
         let text = format!(" {sign} telemetry lost {} ", frame.telemetry_lost);
@@ -163,16 +163,16 @@ mod tests {
         let mut frame = sample::broken();
         frame.status.clock = ClockKind::Virtual;
         screen(width, 1, |area, buf| {
-            render_status(&frame, extra, theme, area, buf)
+            render_status("cart-pole", &frame, extra, theme, area, buf)
         })
     }
 
     #[test]
     fn parts_go_from_the_right() {
         let extra = StatusExtra::default();
-        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"ratelab  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0  policy scripted");
-        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"ratelab  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0");
-        insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"ratelab  virtual 1x");
+        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim      1 s wall");
+        insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"cart-pole  virtual 1x");
     }
 
     #[test]
@@ -182,12 +182,12 @@ mod tests {
             recording: Some(0),
             ..StatusExtra::default()
         };
-        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"ratelab  virtual 1×    ⏹ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ⏹ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
         let back = StatusExtra {
             back: Some((3, 120)),
             ..ended
         };
-        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"ratelab  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
     }
 
     #[test]
@@ -196,9 +196,9 @@ mod tests {
         frame.telemetry_lost = 3;
         let extra = StatusExtra::default();
         let buf = screen(60, 1, |area, buf| {
-            render_status(&frame, &extra, &RICH, area, buf)
+            render_status("cart-pole", &frame, &extra, &RICH, area, buf)
         });
-        insta::assert_snapshot!(text(&buf), @"ratelab  real          ▶ running   ✖ telemetry lost 3");
+        insta::assert_snapshot!(text(&buf), @"cart-pole  real          ▶ running   ✖ telemetry lost 3");
         assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
     }
 
@@ -219,7 +219,7 @@ mod tests {
         let frame = sample::broken();
         let extra = StatusExtra::default();
         torture(|theme, area, buf| {
-            render_status(&frame, &extra, theme, area, buf);
+            render_status("cart-pole", &frame, &extra, theme, area, buf);
             let last = Rect {
                 y: area.bottom().saturating_sub(1),
                 ..area

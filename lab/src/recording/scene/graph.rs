@@ -2,10 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::runtime::{
-    Command, Snapshot,
-    telemetry::{Event, EventKind},
-};
+use ratelab::runtime::{Command, Knob, Snapshot, telemetry::Event};
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
 
 use super::palette::{BLUE, ORANGE};
@@ -132,12 +129,9 @@ impl GraphScene {
     }
 
     fn change(&mut self, event: &Event) -> bool {
-        let EventKind::Applied { command, .. } = &event.what else {
-            return false;
-        };
-        let (name, setting) = match command {
-            Command::SetRate { node, hz } => (node, hz.to_string()),
-            Command::SetDepth { topic, depth: deep } => (topic, depth(deep.get())),
+        let (name, setting) = match event.applied() {
+            Some(Command::Set(Knob::Rate { node, hz })) => (node, hz.to_string()),
+            Some(Command::Set(Knob::Depth { topic, depth: deep })) => (topic, depth(deep.get())),
             _ => return false,
         };
         let vertex = self.vertices.iter_mut().find(|vertex| vertex.name == *name);

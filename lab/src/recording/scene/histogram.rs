@@ -1,8 +1,8 @@
-//! The distribution of sense→act latency so far.
+//! The distribution of latency so far.
 
 use std::time::Duration;
 
-use ratelab::{cartpole::ControlStep, runtime::Time};
+use ratelab::runtime::{Head, Time};
 use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
 
 use super::palette::BLUE;
@@ -44,16 +44,16 @@ impl Histogram {
     pub fn add(&mut self, rec: &RecordingStream, progress: &Progress) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
         let mut rows = Vec::new();
-        for message in progress.steps {
-            let mut next = self.next.unwrap_or(message.stamp + PERIOD);
-            while next < message.stamp {
+        for step in progress.steps {
+            let mut next = self.next.unwrap_or(step.stamp + PERIOD);
+            while next < step.stamp {
                 self.widen(rec, progress, next)?;
                 stamps.push(next, progress.step_at(next));
                 rows.push(self.heights());
                 next = next + PERIOD;
             }
             self.next = Some(next);
-            self.count(&message.data);
+            self.count(step);
         }
         log_heights(rec, &stamps, rows)
     }
@@ -69,8 +69,8 @@ impl Histogram {
         log_heights(rec, &progress.stamp(at), vec![self.heights()])
     }
 
-    fn count(&mut self, step: &ControlStep) {
-        let Some(latency) = step.latency else {
+    fn count(&mut self, step: &Head) {
+        let Some(latency) = step.origin.map(|origin| step.stamp.since(origin)) else {
             return;
         };
         let last = BINS * WIDEST_MS as usize - 1;
@@ -103,7 +103,7 @@ impl Histogram {
         rec.send_columns(HISTOGRAM, progress.stamp(at).columns(), columns)
     }
 
-    /// Control steps per bar.
+    /// Steps per bar.
     fn heights(&self) -> TensorData {
         let mut bars = vec![0; BINS];
         for (ms, count) in self.counts.iter().enumerate() {

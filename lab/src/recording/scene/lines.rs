@@ -1,6 +1,4 @@
-//! Several lines over time on one entity, of which each view shows its share.
-
-use std::ops::Range;
+//! Several lines over time on one entity.
 
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines,
@@ -32,7 +30,11 @@ impl Line {
 }
 
 /// Logs how the lines of `entity` look.
-pub fn begin(rec: &RecordingStream, entity: &str, lines: &[Line]) -> RecordingStreamResult<()> {
+pub fn begin(
+    rec: &RecordingStream,
+    entity: impl Into<EntityPath>,
+    lines: &[Line],
+) -> RecordingStreamResult<()> {
     let style = SeriesLines::new()
         .with_names(lines.iter().map(|line| line.name.as_str()))
         .with_colors(lines.iter().map(|line| line.colour))
@@ -56,13 +58,7 @@ pub fn send(
     rec.send_columns(entity, stamps.columns(), columns)
 }
 
-/// For a view: only the lines in `shown`, of `count`.
-pub fn only(shown: Range<usize>, count: usize) -> SeriesLines {
-    let visible = (0..count).map(|line| shown.contains(&line));
-    SeriesLines::update_fields().with_visible_series(visible.collect::<Vec<_>>())
-}
-
 /// For a view: values that hold from one row to the next.
-pub fn stepped(lines: SeriesLines) -> SeriesLines {
-    lines.with_interpolation_mode(InterpolationMode::StepAfter)
+pub fn stepped() -> SeriesLines {
+    SeriesLines::update_fields().with_interpolation_mode(InterpolationMode::StepAfter)
 }

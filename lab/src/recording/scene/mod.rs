@@ -6,62 +6,64 @@
 mod events;
 pub mod graph;
 pub mod histogram;
+pub mod latency;
 pub mod lateness;
 pub mod lines;
 pub mod modes;
 pub mod palette;
-pub mod step_plots;
+pub mod picture;
+pub mod signals;
 pub mod traffic;
-pub mod world;
 
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use ratelab::{
-    cartpole::POLICY,
-    runtime::{Snapshot, Time, telemetry::Event},
+    runtime::{Rows, Snapshot, Time, telemetry::Event},
+    system::System,
 };
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use self::{
-    graph::GraphScene, histogram::Histogram, modes::Modes, step_plots::ControlPeriod,
-    traffic::Traffic,
+    graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
 };
 use super::progress::Progress;
 
 /// What came since the last batch, each list in the order in which it came.
-///
-/// Nothing else may be missing up to the last of the control steps, so whoever
-/// fills a batch takes those first and the events last.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
-    /// Control steps, and where they place things on the timelines.
+    /// Steps of the plant, and where they place things on the timelines.
     pub progress: &'a Progress<'a>,
-    /// Per topic, when each message was published, and how many were lost
-    /// unread by then.
-    pub topics: &'a [(&'a str, &'a [(Time, u64)])],
+    /// The messages of each recorded topic, by its name.
+    pub topics: &'a [(String, Rows)],
     /// Commands and ends.
     pub events: &'a [Event],
+    /// Run time up to which nothing is missing.
+    pub until: Time,
 }
 
 /// Draws a run.
 pub struct Scene {
+    system: Arc<dyn System>,
     graph: GraphScene,
-    period: ControlPeriod,
+    picture: PictureScene,
+    latency: Option<LatencyScene>,
     traffic: Traffic,
-    histogram: Histogram,
     modes: Modes,
 }
 
 impl Scene {
-    /// A scene of the graph in `start`, taken before its run.
-    pub fn new(start: &Snapshot) -> Self {
+    /// A scene of the graph of `system` in `start`, taken before its run.
+    pub fn new(system: &Arc<dyn System>, start: &Snapshot) -> Self {
         let topics = start.topics.iter().map(|topic| topic.name.to_string());
         Self {
+            system: system.clone(),
             graph: GraphScene::new(start),
-            period: ControlPeriod::new(start.period(POLICY)),
+            picture: PictureScene::new(system.clone()),
+            latency: LatencyScene::new(&**system, start),
             traffic: Traffic::new(topics),
-            histogram: Histogram::new(),
             modes: Modes::new(start),
         }
     }
@@ -75,10 +77,13 @@ impl Scene {
         progress: &Progress<'_>,
     ) -> RecordingStreamResult<()> {
         lateness::begin(rec, start)?;
-        world::begin(rec)?;
-        step_plots::begin(rec)?;
+        for topic in &start.topics {
+            signals::begin(rec, self.system.signals(), &topic.name)?;
+        }
+        if let Some(latency) = &self.latency {
+            latency.begin(rec)?;
+        }
         self.traffic.begin(rec)?;
-        self.histogram.begin(rec)?;
         let beginning = progress.stamp(Time::ZERO);
         self.graph.begin(rec, &beginning)?;
         self.modes.begin(rec, &beginning)
@@ -86,23 +91,26 @@ impl Scene {
 
     /// Logs what came since the last batch.
     pub fn add(&mut self, rec: &RecordingStream, batch: &Batch<'_>) -> RecordingStreamResult<()> {
-        let progress = batch.progress;
-        self.period.learn(batch.events);
-        if !progress.steps.is_empty() {
-            let stamps = progress.at_steps();
-            world::add(rec, &stamps, progress.steps)?;
-            step_plots::add(rec, &stamps, progress.steps, &mut self.period)?;
+        let Batch {
+            progress,
+            topics,
+            events,
+            until,
+        } = *batch;
+        for (topic, rows) in topics {
+            signals::add(rec, progress, self.system.signals(), topic, rows)?;
+            self.traffic.count(topic, rows.heads());
+            if Some(&**topic) == self.system.state() {
+                self.picture.add(rec, progress, rows)?;
+            }
         }
-        for (topic, messages) in batch.topics {
-            self.traffic.count(topic, messages);
+        if let Some(latency) = &mut self.latency {
+            latency.add(rec, progress, events)?;
         }
-        if let Some(newest) = progress.steps.last() {
-            self.traffic.sample(rec, progress, newest.stamp)?;
-        }
-        self.histogram.add(rec, progress)?;
-        self.graph.add(rec, progress, batch.events)?;
-        self.modes.add(rec, progress, batch.events)?;
-        events::add(rec, progress, batch.events)
+        self.traffic.sample(rec, progress, until)?;
+        self.graph.add(rec, progress, events)?;
+        self.modes.add(rec, progress, events)?;
+        events::add(rec, progress, events)
     }
 
     /// Logs how the run ended at run time `at`: the last samples, and `verdict`,
@@ -116,7 +124,9 @@ impl Scene {
         lost: bool,
     ) -> RecordingStreamResult<()> {
         self.traffic.finish(rec, progress, at)?;
-        self.histogram.finish(rec, progress, at)?;
+        if let Some(latency) = &mut self.latency {
+            latency.finish(rec, progress, at)?;
+        }
         events::verdict(rec, &progress.stamp(at), verdict, lost)
     }
 }

@@ -1,29 +1,29 @@
-//! What was in force for how long: the clock and the control rate.
+//! What was in force for how long: the clock, and the rate of each node.
 
 use std::collections::HashSet;
 
-use ratelab::{
-    cartpole::POLICY,
-    runtime::{
-        ClockKind, Command, Snapshot, Time,
-        telemetry::{Event, EventKind},
-    },
-};
-use rerun::{RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
+use ratelab::runtime::{ClockKind, Command, Knob, Snapshot, Time, telemetry::Event};
+use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
 
 use super::palette::{BLUE, ORANGE, series};
-use crate::recording::{progress::Progress, timeline::Stamps};
+use crate::recording::{progress::Progress, schema::path, timeline::Stamps};
 
 /// The lanes.
 pub const MODES: &str = "mode";
 
 const CLOCK: &str = "mode/clock";
-const CONTROL_RATE: &str = "mode/control_rate";
 
 /// The lanes as they go.
 pub struct Modes {
     clock: String,
-    /// Every control rate that there was, in the order of its first use.
+    rates: Vec<RateLane>,
+}
+
+/// The lane of a node.
+struct RateLane {
+    node: String,
+    entity: EntityPath,
+    /// Every rate that there was, in the order of its first use.
     rates: Vec<String>,
     /// The same, to look one up.
     known: HashSet<String>,
@@ -35,12 +35,15 @@ type Changes = Vec<(Time, String)>;
 impl Modes {
     /// What holds at the beginning.
     pub fn new(start: &Snapshot) -> Self {
-        let policy = start.node(POLICY).into_iter();
-        let rates: Vec<String> = policy.map(|policy| policy.hz.to_string()).collect();
+        let lanes = start.nodes.iter().map(|node| RateLane {
+            node: node.name.to_string(),
+            entity: path(&["mode", "rate", &node.name]),
+            rates: vec![node.hz.to_string()],
+            known: HashSet::from([node.hz.to_string()]),
+        });
         Self {
             clock: start.status.clock.to_string(),
-            known: rates.iter().cloned().collect(),
-            rates,
+            rates: lanes.collect(),
         }
     }
 
@@ -52,10 +55,12 @@ impl Modes {
             .with_colors([BLUE, ORANGE]);
         rec.log_static(CLOCK, &colours)?;
         log(rec, CLOCK, stamps, [self.clock.as_str()])?;
-        for rate in &self.rates {
-            log(rec, CONTROL_RATE, stamps, [rate.as_str()])?;
+        for lane in &self.rates {
+            let first = lane.rates.iter().map(String::as_str);
+            log(rec, lane.entity.clone(), stamps, first)?;
+            lane.colour(rec)?;
         }
-        self.colour_rates(rec)
+        Ok(())
     }
 
     /// Logs what `events` changed: a column per lane, and the colours once.
@@ -65,46 +70,67 @@ impl Modes {
         progress: &Progress,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
-        let (mut clocks, mut rates) = (Changes::new(), Changes::new());
-        for event in events {
-            let EventKind::Applied { command, .. } = &event.what else {
-                continue;
-            };
-            match command {
-                Command::HandOver(clock) => clocks.push((event.at, clock.to_string())),
-                Command::SetRate { node, hz } if node == POLICY => {
-                    rates.push((event.at, hz.to_string()));
-                }
-                _ => {}
-            }
+        let clocks = changes(events, |command| match command {
+            Command::HandOver(clock) => Some(clock.to_string()),
+            _ => None,
+        });
+        log_changes(rec, CLOCK, progress, &clocks)?;
+        for lane in &mut self.rates {
+            let rates = changes(events, |command| match command {
+                Command::Set(Knob::Rate { node, hz }) if *node == lane.node => Some(hz.to_string()),
+                _ => None,
+            });
+            log_changes(rec, lane.entity.clone(), progress, &rates)?;
+            lane.learn(rec, rates)?;
         }
-        for (lane, changes) in [(CLOCK, &clocks), (CONTROL_RATE, &rates)] {
-            let stamps = progress.stamps_of(changes.iter().map(|(at, _)| *at));
-            log(rec, lane, &stamps, changes.iter().map(|(_, mode)| &**mode))?;
-        }
+        Ok(())
+    }
+}
+
+impl RateLane {
+    /// Takes in `rates`, some of which may be new.
+    fn learn(&mut self, rec: &RecordingStream, rates: Changes) -> RecordingStreamResult<()> {
         let before = self.rates.len();
         let rates = rates.into_iter().map(|(_, rate)| rate);
         let new = rates.filter(|rate| self.known.insert(rate.clone()));
         self.rates.extend(new);
         if self.rates.len() > before {
-            self.colour_rates(rec)?;
+            self.colour(rec)?;
         }
         Ok(())
     }
 
     /// A colour for each rate, which replaces what was said before.
-    fn colour_rates(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    fn colour(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         let colours = StateConfiguration::new()
             .with_values(self.rates.iter().map(String::as_str))
             .with_colors(series(self.rates.len()));
-        rec.log_static(CONTROL_RATE, &colours)
+        rec.log_static(self.entity.clone(), &colours)
     }
+}
+
+/// When `mode` has a value for a command among `events`, and which.
+fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Changes {
+    let changes = events.iter();
+    changes
+        .filter_map(|event| Some((event.at, mode(event.applied()?)?)))
+        .collect()
+}
+
+fn log_changes(
+    rec: &RecordingStream,
+    lane: impl Into<EntityPath>,
+    progress: &Progress,
+    changes: &Changes,
+) -> RecordingStreamResult<()> {
+    let stamps = progress.stamps_of(changes.iter().map(|(at, _)| *at));
+    log(rec, lane, &stamps, changes.iter().map(|(_, mode)| &**mode))
 }
 
 /// A row for each of `modes`.
 fn log<'a>(
     rec: &RecordingStream,
-    lane: &str,
+    lane: impl Into<EntityPath>,
     stamps: &Stamps,
     modes: impl IntoIterator<Item = &'a str>,
 ) -> RecordingStreamResult<()> {

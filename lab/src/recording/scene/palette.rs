@@ -53,12 +53,6 @@ pub fn key<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     words.join(", ")
 }
 
-/// `colour` with its opacity (0 to 255).
-pub fn translucent(colour: Color, opacity: u8) -> Color {
-    let [red, green, blue, _] = colour.to_array();
-    Color::from_unmultiplied_rgba(red, green, blue, opacity)
-}
-
 const fn rgb(red: u8, green: u8, blue: u8) -> Color {
     Color(rerun::Rgba32::from_rgb(red, green, blue))
 }

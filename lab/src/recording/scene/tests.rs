@@ -1,19 +1,24 @@
 //! What is drawn does not depend on how it came in.
 
-use std::{collections::BTreeMap, time::Duration};
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use ratelab::{
-    cartpole::{ControlStep, POLICY},
-    experiment::{ACTION, Config, Experiment, OBS, STATE, Summary, parse_knobs},
-    runtime::{ClockKind, Message, Snapshot, Tap, TapMessage, Time},
+    cartpole::{CartPole, POLICY, STATE},
+    experiment::{Config, Experiment, Summary},
+    runtime::{ClockKind, Head, Rows, Snapshot, Time},
+    system::System,
 };
 use rerun::{
     RecordingStreamBuilder, Scalars,
     log::{Chunk, LogMsg},
 };
 
-use super::{Batch, Scene};
-use crate::recording::{blueprint, progress::Progress, timeline::RUN_TIME};
+use super::{Batch, Scene, latency::LATENCY};
+use crate::recording::{
+    blueprint::{self, Subject},
+    progress::Progress,
+    timeline::RUN_TIME,
+};
 
 /// More messages than any run here has.
 const ROOM: usize = 4096;
@@ -21,9 +26,12 @@ const ROOM: usize = 4096;
 /// All that a run gave.
 struct Run {
     start: Snapshot,
-    steps: Vec<Message<ControlStep>>,
-    topics: [(&'static str, Vec<(Time, u64)>); 3],
+    topics: Vec<(String, Rows)>,
     summary: Summary,
+}
+
+fn cart_pole() -> Arc<dyn System> {
+    Arc::new(CartPole::default())
 }
 
 /// Ten seconds, in which the control rate is turned down and up again.
@@ -34,36 +42,27 @@ fn run() -> Run {
 /// Ten seconds with `knobs`.
 fn run_with(knobs: &str) -> Run {
     let config = Config {
-        knobs: parse_knobs(knobs).expect("knobs"),
+        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         ..Config::default()
     };
-    let experiment = Experiment::new(&config).expect("a plant");
+    let experiment = Experiment::new(cart_pole(), &config).expect("a plant");
     let start = experiment.observer().snapshot();
     let taps = experiment.taps();
-    let steps = taps.steps(ROOM);
-    let observations = taps.observations(ROOM);
-    let actions = taps.actions(ROOM);
+    let names = taps.topics().iter().map(|topic| topic.name().to_owned());
+    let tapped = names.map(|name| (taps.rows(&name, ROOM).expect("a topic"), name));
+    let tapped: Vec<_> = tapped.collect();
     drop(taps);
     let summary = experiment.run().expect("no fault");
-    let steps: Vec<_> = steps.items().iter().map(|step| step.message).collect();
-    let states = steps.iter().map(|step| (step.stamp, 0)).collect();
+    let topics = tapped.into_iter().map(|(tap, name)| {
+        let mut rows = tap.rows();
+        tap.take(&mut rows);
+        (name, rows)
+    });
     Run {
         start,
-        steps,
-        topics: [
-            (OBS, drops(&observations)),
-            (ACTION, drops(&actions)),
-            (STATE, states),
-        ],
+        topics: topics.collect(),
         summary,
     }
-}
-
-fn drops<T>(tap: &Tap<TapMessage<T>>) -> Vec<(Time, u64)> {
-    let messages = tap.items().iter();
-    messages
-        .map(|tapped| (tapped.message.stamp, tapped.dropped))
-        .collect()
 }
 
 /// Draws `run` in batches of `span`.
@@ -71,48 +70,35 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
     let (rec, storage) = RecordingStreamBuilder::new("ratelab")
         .memory()
         .expect("a stream");
-    let mut scene = Scene::new(&run.start);
-    let mut made = 0;
-    scene
-        .begin(&rec, &run.start, &progress(0, &[]))
-        .expect("the beginning");
-    let mut from = Time::ZERO;
+    let mut scene = Scene::new(&cart_pole(), &run.start);
+    let beginning = scene.begin(&rec, &run.start, &progress(0, &[]));
+    beginning.expect("the beginning");
+    let (mut topics, mut made, mut from) = (run.topics.clone(), 0, Time::ZERO);
     let end = run.summary.sim_time;
     while from <= end {
-        let until = from + span;
-        let within = |at: Time| from <= at && at < until;
-        let steps: Vec<_> = run
-            .steps
-            .iter()
-            .filter(|m| within(m.stamp))
-            .copied()
-            .collect();
-        let events: Vec<_> = run
-            .summary
-            .events
-            .iter()
-            .filter(|e| within(e.at))
+        let until = from + (span - Time::TICK);
+        let events = run.summary.events.iter();
+        let events: Vec<_> = events
+            .filter(|event| from <= event.at && event.at <= until)
             .cloned()
             .collect();
-        let topics = run.topics.each_ref().map(|(name, messages)| {
-            let messages = messages.iter().filter(|m| within(m.0)).copied();
-            (*name, messages.collect::<Vec<_>>())
-        });
-        let topics = topics
-            .each_ref()
-            .map(|(name, messages)| (*name, &messages[..]));
-        let progress = progress(made, &steps);
+        let batch = topics.iter_mut();
+        let batch: Vec<_> = batch
+            .map(|(name, rows)| (name.clone(), rows.take_until(until)))
+            .collect();
+        let states = batch.iter().find(|(name, _)| name == STATE);
+        let progress = progress(made, states.expect("states").1.heads());
         made = progress.step();
         let batch = Batch {
             progress: &progress,
-            topics: &topics,
+            topics: &batch,
             events: &events,
+            until: until.min(end),
         };
         scene.add(&rec, &batch).expect("a batch");
-        from = until;
+        from = from + span;
     }
-    let progress = progress(made, &[]);
-    let finished = scene.finish(&rec, &progress, end, "BALANCED", false);
+    let finished = scene.finish(&rec, &progress(made, &[]), end, "BALANCED", false);
     finished.expect("an end");
     storage.take()
 }
@@ -139,7 +125,7 @@ fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
     lines
 }
 
-fn progress(before: u64, steps: &[Message<ControlStep>]) -> Progress<'_> {
+fn progress(before: u64, steps: &[Head]) -> Progress<'_> {
     Progress {
         epoch: None,
         before,
@@ -153,8 +139,8 @@ fn batches_make_no_difference() {
     let many = draw(&run, Duration::from_millis(750));
     let one = draw(&run, Duration::from_secs(1000));
     let (many, one) = (lines(&many), lines(&one));
-    // A row per step, and ten a second after the first, to the end.
-    assert_eq!(one.len(), 501 + 2 * 100);
+    // Signals and latency per step, and ten a second after the first, to the end.
+    assert_eq!(one.len(), 2 * 501 + 2 * 100);
     assert_eq!(many, one);
 }
 
@@ -162,10 +148,7 @@ fn batches_make_no_difference() {
 fn the_control_period_is_drawn_where_it_changed() {
     let run = run();
     let lines = lines(&draw(&run, Duration::from_millis(750)));
-    let period = |ms: i64| {
-        let row = &lines[&(format!("/{}", super::step_plots::STEPS), ms * 1_000_000)];
-        f64::from_bits(row[super::step_plots::LINES - 1])
-    };
+    let period = |ms: i64| f64::from_bits(lines[&(format!("/{LATENCY}"), ms * 1_000_000)][1]);
     assert_eq!(
         [2500, 2520, 5980, 6000].map(period),
         [20.0, 100.0, 100.0, 20.0]
@@ -179,7 +162,13 @@ fn the_layout_comes_with_its_activation() {
     let (rec, storage) = RecordingStreamBuilder::new("ratelab")
         .memory()
         .expect("a stream");
-    blueprint::send(&rec, &start, ClockKind::Virtual).expect("a layout");
+    let subject = Subject {
+        system: &CartPole::default(),
+        picture: true,
+        start: &start,
+        clock: ClockKind::Virtual,
+    };
+    blueprint::send(&rec, &subject).expect("a layout");
     let messages = storage.take();
     let active = messages.iter().filter_map(|message| match message {
         LogMsg::BlueprintActivationCommand(command) => Some(command.blueprint_id.clone()),
@@ -187,14 +176,14 @@ fn the_layout_comes_with_its_activation() {
     });
     let active: Vec<_> = active.collect();
     assert_eq!(active.len(), 1);
-    let eye = messages.iter().any(|message| match message {
+    let background = messages.iter().any(|message| match message {
         LogMsg::ArrowMsg(store, data) if *store == active[0] => {
             let chunk = Chunk::from_arrow_msg(data).expect("a chunk");
-            chunk.entity_path().to_string().ends_with("EyeControls3D")
+            chunk.entity_path().to_string().ends_with("Background")
         }
         _ => false,
     });
-    assert!(eye, "the properties of views are in the same store");
+    assert!(background, "the properties of views are in the same store");
 }
 
 #[test]
@@ -227,7 +216,7 @@ fn every_rate_has_a_row_and_a_colour() {
             .collect::<Vec<_>>()
     };
     let (mut rows, mut coloured) = (Vec::new(), Vec::new());
-    for chunk in chunks.filter(|c| c.entity_path().to_string() == "/mode/control_rate") {
+    for chunk in chunks.filter(|c| c.entity_path().to_string() == "/mode/rate/policy") {
         rows.extend(texts(&chunk, "state"));
         coloured.extend(texts(&chunk, "values"));
     }

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::runtime::Time;
+use ratelab::runtime::{Head, Time};
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
@@ -75,13 +75,16 @@ impl Traffic {
         lines.collect()
     }
 
-    /// Takes in messages of the topic called `name`: stamp, and drops by then.
-    pub fn count(&mut self, name: &str, messages: &[(Time, u64)]) {
+    /// Takes in messages of the topic called `name`.
+    pub fn count(&mut self, name: &str, messages: &[Head]) {
         let topic = self.topics.iter_mut().find(|topic| topic.name == name);
         if let Some(topic) = topic {
-            topic.messages.extend(messages);
+            let messages = messages.iter();
+            topic
+                .messages
+                .extend(messages.map(|head| (head.stamp, head.dropped)));
         }
-        let first = messages.first().map(|(stamp, _)| *stamp);
+        let first = messages.first().map(|head| head.stamp);
         if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
             self.begun = Some(first);
             self.next = Time::ZERO + PERIOD * (periods(first) + 1);
@@ -155,7 +158,7 @@ impl Counter {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::Time;
+    use ratelab::runtime::{Head, Time};
 
     use super::{Traffic, WINDOW};
 
@@ -166,7 +169,13 @@ mod tests {
     #[test]
     fn the_second_before_is_counted() {
         let mut traffic = Traffic::new(std::iter::once("/obs".to_owned()));
-        let messages: Vec<_> = (0..500).map(|k| (ms(20 * k), k / 2)).collect();
+        let head = |k| Head {
+            stamp: ms(20 * k),
+            seq: k,
+            origin: None,
+            dropped: k / 2,
+        };
+        let messages: Vec<_> = (0..500).map(head).collect();
         traffic.count("/obs", &messages);
         let counter = &mut traffic.topics[0];
         let mut seen = |at| {

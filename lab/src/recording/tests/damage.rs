@@ -1,26 +1,22 @@
 //! Torn, damaged and foreign files.
 
-use std::{fs, path::Path, sync::Arc, thread, time::Duration};
+use std::{fs, path::Path, thread, time::Duration};
 
-use ratelab::{
-    experiment::{Config, Experiment},
-    runtime::Time,
-};
+use ratelab::{experiment::Config, runtime::Time};
 use rerun::{
     external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
     log::{Chunk, LogMsg},
 };
 
-use super::{Dice, cases, folder, paced, read, recorder, recording, verify};
-use crate::recording::{ReadError, Recorder, Recording, Replay, Source, StopReason};
+use super::{Dice, cases, experiment, folder, paced, read, recorder, recording, replay, verify};
+use crate::recording::{ReadError, Recorder, Recording, Source, StopReason};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes
 /// 2.5 s of it.
 fn as_killed(path: &Path) -> (Vec<u8>, Recording) {
-    let config = paced(4.0);
-    let experiment = Experiment::new(&config).expect("experiment");
-    let recorder = recorder(&experiment, &config, path);
+    let experiment = experiment(&paced(4.0));
+    let recorder = recorder(&experiment, path);
     let outcome = experiment.run();
     thread::sleep(Duration::from_millis(1_100));
     let bytes = fs::read(path).expect("read");
@@ -51,20 +47,20 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
             defect.contains(&format!("good up to {}", torn.until)),
             "{defect}"
         );
-        for (torn_track, track) in torn.topics.iter().zip(&original.topics) {
-            let good = track.heads.partition_point(|head| head.stamp <= torn.until);
-            assert_eq!(torn_track.heads[..], track.heads[..good], "a gap at {cut}");
+        for (torn_rows, rows) in torn.topics.iter().zip(&original.topics) {
+            let heads = rows.heads();
+            let good = heads.partition_point(|head| head.stamp <= torn.until);
+            assert_eq!(torn_rows.heads(), &heads[..good], "a gap at {cut}");
         }
         verify(&torn).expect("the part is identical");
     }
     assert!(longest > Time::from_nanos(8_000_000_000), "{longest}");
 }
 
-/// Reads `bytes` as a file, tells and verifies what can be read.
+/// Reads `bytes` as a file, replays and verifies what can be read.
 fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
     fs::write(path, bytes).expect("written");
-    let recording = Recording::read(path)?;
-    let mut replay = Replay::new(Arc::new(recording));
+    let mut replay = replay(Recording::read(path)?);
     replay.advance_to(Time::MAX);
     let _ = replay.summary();
     // Whatever it says: it is an answer.
@@ -188,9 +184,8 @@ fn lengths_within_a_message_are_not_believed() {
 fn what_a_file_says_commands_no_terminal() {
     let folder = folder();
     let path = folder.path().join("run.rrd");
-    let config = Config::default();
-    let experiment = Experiment::new(&config).expect("experiment");
-    let mut source = Source::of(&experiment, &config);
+    let experiment = experiment(&Config::default());
+    let mut source = Source::of(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
     let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
     drop(source);

@@ -7,9 +7,9 @@ use std::{
 };
 
 use ratelab::{
-    experiment::{Config, Verdict},
+    cartpole::CartPole,
     runtime::{
-        ClockKind, Command, Speed, Time,
+        ClockKind, Command, Knob, Speed, Time,
         telemetry::{Event, EventKind},
     },
 };
@@ -22,21 +22,18 @@ use tempfile::TempDir;
 
 use super::{
     altered::{alter, alter_json, empty_cell, set_number},
-    folder, read, record, recording, verify,
+    folder, hz, read, record, recording, replay, verify,
 };
 use crate::recording::{
-    ReadError, Recording, Replay,
-    schema::{RecordingEnd, RunStatus},
+    ReadError, Recording,
+    schema::{RecordingEnd, RunResult, RunStatus},
 };
 
 /// A run of a second with a fall, in a file of its own.
 fn fall(folder: &TempDir) -> PathBuf {
     let path = folder.path().join("fall.rrd");
     let _ = fs::remove_file(&path);
-    let config = Config {
-        control_hz: "5".parse().expect("a rate"),
-        ..Config::default()
-    };
+    let config = CartPole::config("control-hz 5").expect("a knob");
     record(&config, &path).0.expect("no fault");
     path
 }
@@ -44,7 +41,7 @@ fn fall(folder: &TempDir) -> PathBuf {
 /// What is wrong with the file, which must be shown as far as it is good.
 fn defect_of(path: &Path) -> String {
     let recording = read(path);
-    let mut replay = Replay::new(Arc::new(recording.clone()));
+    let mut replay = replay(recording.clone());
     assert!(
         replay.begins() <= recording.until,
         "it ends before it begins"
@@ -181,7 +178,7 @@ fn an_end_that_its_rows_do_not_support_is_damage() {
             end["end"]["Ended"]["sim_time"] = json!(99_000_000_000_u64);
         }),
         ("a verdict after the end", |end| {
-            end["end"]["Ended"]["verdict"]["PoleFell"]["at"] = json!(99_000_000_000_u64);
+            end["end"]["Ended"]["verdict"]["at"] = json!(99_000_000_000_u64);
         }),
         ("more of the wall's time than there is", |end| {
             end["end"]["Ended"]["wall_time"]["secs"] = json!(1_000_000_000_000_000_000_u64);
@@ -228,7 +225,7 @@ fn every_part_of_the_end_is_compared() {
     let folder = folder();
     let fall = read(&fall(&folder));
     verify(&fall).expect("identical");
-    let end = |lie: fn(&mut ratelab::experiment::RunEnd)| {
+    let end = |lie: fn(&mut RunResult)| {
         found(&fall, |recording| match &mut outcome(recording).end {
             RunStatus::Ended(end) => lie(end),
             other => panic!("{other:?}"),
@@ -238,15 +235,16 @@ fn every_part_of_the_end_is_compared() {
     let error = end(|end| end.sim_time = end.sim_time + Time::TICK);
     assert!(error.contains("run time at the end"), "{error}");
     let error = end(|end| {
-        end.final_pole_angle = f64::from_bits(end.final_pole_angle.to_bits() ^ 1);
+        let angle = end.finals.get_mut("final_pole_angle");
+        let angle = angle.and_then(Option::as_mut).expect("a figure");
+        *angle = f64::from_bits(angle.to_bits() ^ 1);
     });
-    assert!(error.contains("pole angle at the end"), "{error}");
-    let error = end(|end| {
-        let Verdict::PoleFell { at } = &mut end.verdict else {
-            panic!("{:?}", end.verdict);
-        };
-        *at = *at + Time::TICK;
-    });
+    assert!(error.contains("figures of the last state"), "{error}");
+    let error = end(|end| end.finals.clear());
+    assert!(error.contains("figures of the last state"), "{error}");
+    let error = end(|end| end.verdict.name = "balanced".to_owned());
+    assert!(error.contains("recorded balanced"), "{error}");
+    let error = end(|end| end.verdict.at = end.verdict.at + Time::TICK);
     assert!(error.contains("time of the verdict"), "{error}");
     let error = found(&fall, |r| outcome(r).at = outcome(r).at + tick);
     assert!(error.contains("run time at the end"), "{error}");
@@ -312,14 +310,14 @@ fn events_that_did_not_happen_are_found() {
     };
     let node = "sensor".to_owned();
     let cause = "smoke".to_owned();
-    let hz = "5".parse().expect("a rate");
+    let hz = hz(5.0);
     let lies = [
         EventKind::Ended { node: node.clone() },
         EventKind::Faulted {
             node: node.clone(),
             cause,
         },
-        refused(Command::SetRate { node, hz }),
+        refused(Command::Set(Knob::Rate { node, hz })),
         refused(Command::HandOver(ClockKind::Real)),
         refused(Command::Pause),
         applied(Command::HandOver(ClockKind::Virtual), None),
@@ -352,23 +350,21 @@ fn events_that_did_not_happen_are_found() {
 fn a_knob_that_was_given_was_turned() {
     let folder = folder();
     let original = recording(&folder);
+    let knob = |line: &str| {
+        let knobs = CartPole::KNOBS.parse_timed(line).expect("a knob");
+        knobs.into_iter().next().expect("one")
+    };
     let error = found(&original, |recording| {
-        recording.origin.config.knobs[0] = "1.5 control-hz 11".parse().expect("a knob");
+        recording.origin.config.knobs[0] = knob("1.5 control-hz 11");
     });
     assert!(error.contains("a knob that was given"), "{error}");
     let error = found(&original, |recording| {
-        recording
-            .origin
-            .config
-            .knobs
-            .push("2 sensor-hz 20".parse().expect("a knob"));
+        let knobs = &mut recording.origin.config.knobs;
+        knobs.push(knob("2 sensor-hz 20"));
     });
     assert!(error.contains("sensor at 20 Hz"), "{error}");
     // What the run did not come to is no lie.
     let mut late = original.clone();
-    late.origin
-        .config
-        .knobs
-        .push("9 sensor-hz 20".parse().expect("a knob"));
+    late.origin.config.knobs.push(knob("9 sensor-hz 20"));
     verify(&late).expect("identical");
 }

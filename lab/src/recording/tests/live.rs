@@ -1,21 +1,27 @@
 //! Recording while a run is under way.
 
-use std::{fs, path::Path, thread, time::Duration};
+use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
 use ratelab::{
-    cartpole::{Action, Observation},
-    experiment::{Config, Experiment, Knob},
+    cartpole::{Action, CartPole, Observation},
+    experiment::{Config, Experiment},
     policy::Policy,
-    runtime::{ClockKind, Command, Depth, Hz, Speed, Time, TimedCommand, telemetry::EventKind},
+    runtime::{ClockKind, Command, Speed, Time, TimedCommand},
 };
 
-use super::{folder, paced, read, record, recorder, verify};
+use super::{experiment, folder, paced, read, record, record_run, recorder, verify};
 use crate::recording::{
     Recorder, Source, StopReason,
     frames::Chunks,
     schema::node_entity,
     timeline::{RUN_TIME, WALL_TIME},
 };
+
+/// Commands that turn the knobs in `text`.
+fn knobs(text: &str) -> Vec<Command> {
+    let knobs = CartPole::KNOBS.parse(text).expect("a knob");
+    knobs.into_iter().map(Command::from).collect()
+}
 
 #[test]
 fn a_session_with_knobs_turned_live_comes_again() {
@@ -25,26 +31,18 @@ fn a_session_with_knobs_turned_live_comes_again() {
         end: Time::MAX,
         ..paced(20.0)
     };
-    let experiment = Experiment::new(&config).expect("experiment");
+    let experiment = experiment(&config);
     let commands = experiment.commands();
-    let recorder = recorder(&experiment, &config, &path);
+    let recorder = recorder(&experiment, &path);
     let run = thread::spawn(move || experiment.run());
     let pause = Duration::from_millis(40);
-    let hz = |hz| Hz::new(hz).expect("a rate");
     for command in [
-        Knob::ControlHz(hz(12.0)).commands(),
+        knobs("control-hz 12"),
         vec![Command::Pause, Command::Step, Command::Step],
-        // What no knob can do.
-        vec![Command::SetRate {
-            node: "actuator".to_owned(),
-            hz: hz(40.0),
-        }],
-        vec![Command::SetDepth {
-            topic: "/action".to_owned(),
-            depth: Depth::ONE,
-        }],
+        knobs("rate actuator 40"),
+        knobs("depth /action 1"),
         vec![Command::Resume],
-        Knob::ControlHz(hz(50.0)).commands(),
+        knobs("control-hz 50"),
         vec![Command::Stop],
     ] {
         thread::sleep(pause);
@@ -68,8 +66,8 @@ fn a_recording_made_midway_comes_again() {
         end: Time::MAX,
         ..paced(10.0)
     };
-    let experiment = Experiment::new(&config).expect("experiment");
-    let (source, commands) = (Source::of(&experiment, &config), experiment.commands());
+    let experiment = experiment(&config);
+    let (source, commands) = (Source::of(&experiment), experiment.commands());
     let run = thread::spawn(move || experiment.run());
     thread::sleep(Duration::from_millis(200));
     let recorder = Recorder::midway(&path, &source).expect("recorder");
@@ -81,7 +79,7 @@ fn a_recording_made_midway_comes_again() {
     let recording = read(&path);
     assert!(recording.is_whole());
     assert!(
-        recording.topics[0].heads[0].seq > 0,
+        recording.topics[0].heads()[0].seq > 0,
         "it began at the start"
     );
     let identical = verify(&recording).expect("identical");
@@ -94,36 +92,28 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
     let folder = folder();
     let config = Config {
         end: Time::MAX,
-        queue_depth: "7".parse().expect("a depth"),
+        setup: CartPole::config("queue-depth 7").expect("a knob").setup,
         ..paced(20.0)
     };
-    let tell = |what: &str| Command::Send {
-        node: "policy".to_owned(),
-        text: what.to_owned(),
-    };
-    let rate = |node: &str, hz: &str| Command::SetRate {
-        node: node.to_owned(),
-        hz: hz.parse().expect("a rate"),
-    };
-    let depth = |depth: &str| Knob::parse("queue-depth", depth).expect("a knob");
+    let files = ["send policy lqr", "send policy missing.pt", "rate nobody 3"];
     for late in [false, true] {
         let path = folder.path().join(format!("{late}.rrd"));
-        let experiment = Experiment::new(&config).expect("experiment");
-        let (source, commands) = (Source::of(&experiment, &config), experiment.commands());
+        let experiment = experiment(&config);
+        let (source, commands) = (Source::of(&experiment), experiment.commands());
         let start = || Recorder::midway(&path, &source).expect("recorder");
         let mut recorder = (!late).then(start);
         let run = thread::spawn(move || experiment.run());
         for command in [
             vec![Command::Speed(Speed::times(50.0).expect("a speed"))],
-            vec![tell("lqr"), tell("missing.pt"), rate("nobody", "3")],
-            vec![rate("policy", "8"), Command::HandOver(ClockKind::Virtual)],
-            vec![
-                Command::Pause,
-                Command::Step,
-                rate("sensor", "90"),
-                Command::Step,
-            ],
-            depth("1").commands(),
+            files.into_iter().flat_map(knobs).collect(),
+            [
+                knobs("rate policy 8"),
+                vec![Command::HandOver(ClockKind::Virtual)],
+            ]
+            .concat(),
+            vec![Command::Pause, Command::Step],
+            [knobs("rate sensor 90"), vec![Command::Step]].concat(),
+            knobs("queue-depth 1"),
             vec![Command::Resume, Command::Speed(Speed::REAL_TIME)],
             vec![Command::Stop],
         ] {
@@ -150,8 +140,8 @@ fn a_file_that_exists_is_not_written_to() {
     let path = folder.path().join("mine.rrd");
     fs::write(&path, "mine").expect("written");
     let config = Config::default();
-    let experiment = Experiment::new(&config).expect("experiment");
-    let source = Source::of(&experiment, &config);
+    let experiment = experiment(&config);
+    let source = Source::of(&experiment);
     assert!(Recorder::from_the_start(&path, &source).is_err());
     assert_eq!(fs::read_to_string(&path).expect("read"), "mine");
 }
@@ -161,8 +151,8 @@ fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
     let folder = folder();
     let path = folder.path().join("gone.rrd");
     let config = paced(4.0);
-    let experiment = Experiment::new(&config).expect("experiment");
-    let recorder = recorder(&experiment, &config, &path);
+    let experiment = experiment(&config);
+    let recorder = recorder(&experiment, &path);
     fs::remove_file(&path).expect("removed");
     let outcome = experiment.run();
     assert_eq!(outcome.as_ref().expect("no fault").steps, 501);
@@ -179,8 +169,8 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
     let folder = folder();
     let path = folder.path().join("run.rrd");
     let config = paced(20.0);
-    let experiment = Experiment::new(&config).expect("experiment");
-    let recorder = recorder(&experiment, &config, &path);
+    let experiment = experiment(&config);
+    let recorder = recorder(&experiment, &path);
     fs::rename(&path, folder.path().join("moved.rrd")).expect("moved");
     fs::write(&path, "mine").expect("written");
     let outcome = experiment.run();
@@ -207,7 +197,7 @@ fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
     let folder = folder();
     let path = folder.path().join("both.rrd");
     let config = paced(1.0);
-    let mut experiment = Experiment::new(&config).expect("experiment");
+    let mut experiment = experiment(&config);
     let at = |millis: u64, command| TimedCommand {
         at: Time::from_nanos(millis * 1_000_000),
         command,
@@ -216,7 +206,7 @@ fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
         at(100, Command::HandOver(ClockKind::Real)),
         at(300, Command::Stop),
     ]);
-    let recorder = recorder(&experiment, &config, &path);
+    let recorder = recorder(&experiment, &path);
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
@@ -229,7 +219,7 @@ fn wall_times(path: &Path) -> Vec<(i64, i64)> {
     let bytes = fs::read(path).expect("read");
     let mut times = Vec::new();
     for chunk in Chunks::new(&bytes) {
-        if chunk.entity_path().to_string() == node_entity("sensor") {
+        if *chunk.entity_path() == node_entity("sensor") {
             let column = |name: &'static str| {
                 let column = chunk.timelines().get(&name.into());
                 column.map_or(Vec::new(), |column| column.times_raw().to_vec())
@@ -249,9 +239,9 @@ fn wall_time_goes_on_while_run_time_pauses() {
         end: Time::MAX,
         ..Config::default()
     };
-    let experiment = Experiment::new(&config).expect("experiment");
+    let experiment = experiment(&config);
     let commands = experiment.commands();
-    let recorder = recorder(&experiment, &config, &path);
+    let recorder = recorder(&experiment, &path);
     let run = thread::spawn(move || experiment.run());
     for command in [Command::Pause, Command::Resume, Command::Stop] {
         thread::sleep(Duration::from_millis(500));
@@ -263,13 +253,8 @@ fn wall_time_goes_on_while_run_time_pauses() {
     let resumed = read(&path)
         .events
         .iter()
-        .find_map(|event| match event.what {
-            EventKind::Applied {
-                command: Command::Resume,
-                ..
-            } => Some(event.at),
-            _ => None,
-        });
+        .find(|event| event.applied() == Some(&Command::Resume))
+        .map(|event| event.at);
     let resumed = resumed.expect("resumed").as_nanos() as i64;
     let times = wall_times(&path);
     let offset = |(wall, run): &(i64, i64)| wall - run;
@@ -298,13 +283,10 @@ impl Policy for Breaks {
 fn the_recording_of_a_run_that_fails_is_complete() {
     let folder = folder();
     let path = folder.path().join("failed.rrd");
-    let config = Config::default();
-    let experiment = Experiment::with_policy(&config, Box::new(Breaks(10)));
-    let experiment = experiment.expect("experiment");
-    let recorder = recorder(&experiment, &config, &path);
-    let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    let system = CartPole::with_policy(|_| Box::new(Breaks(10)));
+    let experiment = Experiment::new(Arc::new(system), &Config::default());
+    let (outcome, _) = record_run(experiment.expect("experiment"), &path);
+    assert!(outcome.is_err(), "it did not fail");
     let recording = read(&path);
     assert!(recording.is_whole());
     let said = format!("{:?}", recording.outcome);

@@ -3,21 +3,25 @@
 
 mod altered;
 mod damage;
+mod legacy;
 mod lies;
 mod live;
+mod own;
 mod replayed;
 mod verified;
 
-use std::{ops::ControlFlow, path::Path};
+use std::{ops::ControlFlow, path::Path, sync::Arc};
 
 use ratelab::{
-    experiment::{Config, Experiment, Knob, Summary, TimedKnob, parse_knobs},
+    cartpole::CartPole,
+    experiment::{Config, Experiment, Summary},
     policy::PolicyKind,
-    runtime::{Depth, Fault, Hz, Snapshot, Speed, Time},
+    runtime::{Fault, Hz, Snapshot, Speed, Time},
+    system::System,
 };
 use tempfile::TempDir;
 
-use super::{Recorder, Recording, Source, StopReason, VerifyError, verify::Identical};
+use super::{Recorder, Recording, Replay, Source, StopReason, VerifyError, verify::Identical};
 
 /// How many cases a test over random ones tries: `usual`, or as many as
 /// `RATELAB_CASES` asks for.
@@ -45,61 +49,92 @@ impl Dice {
         values[self.below(values.len())]
     }
 
-    fn hz(&mut self) -> Hz {
-        let hz = self.pick(&[1.0, 3.0, 5.0, 7.5, 12.5, 33.3, 50.0, 100.0, 333.0]);
-        Hz::new(hz).expect("a rate")
+    fn hz(&mut self) -> f64 {
+        self.pick(&[1.0, 3.0, 5.0, 7.5, 12.5, 33.3, 50.0, 100.0, 333.0])
     }
 
-    fn knob(&mut self) -> TimedKnob {
-        let knob = match self.below(4) {
-            0 => Knob::ControlHz(self.hz()),
-            1 => Knob::SensorHz(self.hz()),
-            2 => Knob::Policy(self.pick(&PolicyKind::ALL).into()),
-            _ => Knob::QueueDepth(self.depth()),
+    /// A knob of the cart-pole as text.
+    fn knob(&mut self) -> String {
+        match self.below(4) {
+            0 => format!("control-hz {}", self.hz()),
+            1 => format!("sensor-hz {}", self.hz()),
+            2 => format!("policy {}", self.pick(&PolicyKind::ALL)),
+            _ => format!("queue-depth {}", self.pick(&[1, 2, 7, 100])),
+        }
+    }
+
+    /// Lines of `count` knobs.
+    fn knobs(&mut self, count: usize) -> String {
+        let mut line = || {
+            let at = Time::from_nanos(self.roll() % 4_000_000_000);
+            format!("{} {}\n", at.as_secs_f64(), self.knob())
         };
-        let at = Time::from_nanos(self.roll() % 4_000_000_000);
-        TimedKnob { at, knob }
-    }
-
-    fn depth(&mut self) -> Depth {
-        Depth::new(self.pick(&[1, 2, 7, 100])).expect("a depth")
+        (0..count).map(|_| line()).collect()
     }
 
     /// Any run of a few seconds of virtual time.
     fn config(&mut self) -> Config {
+        let setup = [self.knob(), self.knob(), self.knob(), self.knob()].join(", ");
+        let count = self.below(5);
         Config {
             seed: self.roll(),
             end: Time::from_nanos(1_000_000_000 + self.roll() % 4_000_000_000),
-            sensor_hz: self.hz(),
-            control_hz: self.hz(),
-            queue_depth: self.depth(),
-            policy: self.pick(&PolicyKind::ALL).into(),
-            knobs: (0..self.below(5)).map(|_| self.knob()).collect(),
-            ..Config::default()
+            ..with_knobs(&setup, &self.knobs(count))
         }
     }
+}
+
+/// Ten seconds of the cart-pole, set up by `setup` and turned by `knobs`.
+fn with_knobs(setup: &str, knobs: &str) -> Config {
+    Config {
+        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+        ..CartPole::config(setup).expect("a setup")
+    }
+}
+
+/// The cart-pole.
+fn cart_pole() -> Arc<dyn System> {
+    Arc::new(CartPole::default())
+}
+
+/// A run of the cart-pole.
+fn experiment(config: &Config) -> Experiment {
+    Experiment::new(cart_pole(), config).expect("experiment")
 }
 
 fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-/// Runs `config` and records it to `path`; what it came to, and what its observer
+/// Runs `config` and records it to `path`; the summary, and what its observer
 /// reads at the end.
 fn record(config: &Config, path: &Path) -> (Result<Summary, Fault>, Snapshot) {
-    let experiment = Experiment::new(config).expect("experiment");
+    record_run(experiment(config), path)
+}
+
+/// Runs `experiment` and records it to `path`.
+fn record_run(experiment: Experiment, path: &Path) -> (Result<Summary, Fault>, Snapshot) {
     let observer = experiment.observer();
-    let recorder = Recorder::from_the_start(path, &Source::of(&experiment, config));
-    let recorder = recorder.expect("recorder");
+    let recorder = recorder(&experiment, path);
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
     (outcome, observer.snapshot())
 }
 
-/// Runs it again, unwatched.
+/// Runs a recording of the cart-pole again, unwatched.
 fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
-    super::verify(recording, |_| ControlFlow::Continue(()))
+    verify_with(recording, &cart_pole())
+}
+
+/// Runs it again with `system`, unwatched.
+fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
+    super::verify(recording, system, |_| ControlFlow::Continue(()))
+}
+
+/// A recording of the cart-pole, to be replayed.
+fn replay(recording: Recording) -> Replay {
+    Replay::new(Arc::new(recording), &cart_pole())
 }
 
 fn read(path: &Path) -> Recording {
@@ -113,8 +148,7 @@ fn recording(folder: &TempDir) -> Recording {
     let config = Config {
         seed: 4,
         end: Time::from_nanos(4_000_000_000),
-        knobs: parse_knobs(knobs).expect("knobs"),
-        ..Config::default()
+        ..with_knobs("", knobs)
     };
     record(&config, &path).0.expect("no fault");
     read(&path)
@@ -128,8 +162,13 @@ fn paced(factor: f64) -> Config {
     }
 }
 
-/// Begins to record `experiment`, made from `config`, to `path`.
-fn recorder(experiment: &Experiment, config: &Config, path: &Path) -> Recorder {
-    let recorder = Recorder::from_the_start(path, &Source::of(experiment, config));
+/// Begins to record `experiment` to `path`.
+fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
+    let recorder = Recorder::from_the_start(path, &Source::of(experiment));
     recorder.expect("a recorder")
+}
+
+/// A rate.
+fn hz(hz: f64) -> Hz {
+    Hz::new(hz).expect("a rate")
 }

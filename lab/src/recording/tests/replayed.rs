@@ -1,14 +1,14 @@
 //! A recording tells what the run did.
 
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
 use ratelab::{
+    cartpole::{CartPole, STATE},
     experiment::Config,
     runtime::{ClockKind, Snapshot, Time, telemetry::Distribution},
 };
 
-use super::{Dice, cases, folder, read, record, recording, verify};
-use crate::recording::Replay;
+use super::{Dice, cases, folder, read, record, recording, replay, verify};
 
 /// All figures in a snapshot, as text.
 fn figures(snapshot: &Snapshot) -> String {
@@ -48,12 +48,12 @@ fn a_run_told_again_shows_the_figures_that_the_run_showed() {
     let (folder, mut dice) = (folder(), Dice(3));
     for number in 0..cases(8) {
         let config = Config {
-            knobs: (0..3).map(|_| dice.knob()).collect(),
+            knobs: CartPole::KNOBS.parse_list(&dice.knobs(3)).expect("knobs"),
             ..dice.config()
         };
         let whole = folder.path().join(format!("{number}.rrd"));
         record(&config, &whole).0.expect("no fault");
-        let mut replay = Replay::new(Arc::new(read(&whole)));
+        let mut replay = replay(read(&whole));
         // As far as the run came, and at two moments on the way.
         let last = replay.recording().until.as_nanos();
         for until in [last / 3, last / 2, last].map(Time::from_nanos) {
@@ -79,13 +79,16 @@ fn a_run_told_again_shows_the_figures_that_the_run_showed() {
 #[test]
 fn a_replay_from_the_beginning_is_the_same() {
     let folder = folder();
-    let mut replay = Replay::new(Arc::new(recording(&folder)));
+    let mut replay = replay(recording(&folder));
     let until = Time::from_nanos(2_500_000_000);
-    let steps = replay.advance_to(until);
+    replay.advance_to(until);
+    let steps = replay.new_rows(STATE);
+    assert_eq!((steps.len(), replay.new_rows(STATE).len()), (126, 0));
     let first = figures(&replay.observer().snapshot());
     replay.advance_to(Time::MAX);
     replay.rewind();
-    assert_eq!(replay.advance_to(until), steps);
+    replay.advance_to(until);
+    assert_eq!(replay.new_rows(STATE), steps);
     assert_eq!(figures(&replay.observer().snapshot()), first);
 }
 
@@ -107,15 +110,12 @@ fn a_real_clock_run_is_told_and_not_verified() {
         error.to_string().contains("under the real clock"),
         "{error}"
     );
-    let mut replay = Replay::new(Arc::new(recording));
+    let mut replay = replay(recording);
     replay.advance_to(Time::MAX);
     let replayed = replay.summary();
     let summary = outcome.expect("no fault");
     assert_eq!(replayed.end(), summary.end());
-    assert_eq!(
-        (replayed.obs, replayed.action),
-        (summary.obs, summary.action)
-    );
+    assert_eq!(replayed.topics, summary.topics);
     assert!(snapshot.nodes[1].overruns > 5, "no overruns to tell of");
     for (replayed, node) in replayed.nodes.iter().zip(&snapshot.nodes) {
         assert_eq!(

@@ -3,15 +3,37 @@
 use std::ops::ControlFlow;
 
 use ratelab::{
-    experiment::Config,
+    cartpole::CartPole,
     runtime::{
-        Command, Hz, Time,
+        Command, Head, Rows, Time,
         telemetry::{Event, EventKind},
     },
 };
 
-use super::{Dice, cases, folder, read, record, recording, verify};
-use crate::recording::{Recording, VerifyError, schema::RunStatus, topic_record::TopicRecord};
+use super::{Dice, cart_pole, cases, folder, read, record, recording, verify};
+use crate::recording::{Recording, VerifyError, schema::RunStatus};
+
+/// `rows` with message `index` as `change` makes it.
+fn changed(rows: &Rows, index: usize, change: impl FnOnce(&mut Head, &mut [f64])) -> Rows {
+    let (mut changed, mut change) = (Rows::new(rows.width()), Some(change));
+    for (number, (head, row)) in rows.iter().enumerate() {
+        let (mut head, mut row) = (*head, row.to_vec());
+        if number == index {
+            change.take().expect("once")(&mut head, &mut row);
+        }
+        assert!(changed.push(head, row));
+    }
+    changed
+}
+
+/// The messages of `rows` that `keep` keeps.
+fn kept(rows: &Rows, keep: impl Fn(&Head) -> bool) -> Rows {
+    let mut kept = Rows::new(rows.width());
+    for (head, row) in rows.iter().filter(|(head, _)| keep(head)) {
+        assert!(kept.push(*head, row.iter().copied()));
+    }
+    kept
+}
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
@@ -24,7 +46,7 @@ fn any_virtual_run_comes_again_to_the_bit() {
         assert!(recording.is_whole());
         let identical = verify(&recording).unwrap_or_else(|error| panic!("{config:?}: {error}"));
         let summary = outcome.expect("no fault");
-        let published = summary.obs.published + summary.action.published + summary.steps;
+        let published: u64 = summary.topics.iter().map(|topic| topic.published).sum();
         assert_eq!(identical.messages as u64, published);
         let ticks: u64 = summary.nodes.iter().map(|node| node.ticks).sum();
         assert_eq!(identical.ticks as u64, ticks);
@@ -39,24 +61,19 @@ fn a_single_bit_that_differs_is_found_and_named() {
         let mut altered = original.clone();
         let topic = dice.below(altered.topics.len());
         let name = original.origin.topology.topics[topic].name.clone();
-        let track = &mut altered.topics[topic];
-        let index = dice.below(track.heads.len());
-        let head = &mut track.heads[index];
-        let bit = 1 << dice.below(64);
-        match dice.below(7) {
+        let rows = &mut altered.topics[topic];
+        let (index, field) = (dice.below(rows.len()), dice.below(rows.width()));
+        let (part, bit) = (dice.below(7), 1 << dice.below(64));
+        *rows = changed(rows, index, |head, row| match part {
+            0 => head.seq ^= bit,
+            1 => head.dropped ^= bit,
+            2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
             3 => {
                 let origin = head.origin.map_or(0, Time::as_nanos);
                 head.origin = Some(Time::from_nanos(origin ^ bit));
             }
-            0 => head.seq ^= bit,
-            1 => head.dropped ^= bit,
-            2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
-            _ => {
-                let place = index * track.width + dice.below(track.width);
-                let value = &mut track.values[place];
-                *value = f64::from_bits(value.to_bits() ^ bit);
-            }
-        }
+            _ => row[field] = f64::from_bits(row[field].to_bits() ^ bit),
+        });
         let error = verify(&altered).expect_err("a difference").to_string();
         assert!(error.contains(&format!("{name} message")), "{error}");
     }
@@ -127,19 +144,18 @@ fn a_message_more_or_less_is_found() {
     let original = recording(&folder);
     for topic in 0..original.topics.len() {
         let mut short = original.clone();
-        let track = &mut short.topics[topic];
-        track.heads.pop();
+        let rows = &mut short.topics[topic];
+        let last = *rows.heads().last().expect("a message");
+        *rows = kept(rows, |head| *head != last);
         let error = verify(&short).expect_err("one is missing").to_string();
         assert!(
             error.contains("recorded none, computed a message"),
             "{error}"
         );
         let mut long = original.clone();
-        let track = &mut long.topics[topic];
-        track.heads.extend(track.heads.last().copied());
-        track
-            .values
-            .extend_from_within(track.values.len() - track.width..);
+        let rows = &mut long.topics[topic];
+        let row = rows.row(rows.len() - 1).to_vec();
+        assert!(rows.push(last, row));
         let error = verify(&long).expect_err("one is too many").to_string();
         assert!(
             error.contains("recorded a message, computed none"),
@@ -152,10 +168,8 @@ fn a_message_more_or_less_is_found() {
 fn begun_at_the_end(recording: &Recording) -> Recording {
     let mut late = recording.clone();
     let last = late.outcome.as_ref().expect("an end").at;
-    for track in &mut late.topics {
-        let skipped = track.heads.partition_point(|head| head.stamp < last);
-        track.heads.drain(..skipped);
-        track.values.drain(..skipped * track.width);
+    for rows in &mut late.topics {
+        *rows = kept(rows, |head| head.stamp >= last);
     }
     for ticks in &mut late.ticks {
         ticks.retain(|tick| tick.at >= last);
@@ -167,17 +181,14 @@ fn begun_at_the_end(recording: &Recording) -> Recording {
 fn what_a_recording_begun_later_did_not_see_is_not_missing_in_it() {
     let folder = folder();
     let path = folder.path().join("fall.rrd");
-    let config = Config {
-        control_hz: Hz::new(5.0).expect("a rate"),
-        ..Config::default()
-    };
+    let config = CartPole::config("control-hz 5").expect("a knob");
     record(&config, &path).0.expect("no fault");
     // It falls between two decisions, so there is nothing of the policy in it.
     let late = begun_at_the_end(&read(&path));
     let identical = verify(&late).expect("identical");
     assert_eq!((identical.messages, identical.ticks), (2, 2));
     let mut silent = read(&path);
-    silent.topics[1] = TopicRecord::default();
+    silent.topics[1] = Rows::default();
     let error = verify(&silent)
         .expect_err("answers are missing")
         .to_string();
@@ -204,7 +215,7 @@ fn whoever_watches_a_verification_can_end_it() {
         advance_to = now;
         ControlFlow::Break(())
     };
-    let error = crate::recording::verify(&years, watch).expect_err("ended");
+    let error = crate::recording::verify(&years, &cart_pole(), watch).expect_err("ended");
     assert!(matches!(error, VerifyError::Stopped), "{error}");
     assert!(Time::ZERO < advance_to && advance_to < at, "{advance_to}");
 }
@@ -226,12 +237,14 @@ fn another_end_is_found() {
 fn nothing_is_not_identical_with_nothing() {
     let folder = folder();
     let original = recording(&folder);
-    for topic in [0, 2] {
-        let mut empty = original.clone();
-        empty.topics[topic] = TopicRecord::default();
-        let error = verify(&empty).expect_err("nothing to compare").to_string();
-        assert!(error.contains("nothing in it to verify"), "{error}");
-    }
+    let mut empty = original.clone();
+    empty.topics[2] = Rows::default();
+    let error = verify(&empty).expect_err("nothing to compare").to_string();
+    assert!(error.contains("nothing in it to verify"), "{error}");
+    let mut half = original.clone();
+    half.topics[0] = Rows::default();
+    let error = verify(&half).expect_err("a topic is missing").to_string();
+    assert!(error.contains("/obs message 0: recorded none"), "{error}");
     let mut renamed = original;
     renamed.origin.topology.topics[1].name = "/other".to_owned();
     assert!(verify(&renamed).is_err());

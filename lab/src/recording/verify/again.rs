@@ -3,16 +3,16 @@
 use std::{
     ops::ControlFlow,
     panic::resume_unwind,
+    sync::Arc,
     thread::{self, Scope, ScopedJoinHandle},
     time::Duration,
 };
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
-    cartpole::{Action, ControlStep, Observation},
-    experiment::{ACTION, Config, Experiment, OBS, STATE, SetupError, TimedKnob},
-    policy::PolicyCache,
-    runtime::{ClockKind, Speed, Tap, TapMessage, TickRecord, Time},
+    experiment::{Config, Experiment, Taps},
+    runtime::{ClockKind, Speed, Time, telemetry::Event},
+    system::System,
 };
 
 use super::{
@@ -25,29 +25,28 @@ use super::{
 };
 use crate::recording::{
     reader::Recording,
-    schema::{RecordingEnd, RunStatus},
-    topic_record::TopicRecord,
+    schema::{RecordingEnd, RunResult, RunStatus},
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// Run time for which a run may say nothing: that of the slowest sensor there
+/// Run time for which a run may be silent: the period of the slowest node there
 /// can be.
 const SILENCE: Duration = Duration::from_secs(1_000);
 
-/// Wall time between two looks at how far the run is.
+/// Wall time between two looks at the progress of the run.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages or ticks that may wait to be compared.
 const BACKLOG: usize = 1024;
 
-/// Runs it again; what is different. `watch` is told the run time now and then,
-/// and may end it.
+/// Runs it again with `system`; what is different. `watch` is given the run time
+/// now and then, and may end it.
 pub fn run_again(
     recording: &Recording,
-    tracks: [Option<&TopicRecord>; 3],
+    system: &Arc<dyn System>,
     mut watch: impl FnMut(Time) -> ControlFlow<()> + Send,
 ) -> Result<Vec<Difference>, VerifyError> {
     let whole = recording
@@ -55,12 +54,14 @@ pub fn run_again(
         .as_ref()
         .filter(|outcome| outcome.end != RunStatus::WentOn);
     let config = config_again(recording, whole);
-    let turned = recording.events.iter().filter_map(TimedKnob::of);
-    let turned: Vec<TimedKnob> = turned.collect();
-    let swaps = turned.iter().filter_map(|timed| timed.knob.policy());
-    // What cannot be had any more is said before anything is compared.
-    let cache = PolicyCache::of(config.policies().chain(swaps)).map_err(SetupError::from)?;
-    let mut experiment = Experiment::with_cache(&config, cache)?;
+    // What cannot be had any more is known before anything is compared.
+    let turned = recording.events.iter().filter_map(Event::knob).collect();
+    let needed = Config {
+        knobs: turned,
+        ..config.clone()
+    };
+    needed.resolved(&**system)?;
+    let mut experiment = Experiment::new(system.clone(), &config)?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before =
@@ -68,13 +69,13 @@ pub fn run_again(
     if let Some(difference) = before {
         return Ok(vec![difference]);
     }
-    experiment.schedule(events::commands(recording));
+    experiment.schedule(events::commands(recording, &**system));
     let comparison = Comparison::new(recording, whole.is_some(), experiment.commands());
-    let taps = ComparedTaps::new(&experiment, recording);
+    let taps = experiment.taps();
     let (over, watched) = bounded(0);
     let (mut differences, outcome, stopped) = thread::scope(|scope| {
         let comparison = &comparison;
-        let checks = taps.compare(scope, comparison, tracks);
+        let checks = compare(scope, comparison, recording, taps);
         let observer = &observer;
         let watch = scope.spawn(move || {
             while watched.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
@@ -95,66 +96,43 @@ pub fn run_again(
         return Err(VerifyError::Stopped);
     }
     if differences.is_empty() {
-        differences.extend(events::compare(
-            recording,
-            whole.is_some(),
-            &observer.events(0),
-        ));
+        let events = observer.events(0);
+        let complete = whole.is_some();
+        differences.extend(events::compare(recording, &**system, complete, &events));
     }
     if differences.is_empty() {
-        let ended = outcome.map(|summary| summary.end());
+        let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
         differences.extend(whole.and_then(|end| end::compare(end, topology, &ended, &observer)));
     }
     Ok(differences)
 }
 
-/// Taps on everything that is compared.
-struct ComparedTaps<'a> {
-    observations: Tap<TapMessage<Observation>>,
-    actions: Tap<TapMessage<Action>>,
-    steps: Tap<TapMessage<ControlStep>>,
-    ticks: Vec<(Ticks<'a>, Tap<TickRecord>)>,
-}
-
-impl<'a> ComparedTaps<'a> {
-    fn new(experiment: &Experiment, recording: &'a Recording) -> Self {
-        let taps = experiment.taps();
-        // A tap that nobody empties would hold the run up for ever.
-        let ticks = ticks(recording).zip(taps.ticks(BACKLOG)).collect();
-        Self {
-            observations: taps.observations(BACKLOG),
-            actions: taps.actions(BACKLOG),
-            steps: taps.steps(BACKLOG),
-            ticks,
-        }
+/// Compares every topic and every node with what was recorded of it, each on a
+/// thread of its own.
+fn compare<'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    comparison: &'scope Comparison,
+    recording: &'scope Recording,
+    taps: Taps,
+) -> Vec<Check<'scope>> {
+    let nodes = recording.origin.topology.nodes.iter();
+    // A tap that nobody empties would hold the run up for ever.
+    let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
+    let mut checks: Vec<Check<'_>> = nodes
+        .map(|((node, ticks), tap)| {
+            let series = Ticks::new(&node.name, ticks, tap);
+            scope.spawn(move || comparison.compare(series))
+        })
+        .collect();
+    for topic in taps.topics() {
+        let recorded = recording.topic(topic.name());
+        let tapped = taps.rows(topic.name(), BACKLOG);
+        checks.extend(recorded.zip(tapped).map(|((name, rows), tap)| {
+            let series = Messages::new(name, topic.fields(), rows, tap);
+            scope.spawn(move || comparison.compare(series))
+        }));
     }
-
-    /// Compares each with what was recorded, on a thread of its own.
-    fn compare<'scope>(
-        self,
-        scope: &'scope Scope<'scope, '_>,
-        comparison: &'scope Comparison,
-        [observed, acted, stepped]: [Option<&'scope TopicRecord>; 3],
-    ) -> Vec<Check<'scope>>
-    where
-        'a: 'scope,
-    {
-        let Self {
-            observations,
-            actions,
-            steps,
-            ticks,
-        } = self;
-        let mut checks = vec![
-            scope.spawn(move || comparison.compare(&Messages::of(OBS, observed?), observations)),
-            scope.spawn(move || comparison.compare(&Messages::of(ACTION, acted?), actions)),
-            scope.spawn(move || comparison.compare(&Messages::of(STATE, stepped?), steps)),
-        ];
-        let ticks = ticks.into_iter();
-        checks
-            .extend(ticks.map(|(ticks, tap)| scope.spawn(move || comparison.compare(&ticks, tap))));
-        checks
-    }
+    checks
 }
 
 /// A comparison that is under way.
@@ -170,7 +148,10 @@ fn found(check: Check<'_>) -> Option<Difference> {
 /// ended early may not end at all now.
 fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
-    let messages = recording.topics.iter().filter_map(|t| t.heads.last());
+    let messages = recording
+        .topics
+        .iter()
+        .filter_map(|rows| rows.heads().last());
     let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
     let stamps = messages.map(|head| head.stamp);
     let last = stamps.chain(ticks.map(|tick| tick.at)).max();
@@ -188,13 +169,4 @@ fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
         },
         ..given.clone()
     }
-}
-
-/// The ticks that were recorded, a series per node.
-fn ticks(recording: &Recording) -> impl Iterator<Item = Ticks<'_>> {
-    let nodes = recording.origin.topology.nodes.iter();
-    nodes.zip(&recording.ticks).map(|(node, ticks)| Ticks {
-        node: &node.name,
-        ticks,
-    })
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::Sender;
-use ratelab::runtime::{Command, Tap, Time};
+use ratelab::runtime::{Command, Time};
 
 use super::{
     difference::{Difference, SeriesItem},
@@ -26,7 +26,10 @@ impl Comparison {
     /// Of `recording`, which may not be `complete`, and of the run that obeys
     /// `commands`.
     pub fn new(recording: &Recording, complete: bool, commands: Sender<Command>) -> Self {
-        let messages = recording.topics.iter().filter_map(|t| t.heads.first());
+        let messages = recording
+            .topics
+            .iter()
+            .filter_map(|rows| rows.heads().first());
         let ticks = recording.ticks.iter().filter_map(|ticks| ticks.first());
         let firsts = messages.map(|head| head.stamp);
         Self {
@@ -42,9 +45,9 @@ impl Comparison {
 
     /// Compares what comes with what was recorded, and ends the run if that is
     /// not the same.
-    pub fn compare<S: Series>(&self, recorded: &S, tap: Tap<S::Computed>) -> Option<Difference> {
+    pub fn compare(&self, mut series: impl Series) -> Option<Difference> {
         // The tap goes with the first difference: the run no longer waits for it.
-        let difference = self.first_difference(recorded, &tap)?;
+        let difference = self.first_difference(&mut series)?;
         self.stop();
         Some(difference)
     }
@@ -55,26 +58,25 @@ impl Comparison {
         let _ = self.commands.send(Command::Stop); // It may be over.
     }
 
-    fn first_difference<S: Series>(
-        &self,
-        recorded: &S,
-        tap: &Tap<S::Computed>,
-    ) -> Option<Difference> {
+    fn first_difference(&self, series: &mut impl Series) -> Option<Difference> {
         let mut index = 0;
-        for computed in tap.items() {
-            let item = recorded.item_of(&computed);
-            if self.is_before(recorded, &item) {
-                continue;
+        while series.wait() {
+            let mut computed = 0;
+            while let Some(item) = series.computed(computed) {
+                if !self.is_before(series, &item) {
+                    if series.recorded(index).is_none() {
+                        return self.complete.then(|| item.not_recorded());
+                    }
+                    let difference = series.compare(index, computed);
+                    if difference.is_some() {
+                        return difference;
+                    }
+                    index += 1;
+                }
+                computed += 1;
             }
-            if recorded.item(index).is_none() {
-                return self.complete.then(|| item.not_recorded());
-            }
-            if let Some(difference) = recorded.compare(index, &computed) {
-                return Some(difference);
-            }
-            index += 1;
         }
-        let missing = recorded.item(index)?;
+        let missing = series.recorded(index)?;
         // A run that was ended because of another difference lacks what came after.
         let ended = self.found.load(Ordering::Relaxed);
         (!ended).then(|| missing.not_computed())
@@ -82,8 +84,8 @@ impl Comparison {
 
     /// Whether something came before it was recorded: recordings may begin later
     /// than runs.
-    fn is_before(&self, recorded: &impl Series, item: &SeriesItem) -> bool {
-        match recorded.item(0) {
+    fn is_before(&self, series: &impl Series, item: &SeriesItem) -> bool {
+        match series.recorded(0) {
             Some(first) => item.number < first.number,
             None => item.at < self.begun,
         }

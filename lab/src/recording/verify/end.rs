@@ -1,24 +1,18 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
-use ratelab::{
-    experiment::RunEnd,
-    runtime::{
-        Fault, Observer,
-        telemetry::{TopicView, Topology},
-    },
+use ratelab::runtime::{
+    Fault, Observer,
+    telemetry::{TopicView, Topology},
 };
 
 use super::{difference::Difference, series::nanos};
-use crate::recording::{
-    limits::verdict_at,
-    schema::{RecordingEnd, RunStatus},
-};
+use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};
 
 /// The first part of the end that is not the same: all of it but the wall's time.
 pub fn compare(
     outcome: &RecordingEnd,
     topology: &Topology,
-    computed: &Result<RunEnd, Fault>,
+    computed: &Result<RunResult, Fault>,
     observer: &Observer,
 ) -> Option<Difference> {
     let differs = |what: &str, recorded: String, computed: String| {
@@ -76,20 +70,25 @@ pub fn compare(
         })
 }
 
-/// What an end tells, part by part, each to the bit.
-fn parts(end: &RunEnd) -> [(&'static str, String); 4] {
-    let angle = end.final_pole_angle;
+/// The parts of an end, each to the bit.
+fn parts(end: &RunResult) -> [(&'static str, String); 4] {
+    let finals = end.finals.iter().map(|(name, value)| {
+        let value = value.map_or("none".to_owned(), |value| {
+            format!("{value:?} ({:#018x})", value.to_bits())
+        });
+        format!("{name} {value}")
+    });
     [
         ("the end of the run", verdict(end)),
-        ("time of the verdict", nanos(verdict_at(end))),
+        ("time of the verdict", nanos(end.verdict.at)),
         ("run time at the end", nanos(end.sim_time)),
         (
-            "pole angle at the end",
-            format!("{angle:?} ({:#018x})", angle.to_bits()),
+            "figures of the last state",
+            finals.collect::<Vec<_>>().join(", "),
         ),
     ]
 }
 
-fn verdict(end: &RunEnd) -> String {
-    format!("{} after {} control steps", end.verdict, end.steps)
+fn verdict(end: &RunResult) -> String {
+    format!("{} after {} steps", end.verdict.name, end.steps)
 }

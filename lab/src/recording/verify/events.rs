@@ -4,12 +4,11 @@
 use std::iter;
 
 use ratelab::{
-    experiment::TimedKnob,
-    policy::PolicySpec,
     runtime::{
-        ClockKind, Command, Time, TimedCommand,
+        ClockKind, Command, Knob, Time, TimedCommand,
         telemetry::{Event, EventKind},
     },
+    system::System,
 };
 
 use super::difference::Difference;
@@ -17,13 +16,15 @@ use crate::recording::reader::Recording;
 
 /// The commands to give again: those that changed the graph, and those that the
 /// graph refused and will refuse again.
-pub fn commands(recording: &Recording) -> Vec<TimedCommand> {
+pub fn commands(recording: &Recording, system: &dyn System) -> Vec<TimedCommand> {
     let events = recording.events.iter();
     let commands = events.filter_map(|event| match &event.what {
-        EventKind::Refused { command, .. } if is_up_to_the_graph(command) => Some(TimedCommand {
-            at: event.at,
-            command: command.clone(),
-        }),
+        EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => {
+            Some(TimedCommand {
+                at: event.at,
+                command: command.clone(),
+            })
+        }
         _ => event.replayable(),
     });
     commands.collect()
@@ -31,30 +32,29 @@ pub fn commands(recording: &Recording) -> Vec<TimedCommand> {
 
 /// Whether the graph alone decides what becomes of `command`. Of files it may be
 /// another thing today, and commands of the other clock change it.
-fn is_up_to_the_graph(command: &Command) -> bool {
+fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
     match command {
-        Command::SetRate { .. } | Command::SetDepth { .. } => true,
+        Command::Set(_) => !names_a_file(system, command),
         Command::HandOver(clock) => *clock == ClockKind::Virtual,
-        Command::Send { .. } => !tells_of_a_file(command),
         Command::Pause | Command::Resume | Command::Step | Command::Speed(_) | Command::Stop => {
             false
         }
     }
 }
 
-fn tells_of_a_file(command: &Command) -> bool {
+fn names_a_file(system: &dyn System, command: &Command) -> bool {
     match command {
-        Command::Send { text: what, .. } => matches!(what.parse(), Ok(PolicySpec::File(_))),
+        Command::Set(Knob::Send { node, text }) => system.file(node, text).is_some(),
         _ => false,
     }
 }
 
 /// Whether `event` comes of running the run again: pauses and speeds are the
 /// wall's, and why a file was refused is up to the file.
-fn comes_again(event: &Event) -> bool {
+fn comes_again(system: &dyn System, event: &Event) -> bool {
     match &event.what {
         EventKind::Applied { command, .. } => !paces(command),
-        EventKind::Refused { command, .. } => !tells_of_a_file(command),
+        EventKind::Refused { command, .. } => !names_a_file(system, command),
         EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
     }
 }
@@ -102,8 +102,8 @@ pub fn check(recording: &Recording) -> Option<Difference> {
 /// The first knob that the run was given and came to, and that it was not turned
 /// by. Those of the last moment may have come too late.
 fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
-    let knobs = recording.origin.config.knobs.iter();
-    let mut given: Vec<TimedCommand> = knobs.flat_map(TimedKnob::commands).collect();
+    let knobs = recording.origin.config.knobs.iter().cloned();
+    let mut given: Vec<TimedCommand> = knobs.map(TimedCommand::from).collect();
     given.sort_by_key(|given| given.at);
     let mut events = recording.events.iter();
     let mut is_among = |given: &TimedCommand| {
@@ -129,9 +129,15 @@ fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
 
 /// The first event that did not come again as it was recorded. Of a run whose
 /// recording is not `complete`, those of its last moment may be missing.
-pub fn compare(recording: &Recording, complete: bool, computed: &[Event]) -> Option<Difference> {
-    let recorded = recording.events.iter().filter(|event| comes_again(event));
-    let computed = computed.iter().filter(|event| comes_again(event));
+pub fn compare(
+    recording: &Recording,
+    system: &dyn System,
+    complete: bool,
+    computed: &[Event],
+) -> Option<Difference> {
+    let again = |event: &&Event| comes_again(system, event);
+    let recorded = recording.events.iter().filter(again);
+    let computed = computed.iter().filter(again);
     let longer = recorded.clone().count().max(computed.clone().count());
     let recorded = recorded.map(Some).chain(iter::repeat(None));
     let computed = computed.map(Some).chain(iter::repeat(None));
@@ -141,7 +147,7 @@ pub fn compare(recording: &Recording, complete: bool, computed: &[Event]) -> Opt
         (None, Some(event)) if !complete && event.at >= recording.until => None,
         _ => {
             let at = recorded.or(computed).map_or(Time::ZERO, |event| event.at);
-            Some(differs(at, tell(recorded), tell(computed)))
+            Some(differs(at, text(recorded), text(computed)))
         }
     }
 }
@@ -155,7 +161,7 @@ fn differs(at: Time, recorded: String, computed: String) -> Difference {
     }
 }
 
-fn tell(event: Option<&Event>) -> String {
+fn text(event: Option<&Event>) -> String {
     event.map_or("none".to_owned(), |event| {
         format!("{event} ({} ns)", event.at.as_nanos())
     })

@@ -8,24 +8,31 @@ mod events;
 mod series;
 mod topology;
 
-use std::{fmt, ops::ControlFlow};
+use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{
-    cartpole::mujoco_version,
-    experiment::{ACTION, OBS, STATE, SetupError},
-    runtime::{
-        ClockKind, Command, Time,
-        telemetry::{Event, EventKind},
-    },
+    runtime::{ClockKind, Command, Rows, Time, telemetry::Event},
+    system::{BuildError, System},
 };
 use thiserror::Error;
 
 use self::{again::run_again, difference::Difference};
-use super::{reader::Recording, schema::platform};
+use super::{reader::Recording, schema::Origin};
 
 /// Why a recording cannot be run again, or is not what comes of it.
 #[derive(Debug, Error)]
 pub enum VerifyError {
+    /// It is of another system than this program has.
+    #[error(
+        "this is a recording of {recorded:?}, and the system of this program is {known:?}: \
+         verify it with the program that has {recorded:?}"
+    )]
+    OtherSystem {
+        /// The system of the recording.
+        recorded: String,
+        /// That of this program.
+        known: &'static str,
+    },
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, where the system decides in which order \
@@ -33,8 +40,8 @@ pub enum VerifyError {
     )]
     RealClock(&'static str),
     /// There is nothing in it.
-    #[error("there is nothing in it to verify: no message of {0} was recorded")]
-    Nothing(&'static str),
+    #[error("there is nothing in it to verify: no {0} was recorded")]
+    Nothing(String),
     /// The run that comes of it is another one.
     #[error("{difference}{}", if_made_elsewhere(.made))]
     Differs {
@@ -48,7 +55,7 @@ pub enum VerifyError {
     Stopped,
     /// It cannot be run at all.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    Setup(#[from] BuildError),
 }
 
 fn if_made_elsewhere(made: &Option<String>) -> String {
@@ -59,7 +66,7 @@ fn if_made_elsewhere(made: &Option<String>) -> String {
 /// What was found to be the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identical {
-    /// Topics compared.
+    /// Topics compared, of which something was recorded.
     pub topics: usize,
     /// Messages compared.
     pub messages: usize,
@@ -90,55 +97,62 @@ fn thousands(number: usize) -> String {
     groups.join(",")
 }
 
-/// Runs what `recording` says was run, with the commands that were given, and
-/// compares the graph, every message, every tick, every event and how the run
-/// ended. What is the wall's is not compared: how long a tick or the run took, when
-/// it was paused and how fast it went. `watch` is told the run time now and then,
-/// and ends it if it breaks.
+/// Runs what `recording` says was run of `system`, with the commands that were
+/// given, and compares the graph, every message, every tick, every event and how the
+/// run ended. What is the wall's is not compared: how long a tick or the run took,
+/// when it was paused and how fast it went. `watch` is given the run time now and
+/// then, and ends it if it breaks.
 ///
 /// # Errors
-/// [`VerifyError`] if it is not the same, or cannot be told.
+/// [`VerifyError`] if it is not the same, or that cannot be known.
 pub fn verify(
     recording: &Recording,
+    system: &Arc<dyn System>,
     watch: impl FnMut(Time) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
-    refuse_real_clock(recording)?;
-    let tracks = [OBS, ACTION, STATE].map(|name| (name, recording.track(name)));
-    for (name, track) in tracks {
-        // A policy too slow for a short recording is silent in it.
-        if track.is_none_or(|track| name != ACTION && track.heads.is_empty()) {
-            return Err(VerifyError::Nothing(name));
-        }
+    if !recording.is_of(&**system) {
+        return Err(VerifyError::OtherSystem {
+            recorded: recording.origin.system.clone(),
+            known: system.name(),
+        });
     }
-    let mut differences = run_again(recording, tracks.map(|(_, track)| track), watch)?;
+    refuse_real_clock(recording)?;
+    refuse_nothing(recording, &**system)?;
+    let mut differences = run_again(recording, system, watch)?;
     differences.sort_by_key(|difference| difference.at);
     match differences.into_iter().next() {
         Some(difference) => Err(VerifyError::Differs {
             difference: Box::new(difference),
-            made: made_elsewhere(recording),
+            made: made_elsewhere(recording, system),
         }),
         None => Ok(Identical {
-            topics: tracks.len(),
-            messages: tracks
+            topics: recording
+                .topics
                 .iter()
-                .flat_map(|(_, track)| track)
-                .map(|t| t.heads.len())
-                .sum(),
+                .filter(|rows| !rows.is_empty())
+                .count(),
+            messages: recording.topics.iter().map(Rows::len).sum(),
             ticks: recording.ticks.iter().map(Vec::len).sum(),
         }),
     }
 }
 
+/// A run leaves ticks, and states if its system has such: a recording without them
+/// is of no part of it.
+fn refuse_nothing(recording: &Recording, system: &dyn System) -> Result<(), VerifyError> {
+    let lacks = |name: &&str| recording.rows(name).is_none_or(Rows::is_empty);
+    if let Some(state) = system.state().filter(lacks) {
+        return Err(VerifyError::Nothing(format!("message of {state}")));
+    }
+    if recording.ticks.iter().all(Vec::is_empty) {
+        return Err(VerifyError::Nothing("tick".to_owned()));
+    }
+    Ok(())
+}
+
 fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
-    let handed_over = |event: &Event| {
-        matches!(
-            event.what,
-            EventKind::Applied {
-                command: Command::HandOver(ClockKind::Real),
-                ..
-            }
-        )
-    };
+    let handed_over =
+        |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
     match recording.origin.config.clock {
         ClockKind::Real => Err(VerifyError::RealClock("begun")),
         _ if recording.events.iter().any(handed_over) => Err(VerifyError::RealClock("for a while")),
@@ -147,12 +161,11 @@ fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
 }
 
 /// What made the recording, if that may compute other bits than this program.
-fn made_elsewhere(recording: &Recording) -> Option<String> {
-    let origin = &recording.origin;
-    let ours = (env!("CARGO_PKG_VERSION"), mujoco_version(), platform());
-    let theirs = (&*origin.ratelab, &*origin.mujoco, origin.platform.clone());
-    (ours != theirs).then(|| {
-        let (ratelab, mujoco, platform) = theirs;
-        format!("ratelab {ratelab}, MuJoCo {mujoco}, {platform}")
-    })
+fn made_elsewhere(recording: &Recording, system: &Arc<dyn System>) -> Option<String> {
+    let Origin {
+        config, topology, ..
+    } = &recording.origin;
+    let theirs = recording.origin.made_by();
+    let ours = Origin::new(&**system, config.clone(), topology.clone()).made_by();
+    (ours != theirs).then_some(theirs)
 }

@@ -1,79 +1,87 @@
 //! What a recording holds of one topic or one node, in order.
 
-use std::{marker::PhantomData, time::Duration};
+use std::time::Duration;
 
-use ratelab::runtime::{Fields, Payload, TapMessage, TickRecord, Time};
+use ratelab::runtime::{Head, RowTap, Rows, Tap, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
-use crate::recording::topic_record::{Head, TopicRecord};
 
-/// What was recorded, to be compared with what a tap gives when it is run again.
+/// What was recorded, and what a tap gives when it is run again.
 pub trait Series {
-    /// What the tap gives.
-    type Computed;
+    /// Takes what comes next; false when no more can come.
+    fn wait(&mut self) -> bool;
 
-    /// The item with this index; `None` after the last.
-    fn item(&self, index: usize) -> Option<SeriesItem<'_>>;
+    /// The recorded item with this index; `None` after the last.
+    fn recorded(&self, index: usize) -> Option<SeriesItem<'_>>;
 
-    /// Which item `computed` is.
-    fn item_of(&self, computed: &Self::Computed) -> SeriesItem<'_>;
+    /// The item with this index of what came last; `None` after the last.
+    fn computed(&self, index: usize) -> Option<SeriesItem<'_>>;
 
-    /// The first thing in which `computed` is not the item with this index.
-    fn compare(&self, index: usize, computed: &Self::Computed) -> Option<Difference>;
+    /// The first part in which the computed item is not the recorded one.
+    fn compare(&self, recorded: usize, computed: usize) -> Option<Difference>;
 }
 
 /// The messages of a topic.
-pub struct Messages<'a, T> {
+pub struct Messages<'a> {
     topic: &'a str,
-    track: &'a TopicRecord,
-    payload: PhantomData<fn() -> T>,
+    fields: &'static [&'static str],
+    recorded: &'a Rows,
+    tap: RowTap,
+    computed: Rows,
 }
 
-impl<'a, T> Messages<'a, T> {
-    /// Those of the topic called `topic`.
-    pub fn of(topic: &'a str, track: &'a TopicRecord) -> Self {
+impl<'a> Messages<'a> {
+    /// Those of the topic called `topic`: recorded, and out of `tap`. The numbers of
+    /// each are called `fields`.
+    pub fn new(
+        topic: &'a str,
+        fields: &'static [&'static str],
+        recorded: &'a Rows,
+        tap: RowTap,
+    ) -> Self {
+        let computed = tap.rows();
         Self {
             topic,
-            track,
-            payload: PhantomData,
+            fields,
+            recorded,
+            tap,
+            computed,
         }
     }
 
-    fn named(&self, number: u64, at: Time) -> SeriesItem<'_> {
-        SeriesItem {
+    fn item(&self, rows: &Rows, index: usize) -> Option<SeriesItem<'_>> {
+        let head = rows.heads().get(index)?;
+        Some(SeriesItem {
             of: self.topic,
             kind: "message",
-            number,
-            at,
-        }
+            number: head.seq,
+            at: head.stamp,
+        })
     }
 }
 
-impl<T: Fields + Payload> Series for Messages<'_, T> {
-    type Computed = TapMessage<T>;
-
-    fn item(&self, index: usize) -> Option<SeriesItem<'_>> {
-        let head = self.track.heads.get(index)?;
-        Some(self.named(head.seq, head.stamp))
+impl Series for Messages<'_> {
+    fn wait(&mut self) -> bool {
+        self.computed.clear();
+        self.tap.wait(&mut self.computed)
     }
 
-    fn item_of(&self, computed: &TapMessage<T>) -> SeriesItem<'_> {
-        self.named(computed.message.seq, computed.message.stamp)
+    fn recorded(&self, index: usize) -> Option<SeriesItem<'_>> {
+        self.item(self.recorded, index)
     }
 
-    fn compare(&self, index: usize, computed: &TapMessage<T>) -> Option<Difference> {
-        let message = &computed.message;
-        let head = Head {
-            stamp: message.stamp,
-            seq: message.seq,
-            origin: message.origin,
-            dropped: computed.dropped,
-        };
-        let item = self.item(index)?;
-        compare_heads(&item, self.track.heads.get(index)?, &head).or_else(|| {
-            let mut row = Vec::with_capacity(T::FIELDS.len());
-            message.data.append_to(&mut row);
-            compare_values::<T>(&item, self.track.row(index), &row)
+    fn computed(&self, index: usize) -> Option<SeriesItem<'_>> {
+        self.item(&self.computed, index)
+    }
+
+    fn compare(&self, recorded: usize, computed: usize) -> Option<Difference> {
+        let item = self.recorded(recorded)?;
+        let heads = self.recorded.heads().get(recorded);
+        let heads = heads.zip(self.computed.heads().get(computed));
+        let difference = heads.and_then(|(one, other)| compare_heads(&item, one, other));
+        difference.or_else(|| {
+            let (one, other) = (self.recorded.row(recorded), self.computed.row(computed));
+            compare_values(&item, self.fields, one, other)
         })
     }
 }
@@ -93,8 +101,9 @@ fn compare_heads(item: &SeriesItem, recorded: &Head, computed: &Head) -> Option<
     first_of(item, parts(recorded), parts(computed))
 }
 
-fn compare_values<T: Fields>(
+fn compare_values(
     item: &SeriesItem,
+    fields: &[&str],
     recorded: &[f64],
     computed: &[f64],
 ) -> Option<Difference> {
@@ -103,45 +112,64 @@ fn compare_values<T: Fields>(
         None => "nothing".to_owned(),
     };
     let bits = |row: &[f64], index: usize| row.get(index).map(|value| value.to_bits());
-    let mut fields = 0..recorded.len().max(computed.len());
-    let index = fields.find(|&index| bits(recorded, index) != bits(computed, index))?;
-    let field = T::FIELDS.get(index).copied().unwrap_or("a number more");
+    let mut indices = 0..recorded.len().max(computed.len());
+    let index = indices.find(|&index| bits(recorded, index) != bits(computed, index))?;
+    let field = fields.get(index).copied().unwrap_or("a number more");
     let [recorded, computed] = [recorded, computed].map(|row| number(row.get(index)));
     Some(item.differs(field, recorded, computed))
 }
 
 /// The ticks of a node.
 pub struct Ticks<'a> {
-    /// Its name.
-    pub node: &'a str,
-    /// Those that were recorded.
-    pub ticks: &'a [TickRecord],
+    node: &'a str,
+    recorded: &'a [TickRecord],
+    tap: Tap<TickRecord>,
+    computed: Vec<TickRecord>,
 }
 
-impl Ticks<'_> {
-    fn named(&self, tick: &TickRecord) -> SeriesItem<'_> {
-        SeriesItem {
+impl<'a> Ticks<'a> {
+    /// Those of the node called `node`: recorded, and out of `tap`.
+    pub fn new(node: &'a str, recorded: &'a [TickRecord], tap: Tap<TickRecord>) -> Self {
+        Self {
+            node,
+            recorded,
+            tap,
+            computed: Vec::new(),
+        }
+    }
+
+    fn item(&self, ticks: &[TickRecord], index: usize) -> Option<SeriesItem<'_>> {
+        let tick = ticks.get(index)?;
+        Some(SeriesItem {
             of: self.node,
             kind: "tick",
             number: tick.number,
             at: tick.at,
-        }
+        })
     }
 }
 
 impl Series for Ticks<'_> {
-    type Computed = TickRecord;
-
-    fn item(&self, index: usize) -> Option<SeriesItem<'_>> {
-        self.ticks.get(index).map(|tick| self.named(tick))
+    fn wait(&mut self) -> bool {
+        self.computed.clear();
+        let items = self.tap.items();
+        self.computed.extend(items.recv());
+        // No more than there is now: the run fills it as fast.
+        self.computed.extend(items.try_iter().take(items.len()));
+        !self.computed.is_empty()
     }
 
-    fn item_of(&self, computed: &TickRecord) -> SeriesItem<'_> {
-        self.named(computed)
+    fn recorded(&self, index: usize) -> Option<SeriesItem<'_>> {
+        self.item(self.recorded, index)
     }
 
-    fn compare(&self, index: usize, computed: &TickRecord) -> Option<Difference> {
-        let recorded = self.ticks.get(index)?;
+    fn computed(&self, index: usize) -> Option<SeriesItem<'_>> {
+        self.item(&self.computed, index)
+    }
+
+    fn compare(&self, recorded: usize, computed: usize) -> Option<Difference> {
+        let item = self.recorded(recorded)?;
+        let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
         // How long a tick took is the wall's time, and not what comes again.
         let took = recorded.took;
         if *recorded == (TickRecord { took, ..*computed }) {
@@ -156,7 +184,7 @@ impl Series for Ticks<'_> {
                 ("overruns by then", tick.overruns.to_string()),
             ]
         };
-        first_of(&self.named(recorded), parts(recorded), parts(computed))
+        first_of(&item, parts(recorded), parts(computed))
     }
 }
 

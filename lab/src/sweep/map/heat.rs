@@ -1,10 +1,11 @@
-//! A line per group, a cell per control rate.
+//! A line per group, a cell per value of what changes fastest.
 
 use super::{MapStyle, growth_text, level, paint};
 use crate::{
     dashboard::view::theme::Theme,
     sweep::{
-        summary::{RateSummary, SweepSummary},
+        columns,
+        summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
 };
@@ -16,16 +17,14 @@ const CELL: usize = 2;
 const GAP: usize = 2;
 
 /// What a cell says.
-pub fn key(theme: &Theme) -> String {
-    format!(
-        "{}; the digit is the share in tenths",
-        SurvivalLevel::key(theme)
-    )
+pub fn key(summary: &SweepSummary, theme: &Theme) -> String {
+    let key = SurvivalLevel::key(&summary.good, theme);
+    format!("{key}; the digit is the share in tenths")
 }
 
 /// The map, in several pieces if it is too wide for one.
 pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let cell = |row: &RateSummary| paint(&cell(row, &style.theme), level(row), &style.theme);
+    let cell = |row: &RowSummary| paint(&cell(row, &style.theme), level(row), &style.theme);
     pieces(summary, style, CELL, cell)
 }
 
@@ -33,12 +32,12 @@ pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
 pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     let texts = summary.rows().iter().map(|row| growth_text(row.growth));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
-    let cell = |row: &RateSummary| format!("{:>widest$} ", growth_text(row.growth));
+    let cell = |row: &RowSummary| format!("{:>widest$} ", growth_text(row.growth));
     pieces(summary, style, widest + 1, cell)
 }
 
 /// A glyph, and where there are some and not all of them, tenths.
-fn cell(row: &RateSummary, theme: &Theme) -> String {
+fn cell(row: &RowSummary, theme: &Theme) -> String {
     let level = level(row);
     let glyph = level.glyph(theme);
     match (level, row.share()) {
@@ -53,22 +52,28 @@ fn pieces(
     summary: &SweepSummary,
     style: &MapStyle,
     cell: usize,
-    text: impl Fn(&RateSummary) -> String,
+    text: impl Fn(&RowSummary) -> String,
 ) -> Vec<String> {
     let names: Vec<String> = summary.groups().map(|rows| name(summary, rows)).collect();
+    let heading = summary.main.heading();
     let wide = names.iter().map(String::len).max().unwrap_or(0);
-    let wide = wide.max("control Hz".len());
+    let wide = wide.max(heading.len());
     let fit = (style.width.saturating_sub(wide + GAP) / cell).max(1);
-    let rates = summary.sweep.control_hz.len();
+    let values: Vec<&str> = summary
+        .groups()
+        .next()
+        .unwrap_or_default()
+        .iter()
+        .map(|row| row.value.as_str())
+        .collect();
+    let count = values.len();
     let mut lines = Vec::new();
-    for first in (0..rates).step_by(fit) {
-        let piece = first..rates.min(first + fit);
+    for first in (0..count).step_by(fit) {
+        let piece = first..count.min(first + fit);
         if first > 0 {
             lines.push(String::new());
         }
-        let labels = summary.sweep.control_hz[piece.clone()].iter();
-        let labels: Vec<String> = labels.map(|hz| hz.get().to_string()).collect();
-        lines.extend(axis(&labels, wide, cell));
+        lines.extend(axis(&heading, &values[piece.clone()], wide, cell));
         for (name, rows) in names.iter().zip(summary.groups()) {
             let cells: String = rows[piece.clone()].iter().map(&text).collect();
             lines.push(
@@ -81,11 +86,11 @@ fn pieces(
     lines
 }
 
-/// The control rates over their cells, downwards where they are too long.
-fn axis(labels: &[String], wide: usize, cell: usize) -> Vec<String> {
+/// The values over their cells, downwards where they are too long.
+fn axis(heading: &str, labels: &[&str], wide: usize, cell: usize) -> Vec<String> {
     let labels = aligned(labels);
     let longest = labels.iter().map(String::len).max().unwrap_or(0);
-    let name = |line: usize| if line == 0 { "control Hz" } else { "" };
+    let name = |line: usize| if line == 0 { heading } else { "" };
     let line = |number: usize, cells: String| {
         let line = format!("{:<wide$}{:GAP$}{cells}", name(number), "");
         line.trim_end().to_owned()
@@ -107,30 +112,22 @@ fn axis(labels: &[String], wide: usize, cell: usize) -> Vec<String> {
 }
 
 /// The same with their points, or where those would be, in one place.
-fn aligned(labels: &[String]) -> Vec<String> {
+fn aligned(labels: &[&str]) -> Vec<String> {
     let whole = |label: &str| label.find('.').unwrap_or(label.len());
     let most = labels.iter().map(|label| whole(label)).max().unwrap_or(0);
-    let pad = |label: &String| " ".repeat(most - whole(label)) + label;
+    let pad = |label: &&str| " ".repeat(most - whole(label)) + label;
     labels.iter().map(pad).collect()
 }
 
 /// A group by what sets it apart from the others.
-fn name(summary: &SweepSummary, rows: &[RateSummary]) -> String {
+fn name(summary: &SweepSummary, rows: &[RowSummary]) -> String {
     let sweep = &summary.sweep;
     let Some(cell) = rows.first().map(|row| &row.cell) else {
         return String::new();
     };
-    let parts = [
-        (sweep.policies.len(), cell.policy.name().to_owned()),
-        (
-            sweep.sensor_hz.len(),
-            format!("sensor {}", cell.sensor_hz.get()),
-        ),
-        (
-            sweep.queue_depths.len(),
-            format!("depth {}", cell.queue_depth),
-        ),
-    ];
-    let parts = parts.into_iter().filter(|(values, _)| *values > 1);
-    parts.map(|(_, part)| part).collect::<Vec<_>>().join(" ")
+    let columns = columns::of(sweep).into_iter();
+    let several =
+        columns.filter(|column| column.name != summary.main.name && column.count(sweep) > 1);
+    let parts = several.map(|column| column.tag(&column.short(sweep, cell)));
+    parts.collect::<Vec<_>>().join(" ")
 }

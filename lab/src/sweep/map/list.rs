@@ -1,18 +1,29 @@
-//! One line per control rate: a bar and figures.
+//! One line per value: a bar and figures.
 
 use super::{growth_text, level, paint};
-use crate::{dashboard::view::theme::Theme, sweep::summary::RateSummary};
+use crate::{
+    dashboard::view::theme::Theme,
+    sweep::summary::{RowSummary, SweepSummary},
+};
 
 /// Columns of a bar.
 const BAR: usize = 24;
 
 /// The rows of one group.
-pub fn lines(rows: &[RateSummary], theory: bool, theme: &Theme) -> Vec<String> {
+pub fn lines(
+    summary: &SweepSummary,
+    rows: &[RowSummary],
+    theory: bool,
+    theme: &Theme,
+) -> Vec<String> {
+    let (heading, good) = (summary.main.heading(), &summary.good);
+    let values = rows.iter().map(|row| row.value.chars().count());
+    let wide = values.max().unwrap_or(0).max(heading.chars().count());
     let most = rows.iter().map(|row| figure(row).len()).max().unwrap_or(0);
-    let counts = most.max("balanced".len());
+    let counts = most.max(good.len());
     let mut head = format!(
-        "{:>10}  {:>counts$}  {:BAR$}  {:>10}  {:>9}",
-        "control Hz", "balanced", "", "latency ms", "lost at s"
+        "{heading:>wide$}  {good:>counts$}  {:BAR$}  {:>10}  {:>9}",
+        "", "latency ms", "lost at s"
     );
     if theory {
         head += "  growth";
@@ -20,8 +31,8 @@ pub fn lines(rows: &[RateSummary], theory: bool, theme: &Theme) -> Vec<String> {
     let mut lines = vec![head];
     for row in rows {
         let mut line = format!(
-            "{:>10}  {:>counts$}  {}  {:>10}  {:>9}",
-            row.cell.control_hz.get(),
+            "{:>wide$}  {:>counts$}  {}  {:>10}  {:>9}",
+            row.value,
             figure(row),
             bar(row, theme),
             decimals(row.mean_latency_s.map(|s| s * 1e3), 1),
@@ -35,17 +46,17 @@ pub fn lines(rows: &[RateSummary], theory: bool, theme: &Theme) -> Vec<String> {
     lines
 }
 
-fn figure(row: &RateSummary) -> String {
+fn figure(row: &RowSummary) -> String {
     match row.runs {
         0 => "-".to_owned(),
-        runs => format!("{} of {runs}", row.balanced),
+        runs => format!("{} of {runs}", row.held),
     }
 }
 
 /// As long as the share; only none is empty, and only all is full.
-fn bar(row: &RateSummary, theme: &Theme) -> String {
+fn bar(row: &RowSummary, theme: &Theme) -> String {
     let share = row.share().unwrap_or(0.0);
-    let full = match row.balanced {
+    let full = match row.held {
         0 => 0,
         all if all == row.runs => BAR,
         _ => ((share * BAR as f64).round() as usize).clamp(1, BAR - 1),

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::dashboard::{
     frame::FrameData,
+    knob_focus::KnobFocus,
     view::{pane, theme::Theme},
 };
 
@@ -54,6 +55,7 @@ const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
 /// Writes about topics.
 pub(super) struct Labels<'a> {
     frame: &'a FrameData,
+    knobs: &'a KnobFocus,
     theme: &'a Theme,
     layout: &'a GraphLayout,
     wires: &'a Wires,
@@ -64,6 +66,7 @@ impl<'a> Labels<'a> {
     /// What is needed to write in `area`.
     pub(super) fn new(
         frame: &'a FrameData,
+        knobs: &'a KnobFocus,
         theme: &'a Theme,
         layout: &'a GraphLayout,
         wires: &'a Wires,
@@ -71,6 +74,7 @@ impl<'a> Labels<'a> {
     ) -> Self {
         Self {
             frame,
+            knobs,
             theme,
             layout,
             wires,
@@ -105,7 +109,7 @@ impl<'a> Labels<'a> {
             rest
         };
         if !list.is_empty() && blank(free, buf) {
-            List::new(&list, self.frame, self.theme, free).draw(buf);
+            List::new(&list, self.frame, self.knobs, self.theme, free).draw(buf);
         }
     }
 
@@ -167,7 +171,8 @@ impl<'a> Labels<'a> {
         };
         let rows = (row - up.len()..row).zip(*up);
         let rows = rows.chain((row + 1..=row + below).zip(*down));
-        let writer = LabelWriter::new(topic, self.frame, self.theme, usize::from(room));
+        let room = usize::from(room);
+        let writer = LabelWriter::new(topic, self.frame, self.knobs, self.theme, room);
         for (row, what) in rows {
             writer.line(*what).render(at(row), buf);
         }

@@ -10,6 +10,7 @@ use ratatui::{
 use super::text::{count, fitting};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
+    knob_focus::KnobFocus,
     view::{pane, theme::Theme},
 };
 
@@ -33,6 +34,7 @@ pub(super) enum LabelRow {
 pub(super) struct LabelWriter<'a> {
     topic: &'a TopicData,
     frame: &'a FrameData,
+    knobs: &'a KnobFocus,
     theme: &'a Theme,
     room: usize,
 }
@@ -42,12 +44,14 @@ impl<'a> LabelWriter<'a> {
     pub(super) fn new(
         topic: &'a TopicData,
         frame: &'a FrameData,
+        knobs: &'a KnobFocus,
         theme: &'a Theme,
         room: usize,
     ) -> Self {
         Self {
             topic,
             frame,
+            knobs,
             theme,
             room,
         }
@@ -55,7 +59,11 @@ impl<'a> LabelWriter<'a> {
 
     /// The words and figures of one row.
     pub(super) fn line(&self, row: LabelRow) -> Line<'static> {
-        let name = |room| Span::styled(self.name(room), self.theme.strong());
+        let full_name = format!("{}{}", self.mark(""), self.topic.name);
+        let name = |room| {
+            let name = pane::clip(&full_name, room, self.theme);
+            Span::styled(name, self.theme.strong())
+        };
         match row {
             LabelRow::Name => Line::from(name(self.room)),
             LabelRow::Rate => Line::raw(self.rate()),
@@ -76,7 +84,7 @@ impl<'a> LabelWriter<'a> {
             LabelRow::NameAndRate => {
                 let rate = self.rate();
                 match self.room.checked_sub(pane::width(&rate) + 1) {
-                    Some(room) if room >= pane::width(&self.topic.name) => {
+                    Some(room) if room >= pane::width(&full_name) => {
                         Line::from_iter([name(room), Span::raw(format!(" {rate}"))])
                     }
                     _ => Line::from(name(self.room)),
@@ -88,7 +96,7 @@ impl<'a> LabelWriter<'a> {
                 let left = self.room.saturating_sub(pane::width(&drops));
                 let rate = format!(" {:.0}/s", self.topic.per_second);
                 let rate = match left.checked_sub(pane::width(&rate)) {
-                    Some(least) if least >= pane::width(&self.topic.name) => rate,
+                    Some(least) if least >= pane::width(&full_name) => rate,
                     _ => String::new(),
                 };
                 let name = name(left.saturating_sub(pane::width(&rate)));
@@ -100,6 +108,16 @@ impl<'a> LabelWriter<'a> {
     /// The name, cut to `room` columns.
     pub(super) fn name(&self, room: usize) -> String {
         pane::clip(&self.topic.name, room, self.theme)
+    }
+
+    /// A mark if keys turn the depth, or else `nothing`.
+    pub(super) fn mark(&self, nothing: &'static str) -> &'static str {
+        let mut marked = self.knobs.topics.iter();
+        if marked.any(|topic| **topic == *self.topic.name) {
+            self.theme.glyph("▸", ">")
+        } else {
+            nothing
+        }
     }
 
     /// Messages per second, always seven columns wide.

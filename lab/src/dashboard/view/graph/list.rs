@@ -10,6 +10,7 @@ use ratatui::{
 use super::{label_writer::LabelWriter, route::Routes, text::count};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
+    knob_focus::KnobFocus,
     view::{pane, theme::Theme},
 };
 
@@ -34,6 +35,7 @@ pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
 pub(super) struct List<'a> {
     topics: &'a [&'a TopicData],
     frame: &'a FrameData,
+    knobs: &'a KnobFocus,
     theme: &'a Theme,
     area: Rect,
 }
@@ -43,12 +45,14 @@ impl<'a> List<'a> {
     pub(super) fn new(
         topics: &'a [&'a TopicData],
         frame: &'a FrameData,
+        knobs: &'a KnobFocus,
         theme: &'a Theme,
         area: Rect,
     ) -> Self {
         Self {
             topics,
             frame,
+            knobs,
             theme,
             area,
         }
@@ -96,7 +100,7 @@ impl<'a> List<'a> {
 
     fn entry(&self, topic: &TopicData, cell: Rect, buf: &mut Buffer) {
         let room = usize::from(cell.width);
-        let writer = LabelWriter::new(topic, self.frame, self.theme, room);
+        let writer = LabelWriter::new(topic, self.frame, self.knobs, self.theme, room);
         let name = Self::name_width(self.topics);
         let text = format!("{:name$}", writer.name(name));
         let (glyph, style) = writer.verdict();
@@ -115,7 +119,8 @@ impl<'a> List<'a> {
         };
         let mut line = Line::from_iter([
             Span::styled(text, self.theme.strong()),
-            Span::raw(format!(" {}{depth} ", writer.rate())),
+            Span::styled(writer.mark(" "), self.theme.strong()),
+            Span::raw(format!("{}{depth} ", writer.rate())),
             Span::styled(drops, style),
             Span::raw(" ".repeat(blank)),
         ]);

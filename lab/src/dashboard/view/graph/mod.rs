@@ -15,10 +15,17 @@ use ratatui::{buffer::Buffer, layout::Rect, text::Span};
 
 use self::{label::Labels, place::GraphLayout, wires::Wires};
 use super::{pane, theme::Theme};
-use crate::dashboard::frame::FrameData;
+use crate::dashboard::{frame::FrameData, knob_focus::KnobFocus};
 
-/// Draws the graph.
-pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
+/// Draws the graph, with marks on what `knobs` are of.
+pub fn render(
+    frame: &FrameData,
+    knobs: &KnobFocus,
+    theme: &Theme,
+    focused: bool,
+    area: Rect,
+    buf: &mut Buffer,
+) {
     let inside = Rect {
         width: area.width.saturating_sub(2),
         height: area.height.saturating_sub(2),
@@ -35,10 +42,10 @@ pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: 
     if inner.as_size() != inside.as_size() {
         return;
     }
-    nodes::draw(frame, &layout, theme, inner, buf);
+    nodes::draw(frame, knobs, &layout, theme, inner, buf);
     let wires = Wires::of(frame, &layout);
     wires.draw(frame, theme, inner, buf);
-    Labels::new(frame, theme, &layout, &wires, inner).draw(buf);
+    Labels::new(frame, knobs, theme, &layout, &wires, inner).draw(buf);
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::dashboard::{
     frame::{FrameData, NodeData},
+    knob_focus::KnobFocus,
     view::{pane, theme::Theme},
 };
 
@@ -23,6 +24,7 @@ const ROOM: usize = 14;
 /// Draws the boxes of all nodes shown.
 pub(super) fn draw(
     frame: &FrameData,
+    knobs: &KnobFocus,
     layout: &GraphLayout,
     theme: &Theme,
     area: Rect,
@@ -41,20 +43,26 @@ pub(super) fn draw(
             ..rect
         };
         let rect = rect.intersection(area);
-        if rect.height < 3 {
-            pill(node, theme, with_rate, rect, buf);
+        let mark = if *knobs.node == *node.name {
+            theme.glyph("▸", ">")
         } else {
-            full(node, theme, rect, buf);
+            " "
+        };
+        if rect.height < 3 {
+            pill(node, mark, theme, with_rate, rect, buf);
+        } else {
+            full(node, mark, theme, rect, buf);
         }
     }
 }
 
-/// A node with name, rate and overruns, and whether it ticks.
-fn full(node: &NodeData, theme: &Theme, rect: Rect, buf: &mut Buffer) {
+/// A node with name, rate and overruns, and whether it ticks; `mark` is before the
+/// name.
+fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer) {
     let room = usize::from(rect.width.saturating_sub(2));
     let name = match room.checked_sub(2) {
-        Some(less) if pane::width(&node.name) <= less => format!(" {} ", node.name),
-        _ => node.name.to_string(),
+        Some(less) if pane::width(&node.name) <= less => format!("{mark}{} ", node.name),
+        _ => format!("{}{}", mark.trim(), node.name),
     };
     let title = Span::styled(pane::clip(&name, room, theme), theme.strong());
     let block = Block::bordered().border_set(theme.border()).title(title);
@@ -80,7 +88,7 @@ fn pill_room(rect: Rect) -> usize {
 }
 
 /// A node in one row.
-fn pill(node: &NodeData, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
+fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
     let room = pill_room(rect);
     let rate = if with_rate { hz(node) } else { String::new() };
     let left = room.saturating_sub(pane::width(&rate));
@@ -90,7 +98,7 @@ fn pill(node: &NodeData, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut B
     let spans = [
         Span::raw("["),
         Span::styled(glyph, style),
-        Span::raw(" "),
+        Span::styled(mark, theme.strong()),
         Span::styled(name, theme.strong()),
         Span::raw(format!("{blank}{rate}]")),
     ];

@@ -6,6 +6,7 @@ use ratatui::buffer::Buffer;
 use super::render;
 use crate::dashboard::{
     frame::FrameData,
+    knob_focus::KnobFocus,
     view::{
         pane::testing::{POOR, RICH, screen, styled, text, torture},
         sample,
@@ -15,7 +16,7 @@ use crate::dashboard::{
 
 fn buffer(frame: &FrameData, theme: &Theme, width: u16, height: u16) -> Buffer {
     screen(width, height, |area, buf| {
-        render(frame, theme, true, area, buf)
+        render(frame, &KnobFocus::default(), theme, true, area, buf)
     })
 }
 
@@ -264,6 +265,27 @@ fn nothing_moves_but_messages_while_counts_grow() {
     assert!(places(0, 9.9, 1).iter().all(Option::is_some));
 }
 
+fn policy_and_obs() -> KnobFocus {
+    KnobFocus {
+        node: "policy".to_owned(),
+        topics: vec!["/obs".to_owned()],
+    }
+}
+
+#[test]
+fn what_keys_turn_is_marked_by_more_than_a_colour() {
+    for (theme, mark, height) in [(&RICH, '▸', 9), (&RICH, '▸', 5), (&POOR, '>', 5)] {
+        let drawn = screen(120, height, |area, buf| {
+            render(&sample::broken(), &policy_and_obs(), theme, true, area, buf)
+        });
+        let drawn = text(&drawn);
+        assert!(drawn.contains(&format!("{mark}policy")), "{drawn}");
+        assert!(drawn.contains(&format!("{mark}/obs")), "{drawn}");
+        assert!(!drawn.contains(&format!("{mark}sensor")), "{drawn}");
+        assert!(!drawn.contains(&format!("{mark}/action")), "{drawn}");
+    }
+}
+
 #[test]
 fn any_size_will_do() {
     for frame in [
@@ -272,7 +294,9 @@ fn any_size_will_do() {
         circle(),
         sample::chain(40),
     ] {
-        torture(|theme, area, buf| render(&frame, theme, false, area, buf));
+        for knobs in [KnobFocus::default(), policy_and_obs()] {
+            torture(|theme, area, buf| render(&frame, &knobs, theme, false, area, buf));
+        }
     }
     for (width, height) in [(0, 0), (8, 3), (9, 4), (40, 200), (400, 3), (300, 100)] {
         rich(&crowd(), width, height);

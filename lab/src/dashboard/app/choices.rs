@@ -1,0 +1,116 @@
+//! Going through the messages of the first alias that has some to choose from.
+
+use std::{fs, path::Path};
+
+use ratelab::{
+    experiment::Config,
+    runtime::{Knob, KnobKind},
+    system::{Setup, System},
+};
+
+use super::App;
+use crate::dashboard::{presets::Direction, settings::first_alias};
+
+/// Where files lie that nobody has to name.
+const FOLDER: &str = "policies";
+
+/// Kinds of files that policies come in.
+const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
+
+/// What there is to choose from: what the alias lists, what `config` names, and the
+/// files in [`FOLDER`] below the current folder, if it takes files.
+pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
+    let Some((node, listed)) = sent(system) else {
+        return Vec::new();
+    };
+    let timed = config.knobs.iter().map(|timed| &timed.knob);
+    let named = config
+        .setup
+        .iter()
+        .chain(timed)
+        .filter_map(|knob| match knob {
+            Knob::Send { node: of, text } if of == node => Some(text.clone()),
+            _ => None,
+        });
+    let files = files(Path::new(FOLDER)).into_iter();
+    let files = files.filter(|file| system.file(node, file).is_some());
+    let mut choices: Vec<String> = listed.iter().map(|text| (*text).to_owned()).collect();
+    for text in named.chain(files) {
+        let text = unpinned(system, node, &text);
+        if !choices.contains(&text) {
+            choices.push(text);
+        }
+    }
+    // Nobody passes by those that lose on the way to one that does not.
+    choices.sort_by_key(|text| {
+        let (node, text) = (node.to_owned(), text.clone());
+        let setup = Setup::default().with(Knob::Send { node, text });
+        system.lost_anyway(&setup).is_some()
+    });
+    choices
+}
+
+/// The node that the first alias of a message is of, and the values that it lists.
+fn sent(system: &dyn System) -> Option<(&'static str, &'static [&'static str])> {
+    let alias = first_alias(system, KnobKind::Send)?;
+    let (_, node) = alias.knobs.first()?;
+    Some((node, alias.choices))
+}
+
+/// The files of policies in `folder`, if there is such a folder.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        extension.is_some_and(|extension| EXTENSIONS.contains(&extension))
+    });
+    paths.sort();
+    let paths = paths.iter().filter_map(|path| path.to_str());
+    paths.map(str::to_owned).collect()
+}
+
+/// A message to `node` that names the file that it does, whatever is in that now.
+fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
+    let file = system.file(node, text);
+    let path = file.as_ref().and_then(|file| file.to_str());
+    path.unwrap_or(text).to_owned()
+}
+
+/// `setup` with its files as they are now.
+pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
+    let knobs = setup.iter().map(|knob| match knob {
+        Knob::Send { node, text } => Knob::Send {
+            node: node.clone(),
+            text: unpinned(system, node, text),
+        },
+        other => other.clone(),
+    });
+    knobs.collect()
+}
+
+impl App {
+    /// Sends the neighbouring message, with its file as it is now.
+    pub(super) fn choose(&mut self, direction: Direction) {
+        let system = &*self.setup.system;
+        let alias = first_alias(system, KnobKind::Send);
+        let Some((alias, (node, _))) = alias.zip(sent(system)) else {
+            return self.notify("this system has no messages to choose from");
+        };
+        let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
+        let count = self.choices.len();
+        let index = self.choices.iter().position(|known| *known == current);
+        let step = match direction {
+            Direction::Up => 1,
+            Direction::Down => count.saturating_sub(1),
+        };
+        let next = (index.unwrap_or(0) + step).checked_rem(count);
+        let Some(text) = next.and_then(|next| self.choices.get(next)) else {
+            return self.notify("this system has no messages to choose from");
+        };
+        match alias.set(text) {
+            Ok(knobs) => self.turn(knobs),
+            Err(error) => self.notify(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The node and the topics whose knobs the keys turn.
+
+use ratelab::{
+    runtime::{
+        KnobKind, Snapshot,
+        telemetry::{NodeView, TopicView},
+    },
+    system::System,
+};
+
+use super::{presets::Direction, settings::first_alias};
+
+/// The node whose rate keys turn, and the topics whose depth they do.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KnobFocus {
+    /// Name of the node.
+    pub node: String,
+    /// Names of the topics.
+    pub topics: Vec<String>,
+}
+
+impl KnobFocus {
+    /// What the first aliases of `system` turn; without them the node that most
+    /// depends on, and all topics that are read.
+    pub fn new(system: &dyn System, graph: &Snapshot) -> Self {
+        let node = first_node(system, graph);
+        Self {
+            node: node.map_or_else(String::new, |node| node.name.to_string()),
+            topics: first_topics(system, graph),
+        }
+    }
+
+    /// Goes to the next node of `graph`, or the one before.
+    pub fn move_node(&mut self, graph: &Snapshot, direction: Direction) {
+        let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
+        let at = names.iter().position(|name| *name == self.node);
+        if let Some(at) = neighbour(at, names.len(), direction) {
+            names[at].clone_into(&mut self.node);
+        }
+    }
+
+    /// Goes to the next topic of `graph` that is read, or the one before; after the
+    /// last of them to those that it began with.
+    pub fn move_topic(&mut self, system: &dyn System, graph: &Snapshot, direction: Direction) {
+        let first = first_topics(system, graph);
+        let single = read(graph).map(|topic| vec![topic.name.to_string()]);
+        let mut places: Vec<Vec<String>> = single.filter(|topics| *topics != first).collect();
+        places.insert(0, first);
+        let at = places.iter().position(|topics| *topics == self.topics);
+        if let Some(at) = neighbour(at, places.len(), direction) {
+            self.topics = places.swap_remove(at);
+        }
+    }
+}
+
+/// The node that the first alias of a rate is of; without one that with the most
+/// inputs and outputs, rather not the plant itself.
+pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeView> {
+    let alias = first_alias(system, KnobKind::Rate).and_then(|alias| alias.knobs.first());
+    if let Some(node) = alias.and_then(|(_, name)| graph.node(name)) {
+        return Some(node);
+    }
+    let ends = |node: usize| {
+        let ends = graph.topics.iter().flat_map(|topic| {
+            let readers = topic.subscriptions.iter().map(|reader| reader.node);
+            topic.publishers.iter().copied().chain(readers)
+        });
+        ends.filter(|end| *end == node).count()
+    };
+    let states = system.state().and_then(|name| graph.topic(name));
+    let makes_states = |node| states.is_some_and(|topic| topic.publishers.contains(&node));
+    let nodes = graph.nodes.iter().enumerate().rev();
+    nodes
+        .max_by_key(|(index, _)| (ends(*index), !makes_states(*index)))
+        .map(|(_, node)| node)
+}
+
+/// The topics that the first alias of a depth is of; without one all that are
+/// read.
+fn first_topics(system: &dyn System, graph: &Snapshot) -> Vec<String> {
+    match first_alias(system, KnobKind::Depth) {
+        Some(alias) => alias
+            .knobs
+            .iter()
+            .map(|(_, name)| (*name).to_owned())
+            .collect(),
+        None => read(graph).map(|topic| topic.name.to_string()).collect(),
+    }
+}
+
+fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicView> {
+    graph
+        .topics
+        .iter()
+        .filter(|topic| !topic.subscriptions.is_empty())
+}
+
+/// The number next to `at` in a circle of `count`.
+fn neighbour(at: Option<usize>, count: usize, direction: Direction) -> Option<usize> {
+    let step = if direction == Direction::Up {
+        1
+    } else {
+        count.checked_sub(1)?
+    };
+    (at.unwrap_or(0) + step).checked_rem(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_circle_is_gone_round_either_way() {
+        assert_eq!(neighbour(Some(2), 3, Direction::Up), Some(0));
+        assert_eq!(neighbour(Some(0), 3, Direction::Down), Some(2));
+        assert_eq!(neighbour(None, 0, Direction::Up), None);
+        assert_eq!(neighbour(None, 0, Direction::Down), None);
+    }
+}

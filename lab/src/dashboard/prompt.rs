@@ -1,0 +1,215 @@
+//! The line in which a knob is typed, with what was typed before.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratelab::{
+    runtime::{KnobKind, Snapshot},
+    system::{Alias, System},
+};
+
+/// What is being typed.
+#[derive(Default)]
+pub struct Prompt {
+    typed: String,
+    /// What is allowed instead of what was entered last.
+    refusal: Option<String>,
+    /// What was entered before, oldest first.
+    history: Vec<String>,
+    /// The entry of the history that is shown, and what was typed before it.
+    recalled: Option<(usize, String)>,
+    /// Completions to go through, and which of them is shown.
+    completions: Option<(Vec<String>, usize)>,
+}
+
+/// What a key came to.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Typed {
+    /// There may be more to type.
+    On,
+    /// All that is to be entered.
+    Entered(String),
+    /// Nothing is to be entered.
+    Cancelled,
+}
+
+impl Prompt {
+    /// What is typed so far.
+    pub fn typed(&self) -> &str {
+        &self.typed
+    }
+
+    /// Why the last entry was refused.
+    pub fn refusal(&self) -> Option<&str> {
+        self.refusal.as_deref()
+    }
+
+    /// Begins an empty line.
+    pub fn open(&mut self) {
+        *self = Self {
+            history: std::mem::take(&mut self.history),
+            ..Self::default()
+        };
+    }
+
+    /// Gives back what was entered last, to be edited.
+    pub fn refuse(&mut self, reason: String) {
+        self.typed = self.history.last().cloned().unwrap_or_default();
+        self.refusal = Some(reason);
+    }
+
+    /// Adds pasted text.
+    pub fn paste(&mut self, text: &str) {
+        self.edit(|typed| typed.push_str(text));
+    }
+
+    /// Does what a key asks for; Tab completes with `vocabulary`.
+    pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Typed {
+        match key.code {
+            KeyCode::Esc => return Typed::Cancelled,
+            KeyCode::Enter => return self.enter(),
+            KeyCode::Backspace => self.edit(|typed| {
+                typed.pop();
+            }),
+            KeyCode::Char(letter) => self.edit(|typed| typed.push(letter)),
+            KeyCode::Tab => self.complete(vocabulary, 1),
+            KeyCode::BackTab => self.complete(vocabulary, -1),
+            KeyCode::Up => self.recall(-1),
+            KeyCode::Down => self.recall(1),
+            _ => {}
+        }
+        Typed::On
+    }
+
+    fn edit(&mut self, change: impl FnOnce(&mut String)) {
+        change(&mut self.typed);
+        (self.recalled, self.completions, self.refusal) = (None, None, None);
+    }
+
+    fn enter(&mut self) -> Typed {
+        let entered = self.typed.trim().to_owned();
+        if entered.is_empty() {
+            return Typed::Cancelled;
+        }
+        self.history.retain(|known| *known != entered);
+        self.history.push(entered.clone());
+        self.edit(String::clear);
+        Typed::Entered(entered)
+    }
+
+    /// Completes the last word; further on, takes the next completion of it.
+    fn complete(&mut self, vocabulary: &Vocabulary<'_>, step: isize) {
+        let (texts, at) = match self.completions.take() {
+            Some((texts, at)) => {
+                let count = isize::try_from(texts.len()).unwrap_or(1);
+                let next = (at.cast_signed() + step).rem_euclid(count);
+                (texts, next.cast_unsigned())
+            }
+            None => (vocabulary.completions(&self.typed), 0),
+        };
+        let Some(text) = texts.get(at).cloned() else {
+            return;
+        };
+        self.edit(|typed| *typed = text);
+        // The only one is done with, and what follows can be completed.
+        self.completions = (texts.len() > 1).then_some((texts, at));
+    }
+
+    fn recall(&mut self, step: isize) {
+        let (at, typed) = self
+            .recalled
+            .take()
+            .unwrap_or_else(|| (self.history.len(), self.typed.clone()));
+        let at = at.saturating_add_signed(step).min(self.history.len());
+        let text = self.history.get(at).unwrap_or(&typed).clone();
+        self.edit(|now| *now = text);
+        self.recalled = Some((at, typed));
+    }
+}
+
+/// The words that knobs of a running system consist of.
+pub struct Vocabulary<'a> {
+    /// Whose they are.
+    pub system: &'a dyn System,
+    /// Its graph.
+    pub graph: &'a Snapshot,
+    /// The values that messages of the first alias are chosen from.
+    pub choices: &'a [String],
+}
+
+impl Vocabulary<'_> {
+    /// What may be typed first, in a line.
+    pub fn hint(&self) -> String {
+        let aliases = self.aliases().map(|alias| alias.name);
+        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
+        format!("{}; Tab completes", names.join(", "))
+    }
+
+    /// The texts that `typed` may be the beginning of, each as far as its next
+    /// word goes.
+    fn completions(&self, typed: &str) -> Vec<String> {
+        let typed = typed.trim_start();
+        let begins = typed.rfind(char::is_whitespace).map_or(0, |at| {
+            at + typed[at..].chars().next().map_or(1, char::len_utf8)
+        });
+        let (before, word) = typed.split_at(begins);
+        let earlier: Vec<&str> = before.split_whitespace().collect();
+        let words = self.next_words(&earlier).into_iter();
+        let fitting = words.filter(|(known, _)| known.starts_with(word));
+        fitting
+            .map(|(known, more)| format!("{before}{known}{}", if more { " " } else { "" }))
+            .collect()
+    }
+
+    /// What may come after `earlier`, and whether more must follow.
+    fn next_words(&self, earlier: &[&str]) -> Vec<(String, bool)> {
+        let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
+        match earlier {
+            [] => {
+                let aliases = self.aliases().map(|alias| alias.name);
+                let names = aliases.chain(KnobKind::ALL.map(KnobKind::name));
+                names.map(|name| (name.to_owned(), true)).collect()
+            }
+            [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {
+                (Some(kind), _) => self.targets(kind),
+                (None, Some(alias)) => self.values(alias),
+                (None, None) => Vec::new(),
+            },
+            [name, node] if kind(name) == Some(KnobKind::Send) => {
+                let of_node = |alias: &&Alias| alias.knobs == [(KnobKind::Send, *node)];
+                let alias = self.aliases().find(of_node);
+                alias.map_or_else(Vec::new, |alias| self.values(alias))
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn aliases(&self) -> impl Iterator<Item = &'static Alias> {
+        self.system.aliases().iter()
+    }
+
+    fn targets(&self, kind: KnobKind) -> Vec<(String, bool)> {
+        let names: Vec<&str> = match kind {
+            KnobKind::Rate | KnobKind::Send => {
+                self.graph.nodes.iter().map(|node| &*node.name).collect()
+            }
+            KnobKind::Depth => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+        };
+        names
+            .into_iter()
+            .map(|name| (name.to_owned(), true))
+            .collect()
+    }
+
+    fn values(&self, alias: &Alias) -> Vec<(String, bool)> {
+        let first = super::settings::first_alias(self.system, KnobKind::Send);
+        let listed: Vec<String> = if first == Some(alias) {
+            self.choices.to_vec()
+        } else {
+            alias
+                .choices
+                .iter()
+                .map(|choice| (*choice).to_owned())
+                .collect()
+        };
+        listed.into_iter().map(|value| (value, false)).collect()
+    }
+}

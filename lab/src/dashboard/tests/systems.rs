@@ -1,0 +1,295 @@
+//! Systems other than the cart-pole.
+
+use ratelab::{
+    runtime::{END, Fields, GO_ON, Time},
+    system::{BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind},
+};
+
+use super::*;
+
+/// Height (m) and thrust.
+#[derive(Clone, Copy, Debug)]
+struct Flight(f64, f64);
+
+impl Fields for Flight {
+    const FIELDS: &'static [&'static str] = &["height (m)", "thrust"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend([self.0, self.1]);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        match *row {
+            [height, thrust] => Some(Self(height, thrust)),
+            _ => None,
+        }
+    }
+}
+
+/// A drone that sinks, whatever its pilot does.
+struct Drone;
+
+impl Drone {
+    const CRASHED: VerdictKind = VerdictKind {
+        name: "crashed",
+        lost: true,
+        text: "CRASHED at {at}",
+    };
+    const FLEW: VerdictKind = VerdictKind {
+        name: "hovering",
+        lost: false,
+        text: "FLEW for {at}",
+    };
+}
+
+impl System for Drone {
+    fn name(&self) -> &'static str {
+        "drone"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let thrust = builder.internal_topic::<f64>("/thrust");
+        let flight = builder.topic::<Flight>("/flight");
+        builder.node("pilot", 20.0, 0, |wiring| {
+            let (thrust, mut flight) = (wiring.publisher(&thrust), wiring.subscription(&flight));
+            move |now| {
+                let seen = flight.latest(now);
+                thrust.publish(0.5, now, seen.map(|message| message.stamp));
+                GO_ON
+            }
+        })?;
+        builder.node("rotors", 50.0, 1, |wiring| {
+            let (mut thrust, flight) = (wiring.subscription(&thrust), wiring.publisher(&flight));
+            let mut height = 2.0;
+            move |now| {
+                let asked = thrust.latest(now);
+                height -= 0.01;
+                let force = asked.map_or(0.0, |message| message.data);
+                flight.publish(Flight(height, force), now, asked.and_then(|m| m.origin));
+                if height > 0.0 { GO_ON } else { END }
+            }
+        })
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        &[Signal {
+            name: "height",
+            unit: "m",
+            topic: "/flight",
+            value: |row| row.first().copied().unwrap_or(f64::NAN),
+            limits: Some([0.0, 4.0]),
+            range: [0.0, 2.5],
+        }]
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some("/flight")
+    }
+
+    fn verdict(&self, _: &ratelab::runtime::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        let down = state.is_some_and(|state| state.first().is_some_and(|height| *height <= 0.0));
+        Verdict::new(if down { &Self::CRASHED } else { &Self::FLEW }, at)
+    }
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[&Self::FLEW, &Self::CRASHED]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        let &[height, _] = state else {
+            return None;
+        };
+        let body = Shape::Box {
+            centre: [0.0, height],
+            half: [0.4, 0.1],
+            angle: 0.0,
+        };
+        let ground = Shape::Segment {
+            from: [-2.0, 0.0],
+            to: [2.0, 0.0],
+        };
+        let goal = Shape::Circle {
+            centre: [1.5, 2.0],
+            radius: 0.3,
+        };
+        let label = Shape::Label {
+            at: [0.0, 0.0],
+            text: "ground".to_owned(),
+        };
+        Some(Picture {
+            shapes: vec![
+                (Style::Scenery, ground),
+                (Style::Limit, goal),
+                (Style::Subject, body),
+                (Style::Scenery, label),
+            ],
+            view: [-2.0, -0.2, 2.0, 2.5],
+            focus: [0.0, height],
+            captions: vec![format!("height {height:+.2} m")],
+        })
+    }
+}
+
+/// A counter and its reader: no plant, no signal, no aliases.
+struct Counter;
+
+impl System for Counter {
+    fn name(&self) -> &'static str {
+        "counter"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let count = builder.internal_topic("/count");
+        builder.node("counter", 10.0, 0, |wiring| {
+            let (count, mut number) = (wiring.publisher(&count), 0_u64);
+            move |now| {
+                number += 1;
+                count.publish(number, now, None);
+                GO_ON
+            }
+        })?;
+        builder.node("reader", 2.0, 1, |wiring| {
+            let mut count = wiring.subscription(&count);
+            move |now| {
+                let _ = count.latest(now);
+                GO_ON
+            }
+        })
+    }
+}
+
+fn lab(system: impl System, config: &Config) -> App {
+    let setup = Setup {
+        system: Arc::new(system),
+        course: false,
+        ..setup()
+    };
+    App::new(config, setup).expect("session")
+}
+
+/// A run of `system` that ended.
+fn run_of(system: impl System) -> App {
+    let mut app = lab(system, &Config::default());
+    while !app.ended() {
+        app.sample().expect("no fault");
+    }
+    app.sample().expect("no fault");
+    app
+}
+
+/// A run of `system` that goes on.
+fn live(system: impl System) -> App {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = lab(system, &config);
+    app.sample().expect("no fault");
+    app
+}
+
+#[test]
+fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
+    let app = run_of(Counter);
+    insta::assert_snapshot!("counter_80x24", screen(&app, &PLAIN, 80, 24));
+    let drawn = screen(&app, &PLAIN, 160, 50);
+    for absent in ["2 plant", "3 ", "sense→act", "exercises"] {
+        assert!(!drawn.contains(absent), "{absent} in {drawn}");
+    }
+}
+
+#[test]
+fn a_pane_that_is_not_there_is_never_in_focus() {
+    let mut app = run_of(Counter);
+    press(&mut app, "2");
+    assert_eq!(app.focus, Pane::Graph);
+    assert!(app.notice.is_some());
+    let mut seen = Vec::new();
+    for _ in 0..3 {
+        app.key(&KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE))
+            .expect("obeyed");
+        seen.push(app.focus);
+    }
+    assert_eq!(seen, [Pane::Figures, Pane::Events, Pane::Graph]);
+}
+
+#[test]
+fn a_system_of_ones_own_is_drawn_with_its_signal_and_its_verdict() {
+    let app = run_of(Drone);
+    insta::assert_snapshot!("drone_100x30", screen(&app, &PLAIN, 100, 30));
+}
+
+#[test]
+fn every_size_shows_every_system() {
+    for app in [run_of(Drone), run_of(Counter)] {
+        for (width, height) in [(40, 12), (80, 24), (120, 36), (160, 50), (250, 80)] {
+            screen(&app, &PLAIN, width, height);
+        }
+    }
+}
+
+#[test]
+fn rate_and_depth_keys_turn_what_is_marked() {
+    let mut app = live(Drone);
+    // The node in the middle of most, and all topics that are read.
+    assert_eq!(app.knob_focus().node, "pilot");
+    assert_eq!(app.knob_focus().topics, ["/thrust", "/flight"]);
+    press(&mut app, "[>");
+    let setup = app.wanted().setup;
+    assert_eq!(rate(&app, "pilot"), Some(15.0));
+    let depth = |topic| setup.depth(topic).map(|depth| depth.get());
+    assert_eq!((depth("/thrust"), depth("/flight")), (Some(2), Some(2)));
+    app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
+        .expect("obeyed");
+    press(&mut app, "t]>");
+    let setup = app.wanted().setup;
+    let depth = |topic| setup.depth(topic).map(|depth| depth.get());
+    assert_eq!(rate(&app, "rotors"), Some(60.0));
+    assert_eq!(rate(&app, "pilot"), Some(15.0));
+    let marked = app.knob_focus().topics.clone();
+    assert_eq!(marked.len(), 1);
+    assert_eq!(depth(&marked[0]), Some(5));
+    let drawn = screen(&app, &PLAIN, 160, 50);
+    assert!(
+        drawn.contains("▸rotors") && !drawn.contains("▸pilot"),
+        "{drawn}"
+    );
+    assert!(drawn.contains(&format!("▸{}", marked[0])), "{drawn}");
+    // Once round all topics, those of the beginning are marked.
+    press(&mut app, "T");
+    assert_eq!(app.knob_focus().topics.len(), 2);
+}
+
+#[test]
+fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
+    let mut app = live(Drone);
+    press(&mut app, "m");
+    app.sample().expect("no fault");
+    let drawn = screen(&app, &PLAIN, 120, 40);
+    assert!(drawn.contains("12 Hz, seed 0"), "{drawn}");
+    press(&mut app, "m");
+    app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
+        .expect("obeyed");
+    press(&mut app, "m");
+    app.sample().expect("no fault");
+    let drawn = screen(&app, &PLAIN, 120, 40);
+    assert!(
+        drawn.contains("cliff map") && drawn.contains("30 Hz, seed 0"),
+        "{drawn}"
+    );
+    app.finish().ended.expect("no fault");
+}
+
+#[test]
+fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
+    for keys in ["e", "b", "p", "{"] {
+        let mut app = live(Counter);
+        press(&mut app, keys);
+        let notice = app.notice.clone().unwrap_or_default();
+        assert!(notice.contains("this system"), "{keys}: {notice}");
+        press(&mut app, "?");
+        let help = screen(&app, &PLAIN, 160, 50);
+        assert!(!help.contains(&format!("│ {keys} ")), "{keys} in {help}");
+    }
+}

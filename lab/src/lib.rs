@@ -1,0 +1,115 @@
+//! The command line, the lab, recordings and sweeps for any
+//! [`System`](ratelab::system::System): a crate of one's own has them all with one
+//! line in its `main`.
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//!
+//! use ratelab::runtime::{END, GO_ON};
+//! use ratelab::system::{BuildError, Builder, System};
+//!
+//! /// Counts to a thousand.
+//! struct Counter;
+//!
+//! impl System for Counter {
+//!     fn name(&self) -> &'static str {
+//!         "counter"
+//!     }
+//!
+//!     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+//!         let count = builder.internal_topic("/count");
+//!         builder.node("counter", 100.0, 0, |wiring| {
+//!             let (count, mut number) = (wiring.publisher(&count), 0);
+//!             move |now| {
+//!                 number += 1;
+//!                 count.publish(number, now, None);
+//!                 if number < 1000 { GO_ON } else { END }
+//!             }
+//!         })
+//!     }
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     ratelab_lab::main(Counter)
+//! }
+//! ```
+
+// Errors go through `output`, which makes them fit for a terminal.
+#![warn(clippy::print_stderr)]
+
+mod bins;
+mod cli;
+mod commands;
+mod csv;
+mod dashboard;
+mod error;
+mod metrics;
+mod names;
+mod options;
+mod output;
+mod predictions;
+mod printable;
+mod program;
+mod recording;
+mod report;
+mod rescue;
+mod results;
+mod screen;
+mod signals;
+mod sweep;
+mod version;
+
+use std::{process::ExitCode, sync::Arc};
+
+use ratelab::{cartpole::CartPole, system::System};
+
+use error::Error;
+use program::Program;
+
+/// The whole command for `system`, with the arguments that the program was given:
+/// the lab, `run`, `sweep`, `replay`, `info`, `verify`, and what helps with them.
+///
+/// The code is 0 if it did what it was asked for, 2 for bad input, 1 for what could
+/// not be finished, and 128 + n after signal n.
+pub fn main(system: impl System) -> ExitCode {
+    exit(&Program {
+        system: Arc::new(system),
+        course: false,
+    })
+}
+
+/// The `ratelab` command: that of the cart-pole, with the exercises of the course
+/// and the figures of linear theory.
+pub fn course() -> ExitCode {
+    exit(&Program {
+        system: Arc::new(CartPole::default()),
+        course: true,
+    })
+}
+
+fn exit(program: &Program) -> ExitCode {
+    signals::outlive_size_limit();
+    let outcome = execute(program);
+    if let Err(error) = &outcome {
+        output::error(error);
+    }
+    let signal = signals::exit_code().map(ExitCode::from);
+    signal.unwrap_or_else(|| outcome.map_or_else(|error| error.exit_code(), |()| ExitCode::SUCCESS))
+}
+
+fn execute(program: &Program) -> Result<(), Error> {
+    use cli::Command;
+    match cli::parse(program) {
+        Ok(Command::Lab(args)) => commands::lab(program, &args),
+        Ok(Command::Run(args)) => commands::run(program, &args),
+        Ok(Command::Sweep(args)) => commands::sweep(program, &args),
+        Ok(Command::Replay(args)) => commands::replay(program, &args),
+        Ok(Command::Info(args)) => commands::info(program, &args.file),
+        Ok(Command::Verify(args)) => commands::verify(program, &args.files),
+        Ok(Command::Exercise(args)) => commands::exercise(&args),
+        Ok(Command::Keys) => commands::print_keys(program),
+        Ok(Command::Completions { shell }) => commands::completions(program, shell),
+        Ok(Command::Man { folder }) => commands::man(program, folder.as_deref()),
+        Err(error) => cli::explain(&error),
+    }
+}

@@ -1,0 +1,179 @@
+//! The latency of each step of the plant: over time beside the period of the node
+//! whose rate matters most, and as a distribution.
+
+use std::{collections::VecDeque, time::Duration};
+
+use ratelab::{
+    runtime::{Command, Knob, KnobKind, Snapshot, Time, telemetry::Event},
+    system::System,
+};
+use rerun::{RecordingStream, RecordingStreamResult};
+
+use super::{
+    histogram::Histogram,
+    lines::{self, Line},
+    palette::{BLUE, ORANGE},
+};
+use crate::recording::progress::Progress;
+
+/// Latency and period (ms).
+pub const LATENCY: &str = "plot/latency";
+
+/// The node whose rate matters most: that of the first name that `system` has for a
+/// rate.
+pub fn paced_node(system: &dyn System) -> Option<&'static str> {
+    let mut aliases = system.aliases().iter();
+    let alias = aliases.find(|alias| alias.kind() == KnobKind::Rate)?;
+    alias.knobs.first().map(|(_, node)| *node)
+}
+
+/// Draws latencies.
+pub struct LatencyScene {
+    meter: &'static str,
+    period: Option<Period>,
+    histogram: Histogram,
+}
+
+impl LatencyScene {
+    /// Of `system`, whose graph is as in `start`, if it has a latency.
+    pub fn new(system: &dyn System, start: &Snapshot) -> Option<Self> {
+        let (_, meter) = system.latency()?;
+        Some(Self {
+            meter,
+            period: paced_node(system).map(|node| Period::new(node, start.period(node))),
+            histogram: Histogram::new(),
+        })
+    }
+
+    /// Names and looks.
+    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        let latency = format!("{} latency (ms)", self.meter);
+        let period = self.period.iter();
+        let period = period.map(|period| {
+            let name = format!("{} period (ms)", period.node);
+            Line::new(name, ORANGE, 2.0)
+        });
+        let lines = std::iter::once(Line::new(latency, BLUE, 1.0)).chain(period);
+        lines::begin(rec, LATENCY, &lines.collect::<Vec<_>>())?;
+        self.histogram.begin(rec)
+    }
+
+    /// Draws the steps of this batch.
+    pub fn add(
+        &mut self,
+        rec: &RecordingStream,
+        progress: &Progress<'_>,
+        events: &[Event],
+    ) -> RecordingStreamResult<()> {
+        if let Some(period) = &mut self.period {
+            period.learn(events);
+        }
+        let mut values = Vec::new();
+        for step in progress.steps {
+            // A gap where nothing led to it yet.
+            let latency = step.origin.map(|origin| step.stamp.since(origin));
+            values.push(latency.map_or(f64::NAN, ms));
+            values.extend(self.period.as_mut().map(|period| ms(period.at(step.stamp))));
+        }
+        let stamps = progress.stamps_of_messages(progress.steps);
+        let count = 1 + usize::from(self.period.is_some());
+        lines::send(rec, LATENCY, &stamps, values, count)?;
+        self.histogram.add(rec, progress)
+    }
+
+    /// Draws the distribution at the end of the run.
+    pub fn finish(
+        &mut self,
+        rec: &RecordingStream,
+        progress: &Progress<'_>,
+        at: Time,
+    ) -> RecordingStreamResult<()> {
+        self.histogram.finish(rec, progress, at)
+    }
+}
+
+fn ms(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+/// The period in force of a node, as events change it.
+struct Period {
+    node: &'static str,
+    now: Duration,
+    /// Changes not reached yet, earliest first.
+    ahead: VecDeque<(Time, Duration)>,
+}
+
+impl Period {
+    /// Of `node`, which begins with the period `first`.
+    fn new(node: &'static str, first: Duration) -> Self {
+        Self {
+            node,
+            now: first,
+            ahead: VecDeque::new(),
+        }
+    }
+
+    /// Learns of the changes among `events`.
+    fn learn(&mut self, events: &[Event]) {
+        let changes = events.iter().filter_map(|event| match event.applied()? {
+            Command::Set(Knob::Rate { node, hz }) if node == self.node => {
+                Some((event.at, hz.period()))
+            }
+            _ => None,
+        });
+        self.ahead.extend(changes);
+    }
+
+    /// The period for a tick at `time`, which is not before the last one asked
+    /// for. A change takes effect before any tick that is due with it.
+    fn at(&mut self, time: Time) -> Duration {
+        while let Some(&(at, period)) = self.ahead.front()
+            && at <= time
+        {
+            self.now = period;
+            self.ahead.pop_front();
+        }
+        self.now
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use ratelab::runtime::{
+        Hz, Knob, Time,
+        telemetry::{Event, EventKind},
+    };
+
+    use super::Period;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    fn turned(at: Time, node: &str, hz: f64) -> Event {
+        let knob = Knob::Rate {
+            node: node.to_owned(),
+            hz: Hz::new(hz).expect("a rate"),
+        };
+        let what = EventKind::Applied {
+            command: knob.into(),
+            was: None,
+        };
+        Event { at, what }
+    }
+
+    #[test]
+    fn the_period_steps_with_the_first_tick_that_is_due_then() {
+        let mut period = Period::new("pilot", Duration::from_millis(20));
+        period.learn(&[
+            turned(ms(20), "drone", 100.0),
+            turned(ms(40), "pilot", 10.0),
+            turned(ms(45), "pilot", 5.0),
+        ]);
+        let seen = [0, 20, 40, 60, 80].map(|at| period.at(ms(at)).as_millis());
+        assert_eq!(seen, [20, 20, 100, 200, 200]);
+    }
+}

@@ -1,0 +1,285 @@
+//! Runs of a system that is no cart-pole.
+
+use std::sync::Arc;
+
+use ratelab::{
+    experiment::{Config, Experiment},
+    runtime::{ClockExit, END, Fields, GO_ON, KnobKind, Time, TimedKnob},
+    system::{
+        BuildError, Builder, Final, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
+    },
+};
+
+use rerun::EntityPath;
+
+use super::{cart_pole, folder, read, record_run, verify_with};
+use crate::recording::{Recording, Replay, frames::Chunks, scene::signals, schema::RunStatus};
+
+/// A ball that falls, and somebody who looks at it: names with spaces, a topic
+/// without fields and one that is not recorded.
+struct Ball;
+
+/// Height (m) and speed (m/s).
+#[derive(Clone, Copy)]
+struct Fall([f64; 2]);
+
+impl Fields for Fall {
+    const FIELDS: &'static [&'static str] = &["height (m)", "speed (m/s)"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend(self.0);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        row.try_into().ok().map(Self)
+    }
+}
+
+/// Somebody blinked.
+#[derive(Clone, Copy)]
+struct Blink;
+
+impl Fields for Blink {
+    const FIELDS: &'static [&'static str] = &[];
+
+    fn append_to(&self, _: &mut Vec<f64>) {}
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        row.is_empty().then_some(Self)
+    }
+}
+
+const DOWN: VerdictKind = VerdictKind {
+    name: "down",
+    lost: true,
+    text: "DOWN at {at}",
+};
+
+impl System for Ball {
+    fn name(&self) -> &'static str {
+        "ball"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let fall = builder.topic::<Fall>("/the ball/fall");
+        let blink = builder.topic::<Blink>("/blink");
+        let internal = builder.internal_topic::<String>("/internal");
+        builder.node("the ball", 100.0, 0, |wiring| {
+            let (fall, mut state) = (wiring.publisher(&fall), [5.0, 0.0]);
+            move |now| {
+                state[1] -= 0.0981;
+                state[0] += state[1] / 100.0;
+                fall.publish(Fall(state), now, Some(now));
+                if state[0] > 0.0 { GO_ON } else { END }
+            }
+        })?;
+        builder.node("eye", 30.0, 1, |wiring| {
+            let (mut seen, blink) = (wiring.subscription(&fall), wiring.publisher(&blink));
+            let internal = wiring.publisher(&internal);
+            move |now| {
+                internal.publish("seen".to_owned(), now, None);
+                if seen.latest(now).is_some_and(|message| message.seq % 2 == 0) {
+                    blink.publish(Blink, now, None);
+                }
+                GO_ON
+            }
+        })
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        &[Signal {
+            name: "height",
+            unit: "m",
+            topic: "/the ball/fall",
+            value: |row| row[0],
+            limits: Some([0.0, 6.0]),
+            range: [0.0, 6.0],
+        }]
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some("/the ball/fall")
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        match state {
+            Some([height, _]) if *height <= 0.0 => Verdict::new(&DOWN, at),
+            _ => Verdict::of_exit(exit, at),
+        }
+    }
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &DOWN]
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        let (name, unit) = ("final_speed", "m/s");
+        let value = state[1];
+        vec![
+            Final { name, unit, value },
+            Final {
+                name: "infinite",
+                unit,
+                value: f64::INFINITY,
+            },
+        ]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        let centre = [0.0, *state.first()?];
+        let floor = Shape::Segment {
+            from: [-1.0, 0.0],
+            to: [1.0, 0.0],
+        };
+        let half = [0.1, 0.2];
+        let label = Shape::Label {
+            at: centre,
+            text: "ball".to_owned(),
+        };
+        Some(Picture {
+            shapes: vec![
+                (Style::Scenery, floor),
+                (
+                    Style::Subject,
+                    Shape::Circle {
+                        centre,
+                        radius: 0.1,
+                    },
+                ),
+                (
+                    Style::Body,
+                    Shape::Box {
+                        centre,
+                        half,
+                        angle: 0.5,
+                    },
+                ),
+                (Style::Action, label),
+            ],
+            ..Picture::default()
+        })
+    }
+}
+
+fn ball() -> Arc<dyn System> {
+    Arc::new(Ball)
+}
+
+/// A run of the ball, the eye of which is slowed after half a second.
+fn config() -> Config {
+    let knob = KnobKind::Rate.set("eye", "7").expect("a knob");
+    Config {
+        setup: [KnobKind::Depth.set("/the ball/fall", "3").expect("a knob")]
+            .into_iter()
+            .collect(),
+        knobs: vec![TimedKnob {
+            at: Time::from_nanos(500_000_000),
+            knob,
+        }],
+        ..Config::default()
+    }
+}
+
+fn recording(folder: &tempfile::TempDir) -> Recording {
+    let path = folder.path().join("ball.rrd");
+    let experiment = Experiment::new(ball(), &config()).expect("a graph");
+    record_run(experiment, &path).0.expect("no fault");
+    read(&path)
+}
+
+#[test]
+fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
+    let folder = folder();
+    let recording = recording(&folder);
+    assert_eq!(recording.defect(), None);
+    assert_eq!(recording.origin.config, config());
+    assert_eq!(
+        (recording.origin.format, &*recording.origin.system),
+        (2, "ball")
+    );
+    assert_eq!(recording.origin.engine, None, "no MuJoCo in it");
+    let falls = recording.messages::<Fall>("/the ball/fall");
+    assert_eq!(falls.len(), 101);
+    assert!(falls[100].data.0[0] <= 0.0 && falls[99].data.0[0] > 0.0);
+    assert!(recording.messages::<Blink>("/blink").len() > 3);
+    assert_eq!(
+        recording.rows("/internal").map(ratelab::runtime::Rows::len),
+        Some(0)
+    );
+    let identical = verify_with(&recording, &ball()).expect("identical");
+    assert_eq!(identical.topics, 2);
+    let mut altered = recording.clone();
+    if let RunStatus::Ended(end) = &mut altered.outcome.as_mut().expect("an end").end {
+        assert_eq!(end.finals["infinite"], None);
+        end.finals.remove("infinite");
+    }
+    let error = verify_with(&altered, &ball()).expect_err("a figure is missing");
+    assert!(
+        error.to_string().contains("figures of the last state"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_replay_of_any_system_ends_as_its_run_did() {
+    let folder = folder();
+    let experiment = Experiment::new(ball(), &config()).expect("a graph");
+    let summary = experiment.run().expect("no fault");
+    let mut replay = Replay::new(Arc::new(recording(&folder)), &ball());
+    replay.advance_to(Time::MAX);
+    let replayed = replay.summary();
+    let end = |summary: &ratelab::experiment::Summary| {
+        let end = summary.end();
+        (end.verdict, end.sim_time, end.state)
+    };
+    assert_eq!(end(&replayed), end(&summary));
+    assert_eq!(replayed.verdict.to_string(), "DOWN at 1.000 s");
+    // What is not recorded is not counted either.
+    assert_eq!(replayed.topics[..2], summary.topics[..2]);
+    assert_eq!((replayed.topics[2].published, replayed.steps), (0, 101));
+    assert_eq!(replayed.knobs(), config().knobs);
+}
+
+#[test]
+fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
+    let folder = folder();
+    let recording = recording(&folder);
+    let error = verify_with(&recording, &cart_pole()).expect_err("another system");
+    let error = error.to_string();
+    assert!(
+        error.contains("\"ball\"") && error.contains("\"cart-pole\""),
+        "{error}"
+    );
+    assert_eq!(error.lines().count(), 1, "{error}");
+    let mut replay = Replay::new(Arc::new(recording), &cart_pole());
+    replay.advance_to(Time::MAX);
+    assert!(replay.system().signals().is_empty());
+    let summary = replay.summary();
+    assert_eq!(summary.topic("/the ball/fall").published, 101);
+    assert_eq!(summary.events.len(), 2);
+}
+
+#[test]
+fn signals_and_picture_are_drawn() {
+    let folder = folder();
+    let bytes = std::fs::read(recording(&folder).path).expect("read");
+    let rows = |entity: EntityPath, component: &str| -> usize {
+        let chunks = Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == entity);
+        let columns = chunks.map(|chunk| {
+            let mut components = chunk.components_identifiers();
+            let there = components.any(|name| name.as_str().contains(component));
+            if there { chunk.num_rows() } else { 0 }
+        });
+        columns.sum()
+    };
+    assert_eq!(rows(signals::entity("/the ball/fall"), "scalars"), 101);
+    // Every fourth state: 25 in a second look smooth.
+    assert_eq!(rows("/picture".into(), "strips"), 26);
+    assert_eq!(rows("/picture".into(), "labels"), 26);
+    assert_eq!(rows("/picture/scenery".into(), "strips"), 1);
+    assert_eq!(
+        rows("/plot/latency".into(), "scalars"),
+        0,
+        "it measures none"
+    );
+}

@@ -1,0 +1,124 @@
+//! What sets the runs of a sweep apart, as columns of a table.
+
+use ratelab::{
+    experiment::sweep::{Cell, Sweep},
+    runtime::KnobKind,
+    system::Alias,
+};
+
+use crate::names;
+
+/// A knob of the runs of a sweep, whether it is swept or not.
+#[derive(Clone)]
+pub struct Column {
+    /// The name of the knob.
+    pub name: String,
+    /// Its kind.
+    pub kind: KnobKind,
+    alias: Option<&'static Alias>,
+}
+
+/// `list` in the order of a sweep: messages change slowest, entry `main` fastest.
+pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> KnobKind) -> Vec<T> {
+    let main = (main < list.len()).then(|| list.remove(main));
+    list.sort_by_key(|entry| kind(entry) != KnobKind::Send);
+    list.extend(main);
+    list
+}
+
+/// The aliases of the system, and what is swept beside them.
+pub fn of(sweep: &Sweep) -> Vec<Column> {
+    let aliases = sweep.system.aliases().iter().map(|alias| Column {
+        name: alias.name.to_owned(),
+        kind: alias.kind(),
+        alias: Some(alias),
+    });
+    let known = |name: &str| {
+        sweep
+            .system
+            .aliases()
+            .iter()
+            .any(|alias| alias.name == name)
+    };
+    let others = sweep.axes.iter().filter(|axis| !known(&axis.name));
+    let others = others.map(|axis| Column {
+        name: axis.name.clone(),
+        kind: axis.kind,
+        alias: None,
+    });
+    slowest_first(aliases.chain(others).collect(), 0, |column| column.kind)
+}
+
+/// What changes fastest.
+pub fn main(sweep: &Sweep) -> Option<Column> {
+    let axis = sweep.axes.last()?;
+    of(sweep)
+        .into_iter()
+        .find(|column| column.name == axis.name)
+}
+
+impl Column {
+    /// How many values there are.
+    pub fn count(&self, sweep: &Sweep) -> usize {
+        sweep.axis(&self.name).map_or(1, |axis| axis.values.len())
+    }
+
+    /// The value in `cell`.
+    pub fn value(&self, sweep: &Sweep, cell: &Cell) -> String {
+        match self.alias {
+            Some(alias) => alias.value(&sweep.config(cell).setup),
+            None => cell.value(&self.name).unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// The same in short, for people.
+    pub fn short(&self, sweep: &Sweep, cell: &Cell) -> String {
+        match self.alias {
+            Some(alias) => names::short_value(&*sweep.system, alias, &sweep.config(cell).setup),
+            None => self.value(sweep, cell),
+        }
+    }
+
+    /// What is turned, such as `control` or `queue depth`.
+    pub fn label(&self) -> String {
+        names::label(&self.name)
+    }
+
+    /// The label, and the unit of what is counted in one.
+    pub fn heading(&self) -> String {
+        let unit = if self.kind == KnobKind::Rate {
+            " Hz"
+        } else {
+            ""
+        };
+        self.label() + unit
+    }
+
+    /// A value in words, with its unit.
+    pub fn with_unit(&self, value: &str) -> String {
+        let unit = if self.kind == KnobKind::Rate {
+            " Hz"
+        } else {
+            ""
+        };
+        format!("{value}{unit}")
+    }
+
+    /// What its values are called: `control rate`, `depth`, `policy`.
+    pub fn noun(&self) -> String {
+        match (self.kind, self.alias) {
+            (KnobKind::Rate, _) => self.label() + " rate",
+            (KnobKind::Depth, Some(_)) => "depth".to_owned(),
+            _ => self.label(),
+        }
+    }
+
+    /// A value with as much of the name as is needed beside others.
+    pub fn tag(&self, value: &str) -> String {
+        match self.kind {
+            KnobKind::Rate => format!("{} {value}", self.label()),
+            KnobKind::Depth => format!("{} {value}", self.noun()),
+            KnobKind::Send => value.to_owned(),
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Policies: from an observation to an action.
+//!
+//! A policy sees messages and nothing else, so any of these can be put behind
+//! the same node. A [`PolicySpec`] names one: built in, or in a file.
+
+mod cache;
+mod constant;
+mod delayed;
+mod digest;
+mod error;
+mod feedback;
+mod file;
+mod interface;
+mod kind;
+mod lqr;
+mod network;
+mod onnx;
+mod random;
+mod riccati;
+mod scripted;
+mod spec;
+mod swappable;
+
+pub use cache::PolicyCache;
+pub use constant::Zero;
+pub use delayed::DelayedPolicy;
+pub use digest::Digest;
+pub use error::{PolicyError, PolicyErrorKind};
+pub use file::PolicyFile;
+pub use interface::Policy;
+pub use kind::{PolicyKind, UnknownPolicy};
+pub use lqr::{Lqr, LqrError};
+pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
+pub use onnx::{OnnxError, RUNS_ONNX};
+pub use random::Random;
+pub use scripted::Scripted;
+pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
+pub use swappable::SwappablePolicy;
+
+/// The largest file that is read as a policy (bytes): 16 MiB, many times what a
+/// network needs that is to think a thousand times a second.
+pub const LARGEST_FILE: u64 = 16 << 20;

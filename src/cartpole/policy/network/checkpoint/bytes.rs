@@ -1,0 +1,54 @@
+//! The unread bytes of a pickle.
+
+use std::fmt::Display;
+
+use super::super::WeightsError;
+
+/// The result of one step through a pickle.
+pub(super) type PickleResult<T = ()> = Result<T, WeightsError>;
+
+/// A pickle that makes no sense, and why.
+pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
+    Err(WeightsError::Pickle(why.to_string()))
+}
+
+/// Bytes that are still to be read.
+pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
+
+impl<'a> Bytes<'a> {
+    /// The next `count`.
+    pub(super) fn take(&mut self, count: usize) -> PickleResult<&'a [u8]> {
+        match self.0.split_at_checked(count) {
+            Some((taken, rest)) => {
+                self.0 = rest;
+                Ok(taken)
+            }
+            None => nonsense("it ends in the middle"),
+        }
+    }
+
+    /// The next one.
+    pub(super) fn byte(&mut self) -> PickleResult<u8> {
+        self.array().map(|[byte]| byte)
+    }
+
+    /// The next `N`.
+    pub(super) fn array<const N: usize>(&mut self) -> PickleResult<[u8; N]> {
+        let taken = self.take(N)?;
+        taken
+            .try_into()
+            .or_else(|_| nonsense("it ends in the middle"))
+    }
+
+    /// A text to the end of its line.
+    pub(super) fn line(&mut self) -> PickleResult<&'a str> {
+        let end = self.0.iter().position(|byte| *byte == b'\n');
+        let line = self.take(end.map_or(usize::MAX, |end| end + 1))?;
+        utf8(&line[..line.len() - 1])
+    }
+}
+
+/// These bytes as a text.
+pub(super) fn utf8(bytes: &[u8]) -> PickleResult<&str> {
+    std::str::from_utf8(bytes).or_else(|_| nonsense("a string that is not UTF-8"))
+}

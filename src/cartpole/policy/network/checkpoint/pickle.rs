@@ -1,0 +1,367 @@
+//! A pickle machine that can make tensors and nothing else.
+//!
+//! Python's pickle is a program for a small stack machine, and among its
+//! instructions is "call this function". This machine knows four things to call,
+//! all of them tensors and what holds them; whatever else is asked for is refused
+//! by name. It has no recursion, and it makes one value per instruction at most,
+//! so that what it takes is bounded by the length of the pickle.
+//!
+//! Source of the instructions: Python's `pickletools`.
+
+use std::{collections::HashMap, fmt::Display};
+
+use super::{
+    super::{WeightsError, error::quoted},
+    bytes::{Bytes, PickleResult, nonsense, utf8},
+    value::{Callable, Storage, TensorView, Value, ValueIndex},
+};
+
+/// The result of a pickle.
+pub(super) struct Pickle<'a> {
+    values: Vec<Value<'a>>,
+    /// The pairs of the state dictionary.
+    state: Vec<(ValueIndex, ValueIndex)>,
+}
+
+impl<'a> Pickle<'a> {
+    /// Carries out the pickle `bytes`, which is to make a dictionary.
+    pub(super) fn read(bytes: &'a [u8]) -> Result<Self, WeightsError> {
+        let machine = Machine {
+            rest: Bytes(bytes),
+            values: Vec::new(),
+            stack: Vec::new(),
+            marks: Vec::new(),
+            memo: HashMap::new(),
+        };
+        machine.run()
+    }
+
+    /// The tensor called `name`. As in Python, of several the last counts.
+    pub(super) fn tensor(&self, name: &'static str) -> Result<&TensorView<'a>, WeightsError> {
+        let named = |place: &ValueIndex| match self.values.get(*place) {
+            Some(Value::Text(text)) => Some(*text),
+            _ => None,
+        };
+        let found = self.state.iter().rfind(|(key, _)| named(key) == Some(name));
+        match found.and_then(|(_, value)| self.values.get(*value)) {
+            Some(Value::Tensor(view)) => Ok(view),
+            Some(other) => {
+                let found = format!("{} of that name", other.name());
+                Err(WeightsError::Missing { name, found })
+            }
+            None => {
+                let names: Vec<&str> = self
+                    .state
+                    .iter()
+                    .filter_map(|(key, _)| named(key))
+                    .collect();
+                Err(WeightsError::missing(name, names.into_iter()))
+            }
+        }
+    }
+}
+
+struct Machine<'a> {
+    /// Instructions to come.
+    rest: Bytes<'a>,
+    values: Vec<Value<'a>>,
+    stack: Vec<ValueIndex>,
+    /// How high the stack was at each mark.
+    marks: Vec<usize>,
+    memo: HashMap<u32, ValueIndex>,
+}
+
+fn forbidden<T>(what: impl Display) -> PickleResult<T> {
+    Err(WeightsError::Forbidden(what.to_string()))
+}
+
+impl<'a> Machine<'a> {
+    fn run(mut self) -> PickleResult<Pickle<'a>> {
+        loop {
+            match self.rest.byte()? {
+                b'.' => break,
+                instruction => self.step(instruction)?,
+            }
+        }
+        let made = self.pop()?;
+        match &self.values[made] {
+            Value::Dict(pairs) => Ok(Pickle {
+                state: pairs.clone(),
+                values: self.values,
+            }),
+            other => nonsense(format!(
+                "it is {}, expected a dictionary of tensors",
+                other.name()
+            )),
+        }
+    }
+
+    fn step(&mut self, instruction: u8) -> PickleResult {
+        match instruction {
+            0x80 => self.rest.take(1).map(drop),         // PROTO
+            0x95 => self.rest.take(8).map(drop),         // FRAME
+            b'}' => self.push(Value::Dict(Vec::new())),  // EMPTY_DICT
+            b']' => self.push(Value::List(Vec::new())),  // EMPTY_LIST
+            b')' => self.push(Value::Tuple(Vec::new())), // EMPTY_TUPLE
+            b'N' => self.push(Value::None),              // NONE
+            0x88 | 0x89 => self.push(Value::Bool),       // NEWTRUE, NEWFALSE
+            b'(' => {
+                self.marks.push(self.stack.len()); // MARK
+                Ok(())
+            }
+            b'0' => self.pop().map(drop), // POP
+            b't' | 0x85..=0x87 => self.tuple(instruction),
+            b's' | b'u' | b'a' | b'e' => self.fill(instruction),
+            b'q' | b'r' | 0x94 | b'h' | b'j' => self.remember(instruction),
+            b'K' | b'M' | b'J' | 0x8a | b'G' => self.number(instruction),
+            b'X' | 0x8c => self.text(instruction),
+            b'c' | 0x93 => self.name(instruction),
+            b'Q' => self.storage(),
+            b'R' => self.call(),
+            b'b' => self.build(),
+            other => forbidden(format!(
+                "the pickle instruction {}",
+                instruction_name(other)
+            )),
+        }
+    }
+
+    /// TUPLE, TUPLE1, TUPLE2, TUPLE3.
+    fn tuple(&mut self, instruction: u8) -> PickleResult {
+        let items = match instruction {
+            b't' => self.pop_mark()?,
+            _ => {
+                let size = usize::from(instruction - 0x84);
+                self.pop_many(size)?
+            }
+        };
+        self.push(Value::Tuple(items))
+    }
+
+    /// SETITEM, SETITEMS, APPEND, APPENDS.
+    fn fill(&mut self, instruction: u8) -> PickleResult {
+        let items = match instruction {
+            b's' => self.pop_many(2)?,
+            b'a' => self.pop_many(1)?,
+            _ => self.pop_mark()?,
+        };
+        let container = self.top()?;
+        match (&mut self.values[container], instruction) {
+            (Value::Dict(pairs), b's' | b'u') if items.len().is_multiple_of(2) => {
+                pairs.extend(items.chunks_exact(2).map(|pair| (pair[0], pair[1])));
+                Ok(())
+            }
+            (Value::List(list), b'a' | b'e') => {
+                list.extend(items);
+                Ok(())
+            }
+            (other, _) => nonsense(format!("{} items for {}", items.len(), other.name())),
+        }
+    }
+
+    /// BINPUT, LONG_BINPUT, MEMOIZE, BINGET, LONG_BINGET.
+    fn remember(&mut self, instruction: u8) -> PickleResult {
+        let number = match instruction {
+            b'q' | b'h' => u32::from(self.rest.byte()?),
+            0x94 => self.memo.len() as u32,
+            _ => u32::from_le_bytes(self.rest.array()?),
+        };
+        if matches!(instruction, b'h' | b'j') {
+            let Some(place) = self.memo.get(&number) else {
+                return nonsense(format!("it recalls number {number}, which it never kept"));
+            };
+            self.stack.push(*place);
+        } else {
+            let top = self.top()?;
+            self.memo.insert(number, top);
+        }
+        Ok(())
+    }
+
+    /// BININT1, BININT2, BININT, LONG1, BINFLOAT.
+    fn number(&mut self, instruction: u8) -> PickleResult {
+        let value = match instruction {
+            b'K' => i64::from(self.rest.byte()?),
+            b'M' => i64::from(u16::from_le_bytes(self.rest.array()?)),
+            b'J' => i64::from(i32::from_le_bytes(self.rest.array()?)),
+            0x8a => self.long()?,
+            _ => {
+                self.rest.take(8)?;
+                return self.push(Value::Float);
+            }
+        };
+        self.push(Value::Int(value))
+    }
+
+    /// An integer of a given number of bytes, with its sign in the last.
+    fn long(&mut self) -> PickleResult<i64> {
+        let size = usize::from(self.rest.byte()?);
+        let given = self.rest.take(size)?;
+        let sign = if given.last().is_some_and(|last| *last >= 0x80) {
+            0xff
+        } else {
+            0
+        };
+        let mut bytes = [sign; 8];
+        match bytes.get_mut(..size) {
+            Some(low) => low.copy_from_slice(given),
+            None => return nonsense(format!("an integer of {size} bytes")),
+        }
+        Ok(i64::from_le_bytes(bytes))
+    }
+
+    /// BINUNICODE, SHORT_BINUNICODE.
+    fn text(&mut self, instruction: u8) -> PickleResult {
+        let size = match instruction {
+            b'X' => u32::from_le_bytes(self.rest.array()?) as usize,
+            _ => usize::from(self.rest.byte()?),
+        };
+        let text = utf8(self.rest.take(size)?)?;
+        self.push(Value::Text(text))
+    }
+
+    /// GLOBAL, STACK_GLOBAL: the only way to name something to call.
+    fn name(&mut self, instruction: u8) -> PickleResult {
+        let (module, name) = match instruction {
+            b'c' => (self.rest.line()?, self.rest.line()?),
+            _ => {
+                let words = self.pop_many(2)?;
+                match (&self.values[words[0]], &self.values[words[1]]) {
+                    (Value::Text(module), Value::Text(name)) => (*module, *name),
+                    (module, _) => return nonsense(format!("a name that is {}", module.name())),
+                }
+            }
+        };
+        match Callable::named(module, name) {
+            Some(callable) => self.push(Value::Callable(callable)),
+            None => forbidden(quoted(&format!("{module}.{name}"))),
+        }
+    }
+
+    /// BINPERSID: in a checkpoint, `("storage", type, key, device, size)`.
+    fn storage(&mut self) -> PickleResult {
+        let given = self.pop()?;
+        let parts = match &self.values[given] {
+            Value::Tuple(parts) => parts.iter().map(|part| &self.values[*part]).collect(),
+            _ => Vec::new(),
+        };
+        let [
+            Value::Text("storage"),
+            Value::Callable(Callable::StorageOf(kind)),
+            Value::Text(key),
+            ..,
+        ] = parts[..]
+        else {
+            return forbidden("something from outside that is no storage of numbers");
+        };
+        let storage = Storage { kind: *kind, key };
+        self.push(Value::Storage(storage))
+    }
+
+    /// REDUCE: calls a function with a tuple.
+    fn call(&mut self) -> PickleResult {
+        let given = self.pop_many(2)?;
+        let Value::Callable(callable) = &self.values[given[0]] else {
+            return forbidden(format!("a call of {}", self.values[given[0]].name()));
+        };
+        let Value::Tuple(arguments) = &self.values[given[1]] else {
+            return nonsense(format!("a call with {}", self.values[given[1]].name()));
+        };
+        let values: Vec<&Value> = arguments.iter().map(|place| &self.values[*place]).collect();
+        let made = match (callable, &values[..]) {
+            (Callable::OrderedDict, []) => Value::Dict(Vec::new()),
+            (Callable::RebuildParameter, [Value::Tensor(_), ..]) => {
+                // A parameter is its tensor.
+                let tensor = arguments[0];
+                self.stack.push(tensor);
+                return Ok(());
+            }
+            (
+                Callable::RebuildTensor,
+                [
+                    Value::Storage(storage),
+                    Value::Int(offset),
+                    Value::Tuple(shape),
+                    Value::Tuple(strides),
+                    ..,
+                ],
+            ) if shape.len() == strides.len() => Value::Tensor(Box::new(TensorView {
+                storage: *storage,
+                offset: size(*offset)?,
+                shape: self.sizes(shape)?,
+                strides: self.sizes(strides)?,
+            })),
+            (callable, _) => return nonsense(format!("{callable:?} with what it does not take")),
+        };
+        self.push(made)
+    }
+
+    /// BUILD: gives an object its attributes. Dictionaries of tensors have some
+    /// that say nothing about the tensors; nothing else may have any.
+    fn build(&mut self) -> PickleResult {
+        self.pop()?;
+        let object = self.top()?;
+        match &self.values[object] {
+            Value::Dict(_) => Ok(()),
+            other => forbidden(format!("attributes of {}", other.name())),
+        }
+    }
+
+    fn sizes(&self, places: &[ValueIndex]) -> PickleResult<Vec<usize>> {
+        let sizes = places.iter().map(|place| match &self.values[*place] {
+            Value::Int(number) => size(*number),
+            other => nonsense(format!("{} for a size", other.name())),
+        });
+        sizes.collect()
+    }
+
+    fn push(&mut self, value: Value<'a>) -> PickleResult {
+        self.stack.push(self.values.len());
+        self.values.push(value);
+        Ok(())
+    }
+
+    fn top(&self) -> PickleResult<ValueIndex> {
+        self.stack
+            .last()
+            .copied()
+            .map_or_else(|| nonsense("its stack is empty"), Ok)
+    }
+
+    fn pop(&mut self) -> PickleResult<ValueIndex> {
+        let top = self.top()?;
+        self.stack.pop();
+        Ok(top)
+    }
+
+    fn pop_many(&mut self, count: usize) -> PickleResult<Vec<ValueIndex>> {
+        match self.stack.len().checked_sub(count) {
+            Some(rest) => Ok(self.stack.split_off(rest)),
+            None => nonsense("its stack is too short"),
+        }
+    }
+
+    fn pop_mark(&mut self) -> PickleResult<Vec<ValueIndex>> {
+        match self.marks.pop() {
+            Some(mark) if mark <= self.stack.len() => Ok(self.stack.split_off(mark)),
+            _ => nonsense("a mark is missing"),
+        }
+    }
+}
+
+fn size(number: i64) -> PickleResult<usize> {
+    usize::try_from(number).or_else(|_| nonsense(format!("{number} for a size")))
+}
+
+/// The instructions that harmful pickles are made of by name, others by number.
+fn instruction_name(instruction: u8) -> String {
+    match instruction {
+        b'i' => "INST".to_owned(),
+        b'o' => "OBJ".to_owned(),
+        b'P' => "PERSID".to_owned(),
+        0x81 => "NEWOBJ".to_owned(),
+        0x92 => "NEWOBJ_EX".to_owned(),
+        0x82..=0x84 => "EXT".to_owned(),
+        other => format!("{other:#04x}"),
+    }
+}

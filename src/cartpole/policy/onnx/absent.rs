@@ -1,0 +1,18 @@
+//! No ONNX Runtime: the feature `onnx` is off.
+
+use super::OnnxError;
+use crate::cartpole::policy::Policy;
+
+/// There is none.
+#[derive(Clone, Debug)]
+pub(in crate::cartpole::policy) enum Model {}
+
+impl Model {
+    pub(in crate::cartpole::policy) fn open(_: &[u8]) -> Result<Self, OnnxError> {
+        Err(OnnxError::NotBuilt)
+    }
+
+    pub(in crate::cartpole::policy) fn policy(&self, _: &str) -> Box<dyn Policy> {
+        match *self {}
+    }
+}

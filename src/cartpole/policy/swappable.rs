@@ -1,0 +1,55 @@
+//! A policy that can become another one.
+
+use super::{Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec};
+use crate::cartpole::{Action, Observation};
+
+/// Decides as one policy until it is swapped for another. One that is in its
+/// cache waits for no file.
+pub struct SwappablePolicy {
+    now: Box<dyn Policy>,
+    /// What `now` is, as text.
+    spec: String,
+    context: PolicyContext,
+    cache: PolicyCache,
+}
+
+impl SwappablePolicy {
+    /// Begins as `first`.
+    ///
+    /// # Errors
+    /// [`PolicyError`] if it cannot be loaded.
+    pub fn new(
+        first: &PolicySpec,
+        cache: PolicyCache,
+        context: PolicyContext,
+    ) -> Result<Self, PolicyError> {
+        let loaded = cache.fetch(first)?;
+        Ok(Self {
+            now: loaded.policy(context)?,
+            spec: loaded.spec().to_string(),
+            context,
+            cache,
+        })
+    }
+}
+
+impl Policy for SwappablePolicy {
+    fn name(&self) -> &str {
+        self.now.name()
+    }
+
+    fn act(&mut self, observation: &Observation) -> Action {
+        self.now.act(observation)
+    }
+
+    fn swap(&mut self, name: &str) -> Result<String, String> {
+        let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
+        let loaded = self.cache.fetch(&spec).map_err(|error| error.to_string())?;
+        let next = loaded
+            .policy(self.context)
+            .map_err(|error| error.to_string())?;
+        self.now = next;
+        let spec = loaded.spec().to_string();
+        Ok(std::mem::replace(&mut self.spec, spec))
+    }
+}

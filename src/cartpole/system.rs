@@ -1,0 +1,340 @@
+//! The cart-pole as a system: sensor, policy and actuator around a plant.
+
+use std::path::PathBuf;
+
+use super::{
+    ACTUATOR, Action, Actuator, CONTROL_HZ, ControlStep, Fall, Observation, POLE_LIMIT_RAD, POLICY,
+    Plant, PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
+    policy::{
+        DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
+    },
+    table,
+};
+use crate::{
+    experiment::Config,
+    runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Time},
+    system::{
+        Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup, Signal, System,
+        Table, Verdict, VerdictKind,
+    },
+};
+
+/// Name of the topic from sensor to policy.
+pub const OBS: &str = "/obs";
+
+/// Name of the topic from policy to actuator.
+pub const ACTION: &str = "/action";
+
+/// Name of the topic with the state of the plant after each control step.
+pub const STATE: &str = "/state";
+
+/// A control rate at which the scripted policy loses the pole, for every seed
+/// (Hz).
+pub const BROKEN_HZ: f64 = 5.0;
+
+/// The ways in which a run of the cart-pole comes out.
+pub mod verdict {
+    use crate::system::VerdictKind;
+
+    /// The pole was up for the whole run.
+    pub const BALANCED: VerdictKind = VerdictKind {
+        name: "balanced",
+        lost: false,
+        text: "BALANCED (pole up the whole run)",
+    };
+    /// The pole was up when a command stopped the run.
+    pub const STOPPED: VerdictKind = VerdictKind {
+        name: "stopped",
+        lost: false,
+        text: "STOPPED at {at} (pole up so far)",
+    };
+    /// The pole tipped beyond its limit.
+    pub const POLE_FELL: VerdictKind = VerdictKind {
+        name: "pole_fell",
+        lost: true,
+        text: "FELL at {at} (pole beyond ±12°)",
+    };
+    /// The cart left the rail with the pole still up.
+    pub const CART_LEFT_RAIL: VerdictKind = VerdictKind {
+        name: "cart_left_rail",
+        lost: true,
+        text: "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)",
+    };
+}
+
+/// Makes the policy of a run.
+type MakePolicy = dyn Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync;
+
+/// The cart-pole. What it has read of policies is kept for all its runs.
+#[derive(Default)]
+pub struct CartPole {
+    policies: PolicyCache,
+    own: Option<Box<MakePolicy>>,
+}
+
+impl CartPole {
+    /// Reads and writes knobs with the names that the cart-pole has for some.
+    pub const KNOBS: KnobText = KnobText(&[
+        Alias {
+            name: "control-hz",
+            knobs: &[(KnobKind::Rate, POLICY)],
+            default: "50",
+            choices: &[],
+            help: "How often the policy decides",
+        },
+        Alias {
+            name: "sensor-hz",
+            knobs: &[(KnobKind::Rate, SENSOR)],
+            default: "50",
+            choices: &[],
+            help: "How often the sensor publishes",
+        },
+        Alias {
+            name: "queue-depth",
+            knobs: &[(KnobKind::Depth, OBS), (KnobKind::Depth, ACTION)],
+            default: "1",
+            choices: &[],
+            help: "How many messages /obs and /action keep",
+        },
+        Alias {
+            name: "policy",
+            knobs: &[(KnobKind::Send, POLICY)],
+            default: "scripted",
+            choices: &["scripted", "lqr", "zero", "random"],
+            help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
+        },
+    ]);
+
+    /// The same with a policy of the caller's own, made anew for every run.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use ratelab::cartpole::{Action, CartPole, Observation};
+    /// use ratelab::experiment::{Config, Experiment};
+    /// use ratelab::policy::Policy;
+    ///
+    /// /// Pushes with all it has to where the pole leans.
+    /// struct BangBang;
+    ///
+    /// impl Policy for BangBang {
+    ///     fn name(&self) -> &str {
+    ///         "bang-bang"
+    ///     }
+    ///
+    ///     fn act(&mut self, observation: &Observation) -> Action {
+    ///         Action(observation.sin_theta.signum())
+    ///     }
+    /// }
+    ///
+    /// let system = CartPole::with_policy(|_| Box::new(BangBang));
+    /// let summary = Experiment::new(Arc::new(system), &Config::default())?.run()?;
+    /// assert!(summary.verdict.is_lost());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_policy(
+        make: impl Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            own: Some(Box::new(make)),
+            ..Self::default()
+        }
+    }
+
+    /// Ten seconds of virtual time with the knobs in `setup`, one or several with
+    /// commas in between, such as `control-hz 5, policy lqr`.
+    ///
+    /// # Errors
+    /// [`KnobTextError`] if one of them is no knob.
+    pub fn config(setup: &str) -> Result<Config, KnobTextError> {
+        let mut config = Config::default();
+        for knob in setup.split(',').filter(|knob| !knob.trim().is_empty()) {
+            config.setup.extend(Self::KNOBS.parse(knob)?);
+        }
+        Ok(config)
+    }
+
+    /// The policy of a run that is named by `text`, or the caller's own.
+    fn policy(
+        &self,
+        text: Option<&str>,
+        context: PolicyContext,
+    ) -> Result<Box<dyn Policy>, BuildError> {
+        if let (None, Some(make)) = (text, &self.own) {
+            return Ok(make(context));
+        }
+        let name = text.unwrap_or(PolicyKind::Scripted.name());
+        let policy: PolicySpec = name.parse().map_err(setting_error)?;
+        let policy = SwappablePolicy::new(&policy, self.policies.clone(), context);
+        Ok(Box::new(policy.map_err(setting_error)?))
+    }
+}
+
+/// What the policies of a run may depend on.
+fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
+    let control_hz = setup.rate(POLICY).map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
+    Ok(PolicyContext { seed, control_hz })
+}
+
+fn setting_error(error: impl std::fmt::Display) -> BuildError {
+    BuildError::Setting(error.to_string())
+}
+
+impl System for CartPole {
+    fn name(&self) -> &'static str {
+        "cart-pole"
+    }
+
+    fn engine(&self) -> Option<String> {
+        Some(format!("MuJoCo {}", mujoco_version()))
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let plant = Plant::new(builder.seed()).map_err(|why| BuildError::Other(Box::new(why)))?;
+        let plant = SharedPlant::new(plant);
+        let context = context(builder.seed(), builder.setup())?;
+        let mut policy = self.policy(builder.message(POLICY), context)?;
+        if !builder.think().is_zero() {
+            policy = Box::new(DelayedPolicy::new(policy, builder.think()));
+        }
+        let observations = builder.topic::<Observation>(OBS);
+        let actions = builder.topic::<Action>(ACTION);
+        let steps = builder.topic::<ControlStep>(STATE);
+        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
+            plant: plant.clone(),
+            observations: wiring.publisher(&observations),
+        })?;
+        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+            policy,
+            observations: wiring.subscription(&observations),
+            actions: wiring.publisher(&actions),
+        })?;
+        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| Actuator {
+            plant: plant.clone(),
+            actions: wiring.subscription(&actions),
+            steps: wiring.publisher(&steps),
+            sense_to_act: wiring.meter(SENSE_TO_ACT),
+        })
+    }
+
+    fn aliases(&self) -> &'static [Alias] {
+        Self::KNOBS.0
+    }
+
+    fn broken(&self) -> Option<&'static str> {
+        Some("control-hz 5")
+    }
+
+    /// A policy's file is pinned to the content that it has now.
+    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        if node != POLICY {
+            return Ok(text.to_owned());
+        }
+        let context = context(seed, setup).map_err(|error| error.to_string())?;
+        let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
+        let pinned = self.policies.pin(&policy);
+        let pinned = pinned.map_err(|error| error.to_string())?;
+        let loaded = self.policies.fetch(&pinned);
+        // The node would refuse one that cannot be made.
+        let made = loaded.and_then(|loaded| loaded.policy(context));
+        made.map_err(|error| error.to_string())?;
+        Ok(pinned.to_string())
+    }
+
+    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
+        match text.parse().ok().filter(|_| node == POLICY)? {
+            PolicySpec::File(file) => Some(PathBuf::from(file.path())),
+            PolicySpec::BuiltIn(_) => None,
+        }
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        const LIMIT: f64 = POLE_LIMIT_RAD / std::f64::consts::PI * 180.0;
+        &[
+            Signal {
+                name: "pole angle",
+                unit: "°",
+                topic: STATE,
+                value: |row| pole_angle(row).to_degrees(),
+                limits: Some([-LIMIT, LIMIT]),
+                range: [-14.0, 14.0],
+            },
+            Signal {
+                name: "cart position",
+                unit: "m",
+                topic: STATE,
+                value: |row| row.get(3).copied().unwrap_or(f64::NAN),
+                limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
+                range: [-2.6, 2.6],
+            },
+            Signal {
+                name: "action",
+                unit: "share of 10 N",
+                topic: STATE,
+                value: |row| row.get(1).copied().unwrap_or(f64::NAN),
+                limits: None,
+                range: [-1.0, 1.0],
+            },
+        ]
+    }
+
+    fn latency(&self) -> Option<(&'static str, &'static str)> {
+        Some((ACTUATOR, SENSE_TO_ACT))
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some(STATE)
+    }
+
+    fn table(&self) -> Option<Table> {
+        Some(table::TABLE)
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        let fall = state.and_then(pose).and_then(|pose| pose.fall());
+        let kind = match (fall, exit) {
+            (Some(Fall::Pole), _) => &verdict::POLE_FELL,
+            (Some(Fall::Cart), _) => &verdict::CART_LEFT_RAIL,
+            (None, ClockExit::Completed) => &verdict::BALANCED,
+            (None, _) => &verdict::STOPPED,
+        };
+        Verdict::new(kind, at)
+    }
+
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        let policy: PolicySpec = setup.message(POLICY)?.parse().ok()?;
+        let name = policy.name();
+        (!policy.balances()).then(|| format!("the {name} policy balances at no rate"))
+    }
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[
+            &verdict::BALANCED,
+            &verdict::STOPPED,
+            &verdict::POLE_FELL,
+            &verdict::CART_LEFT_RAIL,
+        ]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        Some(picture::of(&ControlStep::from_row(state)?))
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        let value = pole_angle(state);
+        vec![Final {
+            name: "final_pole_angle",
+            unit: "rad",
+            value,
+        }]
+    }
+}
+
+fn pose(state: &[f64]) -> Option<Pose> {
+    let step = ControlStep::from_row(state)?;
+    Some(Pose::of(step.qpos))
+}
+
+/// The pole's angle from upright in a message on [`STATE`] (rad).
+pub fn pole_angle(state: &[f64]) -> f64 {
+    pose(state).map_or(0.0, |pose| pose.pole_angle)
+}

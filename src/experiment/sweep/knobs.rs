@@ -1,0 +1,99 @@
+//! A knob that a sweep turns, and the values that it goes through.
+
+use std::{str::FromStr, sync::Arc};
+
+use super::axis::{Axis, AxisError, Quantity};
+use crate::{
+    runtime::{Depth, Hz, Knob, KnobKind},
+    system::{KnobText, KnobTextError},
+};
+
+/// One knob of a sweep, or several that are turned together under one name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepAxis {
+    /// The name, such as `control-hz` or `rate planner`.
+    pub name: String,
+    /// What kind of values they are.
+    pub kind: KnobKind,
+    /// The values, in the order in which they are gone through.
+    pub values: Vec<Arc<SweepValue>>,
+}
+
+/// One value of a [`SweepAxis`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepValue {
+    /// The name of the axis.
+    pub axis: String,
+    /// The value as it is written.
+    pub text: String,
+    /// The knobs, set to it.
+    pub knobs: Vec<Knob>,
+}
+
+impl SweepAxis {
+    /// The knob called `name`, an alias or a kind and a target such as
+    /// `rate planner`, with the values in `list`; see [`Axis`]. Messages have
+    /// commas in between; one that is part of a message has a backslash before it.
+    ///
+    /// # Errors
+    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    pub fn parse(knobs: KnobText, name: &str, list: &str) -> Result<Self, AxisError> {
+        let kind = knobs.kind(name).map_err(refused)?;
+        let texts = match kind {
+            KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
+            KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
+            KnobKind::Send => messages(list),
+        };
+        Self::of(knobs, name, texts)
+    }
+
+    /// The same with `texts` as its values.
+    ///
+    /// # Errors
+    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    pub fn of(
+        knobs: KnobText,
+        name: &str,
+        texts: impl IntoIterator<Item = String>,
+    ) -> Result<Self, AxisError> {
+        let kind = knobs.kind(name).map_err(refused)?;
+        let values = texts.into_iter().map(|text| {
+            let knobs = knobs.parse(&format!("{name} {text}")).map_err(refused)?;
+            let axis = name.to_owned();
+            Ok(Arc::new(SweepValue { axis, text, knobs }))
+        });
+        Ok(Self {
+            name: name.to_owned(),
+            kind,
+            values: values.collect::<Result<_, AxisError>>()?,
+        })
+    }
+}
+
+fn texts<T: Quantity>(list: &str, text: fn(&T) -> String) -> Result<Vec<String>, AxisError>
+where
+    Axis<T>: FromStr<Err = AxisError>,
+{
+    let axis: Axis<T> = list.parse()?;
+    Ok(axis.values().iter().map(text).collect())
+}
+
+fn messages(list: &str) -> Vec<String> {
+    let mut messages = vec![String::new()];
+    for piece in list.split_inclusive(',') {
+        let mut message = messages.pop().unwrap_or_default();
+        match (piece.strip_suffix("\\,"), piece.strip_suffix(',')) {
+            (Some(start), _) => messages.push(message + start + ","),
+            (None, Some(end)) => messages.extend([message + end, String::new()]),
+            (None, None) => {
+                message.push_str(piece);
+                messages.push(message);
+            }
+        }
+    }
+    messages
+}
+
+fn refused(error: KnobTextError) -> AxisError {
+    AxisError::Value(error.to_string())
+}

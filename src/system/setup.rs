@@ -1,0 +1,71 @@
+//! How a graph is set up before its run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::runtime::{Depth, Hz, Knob};
+
+/// Knobs that are turned before the run begins. What is not among them is as the
+/// system has it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Setup(Vec<Knob>);
+
+impl Setup {
+    /// Turns `knob`; an earlier setting of the same is forgotten.
+    pub fn set(&mut self, knob: Knob) {
+        match self.0.iter_mut().find(|known| known.is_of(&knob)) {
+            Some(known) => *known = knob,
+            None => self.0.push(knob),
+        }
+    }
+
+    /// The same with `knob` turned.
+    #[must_use]
+    pub fn with(mut self, knob: Knob) -> Self {
+        self.set(knob);
+        self
+    }
+
+    /// The rate of `node`, if it is set.
+    pub fn rate(&self, node: &str) -> Option<Hz> {
+        self.0.iter().find_map(|knob| match knob {
+            Knob::Rate { node: of, hz } if of == node => Some(*hz),
+            _ => None,
+        })
+    }
+
+    /// The depth of `topic`, if it is set.
+    pub fn depth(&self, topic: &str) -> Option<Depth> {
+        self.0.iter().find_map(|knob| match knob {
+            Knob::Depth { topic: of, depth } if of == topic => Some(*depth),
+            _ => None,
+        })
+    }
+
+    /// The message to `node`, if one is set.
+    pub fn message(&self, node: &str) -> Option<&str> {
+        self.0.iter().find_map(|knob| match knob {
+            Knob::Send { node: of, text } if of == node => Some(text.as_str()),
+            _ => None,
+        })
+    }
+
+    /// All of them, in the order in which they were first set.
+    pub fn iter(&self) -> impl Iterator<Item = &Knob> {
+        self.0.iter()
+    }
+}
+
+impl Extend<Knob> for Setup {
+    fn extend<I: IntoIterator<Item = Knob>>(&mut self, knobs: I) {
+        knobs.into_iter().for_each(|knob| self.set(knob));
+    }
+}
+
+impl FromIterator<Knob> for Setup {
+    fn from_iter<I: IntoIterator<Item = Knob>>(knobs: I) -> Self {
+        let mut setup = Self::default();
+        setup.extend(knobs);
+        setup
+    }
+}

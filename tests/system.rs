@@ -1,0 +1,410 @@
+//! A graph as a value: it is built as it is set up or refused with what there is,
+//! and a system of one's own runs and is swept as the cart-pole is.
+
+mod support;
+
+use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
+
+use proptest::prelude::*;
+use ratelab::{
+    experiment::{
+        Config, Experiment, Summary,
+        sweep::{Axis, Sweep, SweepAxis, Swept},
+    },
+    runtime::{
+        ClockExit, END, Fields, GO_ON, Knob, KnobKind, Node, Publisher, Rows, Subscription, Tick,
+        Time,
+    },
+    system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
+};
+use support::{depth, hz};
+
+/// An oven after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Step {
+    /// Temperature (°C).
+    temperature: f64,
+    /// Share of its full power.
+    heat: f64,
+}
+
+impl Fields for Step {
+    const FIELDS: &'static [&'static str] = &["temperature (°C)", "heat"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend([self.temperature, self.heat]);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        let &[temperature, heat] = row else {
+            return None;
+        };
+        Some(Self { temperature, heat })
+    }
+}
+
+/// Heats while the oven is colder than its target (°C).
+struct Thermostat {
+    steps: Subscription<Step>,
+    heat: Publisher<f64>,
+    target: f64,
+}
+
+impl Node for Thermostat {
+    fn tick(&mut self, now: Time) -> Tick {
+        if let Some(step) = self.steps.latest(now) {
+            let heat = if step.data.temperature < self.target {
+                1.0
+            } else {
+                0.0
+            };
+            self.heat.publish(heat, now, Some(step.stamp));
+        }
+        GO_ON
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        let target = text.parse();
+        let target = target.map_err(|_| format!("{text:?} is not a temperature"))?;
+        Ok(std::mem::replace(&mut self.target, target).to_string())
+    }
+}
+
+/// An oven that must not get hotter than 100 °C. Its seed is how much warmer than
+/// 20 °C it begins.
+struct Oven;
+
+const OVERHEATED: VerdictKind = VerdictKind {
+    name: "overheated",
+    lost: true,
+    text: "OVERHEATED at {at}",
+};
+
+const KNOBS: KnobText = KnobText(&[
+    Alias {
+        name: "thermostat-hz",
+        knobs: &[(KnobKind::Rate, "thermostat")],
+        default: "10",
+        choices: &[],
+        help: "How often the thermostat decides",
+    },
+    Alias {
+        name: "target",
+        knobs: &[(KnobKind::Send, "thermostat")],
+        default: "80",
+        choices: &[],
+        help: "The temperature to keep (°C)",
+    },
+    Alias {
+        name: "queues",
+        knobs: &[(KnobKind::Depth, "/step"), (KnobKind::Depth, "/heat")],
+        default: "1",
+        choices: &[],
+        help: "How many messages the topics keep",
+    },
+]);
+
+impl System for Oven {
+    fn name(&self) -> &'static str {
+        "oven"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let steps = builder.topic::<Step>("/step");
+        let heat = builder.internal_topic::<f64>("/heat");
+        let mut temperature = 20.0 + builder.seed() as f64;
+        builder.node("oven", 20.0, 0, |wiring| {
+            let steps = wiring.publisher(&steps);
+            let mut heat = wiring.subscription(&heat);
+            move |now| {
+                let heat = heat.latest(now).map_or(0.0, |heat| heat.data);
+                temperature += (60.0 * heat - (temperature - 20.0) / 5.0) / 20.0;
+                steps.publish(Step { temperature, heat }, now, None);
+                if temperature > 100.0 { END } else { GO_ON }
+            }
+        })?;
+        builder.node("thermostat", 10.0, 1, |wiring| Thermostat {
+            steps: wiring.subscription(&steps),
+            heat: wiring.publisher(&heat),
+            target: 80.0,
+        })
+    }
+
+    fn aliases(&self) -> &'static [Alias] {
+        KNOBS.0
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some("/step")
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        match state.and_then(Step::from_row) {
+            Some(step) if step.temperature > 100.0 => Verdict::new(&OVERHEATED, at),
+            _ => Verdict::of_exit(exit, at),
+        }
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        let value = state.first().copied().unwrap_or(f64::NAN);
+        vec![Final {
+            name: "final_temperature",
+            unit: "°C",
+            value,
+        }]
+    }
+}
+
+/// Ten seconds of the oven, set up with these knobs.
+fn config(setup: &[&str]) -> Config {
+    let knobs = setup.iter().map(|knob| KNOBS.parse(knob).expect(knob));
+    Config {
+        setup: knobs.flatten().collect(),
+        ..Config::default()
+    }
+}
+
+fn experiment(config: &Config) -> Experiment {
+    Experiment::new(Arc::new(Oven), config).expect("experiment")
+}
+
+/// Runs the oven, with its steps.
+fn run(config: &Config) -> (Summary, Rows) {
+    let experiment = experiment(config);
+    let tap = experiment
+        .taps()
+        .rows("/step", 4)
+        .expect("a recorded topic");
+    thread::scope(|scope| {
+        let reader = scope.spawn(move || {
+            let mut rows = tap.rows();
+            while tap.wait(&mut rows) {}
+            rows
+        });
+        let summary = experiment.run().expect("run");
+        (summary, reader.join().expect("read"))
+    })
+}
+
+/// The error for an oven that cannot be built.
+fn refusal(config: &Config) -> String {
+    let refused = Experiment::new(Arc::new(Oven), config).err();
+    refused.expect("no experiment").to_string()
+}
+
+#[test]
+fn a_system_of_ones_own_runs_and_tells_its_verdict() {
+    let (summary, rows) = run(&Config::default());
+    assert_eq!(summary.verdict.to_string(), "COMPLETED at 10.000 s");
+    assert_eq!((summary.steps, rows.len()), (201, 201));
+    assert_eq!(rows.last().map(|(_, row)| row), Some(&summary.state[..]));
+    assert!((75.0..85.0).contains(&Oven.finals(&summary.state)[0].value));
+
+    let (summary, rows) = run(&config(&["thermostat-hz 1"]));
+    assert_eq!(*summary.verdict.kind, OVERHEATED);
+    assert!(summary.verdict.is_lost() && summary.state[0] > 100.0);
+    let (head, _) = rows.last().expect("steps");
+    assert_eq!(
+        (head.stamp, head.seq + 1),
+        (summary.sim_time, summary.steps)
+    );
+}
+
+#[test]
+fn the_same_configuration_is_the_same_run_to_the_bit_and_another_seed_is_not() {
+    let config = Config {
+        knobs: KNOBS
+            .parse_list("2 thermostat-hz 3\n4 target 60")
+            .expect("knobs"),
+        ..config(&["queues 3"])
+    };
+    let (_, rows) = run(&config);
+    assert!(rows.len() > 100);
+    assert_eq!(run(&config).1, rows);
+    let other = Config { seed: 1, ..config };
+    assert_ne!(run(&other).1, rows);
+}
+
+fn sweep(threads: usize) -> Swept {
+    let axes = [("thermostat-hz", "1,2,10"), ("target", "60,80")];
+    let axes = axes.map(|(name, list)| SweepAxis::parse(KNOBS, name, list).expect(name));
+    let sweep = Sweep {
+        axes: axes.into(),
+        seeds: "0..4".parse::<Axis<u64>>().expect("seeds").into(),
+        ..Sweep::of(Arc::new(Oven), Config::default())
+    };
+    let threads = NonZeroUsize::new(threads).expect("not zero");
+    let swept = sweep.run(threads, |_, _| ControlFlow::Continue(()));
+    swept.expect("a sweep")
+}
+
+#[test]
+fn a_sweep_of_a_system_of_ones_own_is_its_runs_on_any_number_of_threads() {
+    let alone = sweep(1);
+    assert!(alone.finished().eq(sweep(4).finished()));
+    let mut lost = 0;
+    for (cell, result) in alone.finished() {
+        let (summary, _) = run(&alone.sweep().config(&cell));
+        assert_eq!(result.verdict, summary.verdict, "{cell}");
+        assert_eq!(*result.state, summary.state, "{cell}");
+        lost += usize::from(result.verdict.is_lost());
+    }
+    assert_eq!(alone.finished().count(), 3 * 2 * 5);
+    assert!((1..30).contains(&lost), "{lost}");
+}
+
+#[test]
+fn a_graph_begins_as_it_is_set_up_and_else_as_the_system_has_it() {
+    let setup = ["rate oven 40", "queues 7", "target 60"];
+    let experiment = experiment(&config(&setup));
+    let snapshot = experiment.observer().snapshot();
+    let rates = snapshot.nodes.iter().map(|node| node.hz);
+    assert_eq!(rates.collect::<Vec<_>>(), [hz(40.0), hz(10.0)]);
+    let depths = snapshot.topics.iter().map(|topic| topic.depth);
+    assert_eq!(depths.collect::<Vec<_>>(), [7, 7]);
+    let summary = experiment.run().expect("run");
+    assert!(
+        (55.0..65.0).contains(&summary.state[0]),
+        "{:?}",
+        summary.state
+    );
+    assert_eq!(summary.events, [], "a setup is no event of the run");
+}
+
+#[test]
+fn only_topics_with_fields_are_recorded() {
+    let taps = experiment(&Config::default()).taps();
+    let topics = taps.topics().iter().map(|topic| topic.name());
+    assert_eq!(topics.collect::<Vec<_>>(), ["/step"]);
+    assert!(taps.rows("/heat", 1).is_none());
+    assert!(taps.messages::<Step>("/step", 1).is_some());
+    assert!(taps.messages::<f64>("/step", 1).is_none());
+}
+
+#[test]
+fn a_knob_of_nothing_in_the_graph_is_refused_with_what_there_is() {
+    for (knob, reason) in [
+        (
+            "rate planner 5",
+            "there is no node \"planner\": expected one of oven, thermostat",
+        ),
+        (
+            "depth /map 2",
+            "there is no topic \"/map\": expected one of /step, /heat",
+        ),
+        (
+            "send planner stop",
+            "there is no node \"planner\": expected one of oven, thermostat",
+        ),
+    ] {
+        let expected = format!("{knob}: {reason}");
+        assert_eq!(refusal(&config(&[knob])), expected);
+        let timed = Config {
+            knobs: KNOBS.parse_list(&format!("3 {knob}")).expect(knob),
+            ..Config::default()
+        };
+        assert_eq!(refusal(&timed), expected);
+    }
+}
+
+#[test]
+fn a_message_that_a_node_refuses_fails_the_build_with_its_reason() {
+    assert_eq!(
+        refusal(&config(&["target hot"])),
+        "send thermostat hot: \"hot\" is not a temperature"
+    );
+    assert_eq!(
+        refusal(&config(&["send oven open"])),
+        "send oven open: this node takes no orders"
+    );
+}
+
+#[test]
+fn an_alias_has_the_value_that_is_set_or_its_default() {
+    let value = |name: &str, setup: &[&str]| {
+        let alias = KNOBS.alias(name).expect(name);
+        alias.value(&config(setup).setup)
+    };
+    assert_eq!(value("thermostat-hz", &[]), "10");
+    assert_eq!(value("thermostat_hz", &["rate thermostat 2.5"]), "2.5");
+    assert_eq!(value("queues", &["depth /step 3", "depth /heat 4"]), "3");
+    assert_eq!(value("target", &["target 60", "send thermostat 70"]), "70");
+    assert_eq!(KNOBS.alias("planner-hz"), None);
+}
+
+fn any_knob() -> impl Strategy<Value = Knob> {
+    let name = || proptest::sample::select(vec!["a", "b", "c"]).prop_map(str::to_owned);
+    prop_oneof![
+        (name(), 1..9u8).prop_map(|(node, rate)| Knob::Rate {
+            node,
+            hz: hz(f64::from(rate))
+        }),
+        (name(), 1..9usize).prop_map(|(topic, messages)| Knob::Depth {
+            topic,
+            depth: depth(messages)
+        }),
+        (name(), "[a-z]{0,3}").prop_map(|(node, text)| Knob::Send { node, text }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn a_setup_has_the_last_setting_of_everything_in_the_order_of_the_first(
+        knobs in proptest::collection::vec(any_knob(), 0..20),
+    ) {
+        let setup: Setup = knobs.iter().cloned().collect();
+        let mut expected: Vec<Knob> = Vec::new();
+        for knob in &knobs {
+            if !expected.iter().any(|known| known.is_of(knob)) {
+                let last = knobs.iter().rfind(|last| last.is_of(knob));
+                expected.extend(last.cloned());
+            }
+        }
+        prop_assert!(setup.iter().eq(&expected), "{:?}", setup);
+        let one_by_one = knobs.into_iter().fold(Setup::default(), Setup::with);
+        prop_assert_eq!(&one_by_one, &setup);
+        for knob in &expected {
+            let set = match knob {
+                Knob::Rate { node, .. } => setup.rate(node).map(|hz| hz.get().to_string()),
+                Knob::Depth { topic, .. } => setup.depth(topic).map(|depth| depth.to_string()),
+                Knob::Send { node, .. } => setup.message(node).map(str::to_owned),
+            };
+            prop_assert_eq!(set, Some(knob.value()));
+        }
+        prop_assert_eq!(setup.rate("d"), None);
+    }
+}
+
+/// One node, which is built by its message and takes none afterwards.
+struct Clock;
+
+impl System for Clock {
+    fn name(&self) -> &'static str {
+        "clock"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let alarm = builder.message("clock").unwrap_or("9").parse();
+        let alarm: f64 = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
+        builder.node("clock", 10.0, 0, |_| {
+            move |now: Time| {
+                if now.as_secs_f64() < alarm {
+                    GO_ON
+                } else {
+                    END
+                }
+            }
+        })
+    }
+}
+
+#[test]
+fn a_message_that_a_node_is_built_by_is_not_sent_to_it() {
+    let run = |setup| Experiment::new(Arc::new(Clock), &config(setup));
+    let summary = run(&["send clock 2"]).expect("experiment").run();
+    let summary = summary.expect("run");
+    assert_eq!(summary.verdict.to_string(), "ENDED at 2.000 s (by a node)");
+    assert_eq!((summary.steps, &summary.state[..]), (0, &[][..]));
+    let refused = run(&["send clock noon"]).err().expect("no experiment");
+    assert_eq!(refused.to_string(), "no time");
+}
