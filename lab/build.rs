@@ -78,7 +78,13 @@ fn commit(root: &Path) {
     };
     ["HEAD", "logs/HEAD"].into_iter().for_each(watch);
     branch.as_deref().into_iter().for_each(watch);
-    let Some(commit) = git(&["log", "-1", "--no-show-signature", "--format=%h %cs"]) else {
+    let Some(commit) = git(&[
+        "log",
+        "-1",
+        "--no-show-signature",
+        "--abbrev=12",
+        "--format=%h %cs",
+    ]) else {
         // The first commit of all adds the first branch.
         watch("refs/heads");
         return;
