@@ -57,6 +57,12 @@ impl Machine {
         known.into_iter().filter(|name| name.len() > 1).collect()
     }
 
+    /// The folder in which set-up keeps MuJoCo.
+    #[must_use]
+    pub fn mujoco(&self) -> PathBuf {
+        self.root.join("xtask/mujoco")
+    }
+
     /// The folder for what is built and packed.
     #[must_use]
     pub fn packages(&self) -> PathBuf {

@@ -31,6 +31,10 @@ fn main() -> ExitCode {
         [] if OS == "linux" => Linker::Zig,
         [] => Linker::Native,
         [native] if native == "--native" => Linker::Native,
+        [help] if help == "--help" => {
+            println!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);
@@ -46,6 +50,7 @@ fn main() -> ExitCode {
 }
 
 fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
+    linker.check()?;
     let machine = Machine::ask(root)?;
     if !machine.is_clean() {
         eprintln!("note: the clone holds changes: what is packed is that of no commit");
@@ -70,10 +75,11 @@ fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
 
 /// All that is handed out, and what pip calls the platform that it is for.
 fn tree(machine: &Machine, linker: Linker) -> Result<(Tree, String), Error> {
+    let (platform, folder) = (Platform::host()?, machine.mujoco());
+    mujoco::ensure(&folder, platform)?;
     let program = Program::build(machine, linker)?.bytes;
-    let platform = Platform::host()?;
     let library = platform.places[0];
-    let file = machine.root.join("xtask/mujoco").join(library);
+    let file = folder.join(library);
     let bytes = fs::read(&file).map_err(Error::io("read", &file))?;
     let tag = wheel_tag(&[&program, &bytes]);
     let mut tree = Tree::default();
@@ -93,12 +99,18 @@ fn write(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
     let mut sums = String::new();
     for (name, bytes) in files {
         let path = folder.join(name);
-        fs::write(&path, bytes).map_err(Error::io("write", &path))?;
+        publish(&path, bytes)?;
         println!("{} ({} bytes)", path.display(), bytes.len());
         sums += &format!("{:x}  {name}\n", Sha256::digest(bytes));
     }
-    let path = folder.join("SHA256SUMS");
-    fs::write(&path, sums).map_err(Error::io("write", &path))?;
+    publish(&folder.join("SHA256SUMS"), sums.as_bytes())?;
     println!("MuJoCo {} is in both.", mujoco::VERSION);
     Ok(())
+}
+
+/// Writes a file that appears whole or not at all.
+fn publish(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let staged = path.with_added_extension("part");
+    fs::write(&staged, bytes).map_err(Error::io("write", &staged))?;
+    fs::rename(&staged, path).map_err(Error::io("write", path))
 }

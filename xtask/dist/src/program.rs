@@ -24,6 +24,24 @@ pub enum Linker {
     Native,
 }
 
+impl Linker {
+    /// Checks that its tools are installed.
+    ///
+    /// # Errors
+    ///
+    /// Names the one that is missing, and how to get it.
+    pub fn check(self) -> Result<(), Error> {
+        if self == Self::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
+            return Err(Error::Missing {
+                tool: "cargo-zigbuild",
+                remedy: "python3 -m pip install cargo-zigbuild brings it, and zig with it; cargo \
+                         xtask dist --native links for the glibc of this machine instead",
+            });
+        }
+        Ok(())
+    }
+}
+
 /// A program that was built.
 #[derive(Clone, Debug)]
 pub struct Program {
@@ -37,15 +55,8 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// Names the tool that is missing and how to get it; says how cargo ended.
+    /// Says how cargo ended, and what is wrong with the program that it built.
     pub fn build(machine: &Machine, linker: Linker) -> Result<Self, Error> {
-        if linker == Linker::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
-            return Err(Error::Missing {
-                tool: "cargo-zigbuild",
-                remedy: "python3 -m pip install cargo-zigbuild brings it, and zig with it; cargo \
-                         xtask dist --native links for the glibc of this machine instead",
-            });
-        }
         let folder = machine.packages().join("build");
         succeed("cargo", build(machine, linker, &folder).status())?;
         let file = folder.join(&machine.target).join("dist/ratelab");

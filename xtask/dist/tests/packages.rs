@@ -138,7 +138,7 @@ fn a_wheel_lists_each_of_its_files_with_hash_and_size() {
 }
 
 #[test]
-fn pip_installs_the_wheel_as_the_tree_that_it_was_and_removes_all_of_it() {
+fn pip_installs_the_wheel_as_the_tree_that_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let (file, prefix) = (
         folder.path().join(about().file_name()),

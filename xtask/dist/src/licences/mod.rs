@@ -4,8 +4,6 @@ mod crates;
 mod standard;
 mod toolchain;
 
-use std::path::Path;
-
 pub use crates::{list, viewer};
 pub use standard::standard;
 
@@ -26,7 +24,7 @@ pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Err
     let mut add = |path: &str, text: Vec<u8>| tree.add(format!("{FOLDER}/{path}"), text);
     add("LICENSE", read(&machine.root.join("LICENSE"))?);
     add("crates.txt", list(machine)?.into_bytes());
-    for (name, text) in mujoco::licences(&ours(machine), Platform::host()?)? {
+    for (name, text) in mujoco::licences(&machine.mujoco(), Platform::host()?)? {
         add(&format!("mujoco/{name}"), text);
     }
     for (name, text) in toolchain::rust(&machine.sysroot)? {
@@ -38,9 +36,4 @@ pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Err
         }
     }
     Ok(())
-}
-
-/// Where set-up keeps MuJoCo.
-fn ours(machine: &Machine) -> std::path::PathBuf {
-    machine.root.join(Path::new("xtask/mujoco"))
 }
