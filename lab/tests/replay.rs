@@ -74,11 +74,12 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
 #[cfg(unix)]
 #[test]
 fn replay_finds_the_viewer_beside_the_program_through_links_and_without_a_path() {
-    let folder = folder();
+    // Where a link to the program can be: a copy might still be open for writing.
+    let folder = TempDir::new_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
     let ours = rerun::build_info().version;
     let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
     let program = bin.join("ratelab");
-    fs::copy(env!("CARGO_BIN_EXE_ratelab"), &program).expect("copied");
+    fs::hard_link(env!("CARGO_BIN_EXE_ratelab"), &program).expect("linked");
     let link = folder.path().join("ratelab");
     std::os::unix::fs::symlink(&program, &link).expect("linked");
     let file = reference("fall-5hz.rrd");

@@ -18,6 +18,9 @@ use crate::{Error, Machine, machine::said, share::names};
 /// bring are there, with licences of their own.
 const DEPTH: usize = 4;
 
+/// What is shorter, in bytes, names a licence and is none.
+const SHORTEST: usize = 400;
+
 /// What names of files with licences begin with, in small letters.
 const NAMES: [&str; 6] = [
     "license",
@@ -30,8 +33,9 @@ const NAMES: [&str; 6] = [
 
 const HEAD: &str = "\
 The crates in the program ratelab. Of each: its name and version, its licence, its
-authors, where its source is, and the numbers of its texts, which follow below. A text
-is a standard one where the crate brings none.
+authors, where its source is, and the numbers of its texts, which follow below. All
+texts that a crate brings are here, also those of parts of it that the program leaves
+out. A text is a standard one where the crate brings none.
 ";
 
 /// The list of all crates in the program for this machine, and after it each text
@@ -133,30 +137,26 @@ fn name_and_version(line: &str) -> Option<(&str, &str)> {
 
 /// The texts that `package` brings, else standard ones. Our own have one in common.
 fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
-    let folder = package.manifest_path.parent().map(PathBuf::from);
-    let folder = match package.source {
-        Some(_) => folder.unwrap_or_default(),
-        None => root.to_owned(),
-    };
     let mut files = Vec::new();
-    match package.source {
-        Some(_) => find(&folder, DEPTH, &mut files)?,
-        None => files.push(folder.join("LICENSE")),
+    match (&package.source, package.manifest_path.parent()) {
+        (Some(_), Some(folder)) => find(folder.as_std_path(), DEPTH, &mut files)?,
+        _ => files.push(root.join("LICENSE")),
     }
     files.extend(package.license_file().map(PathBuf::from));
     let read = |file: &PathBuf| fs::read(file).map_err(Error::io("read", file));
     let texts: Vec<_> = files.iter().map(read).collect::<Result<_, _>>()?;
-    if texts.is_empty() {
+    let text = |bytes: &Vec<u8>| plain(&String::from_utf8_lossy(bytes));
+    let mut texts: Vec<_> = texts.iter().map(text).collect();
+    if texts.iter().all(|text| text.len() < SHORTEST) {
         let expression = package.license.clone().unwrap_or_default();
         let standard = standard(&expression).filter(|texts| !texts.is_empty());
-        let texts = standard.ok_or_else(|| Error::Licence {
+        let standard = standard.ok_or_else(|| Error::Licence {
             name: package.name.to_string(),
             expression,
         })?;
-        return Ok(texts.into_iter().map(plain).collect());
+        texts.extend(standard.into_iter().map(plain));
     }
-    let text = |bytes: &Vec<u8>| plain(&String::from_utf8_lossy(bytes));
-    Ok(texts.iter().map(text).collect())
+    Ok(texts)
 }
 
 /// The same text, whichever ends of lines it has.
