@@ -102,6 +102,7 @@ manual! {
     architecture: "docs/architecture.md",
     concepts: "docs/concepts.md",
     commands: "docs/commands.md",
+    install: "docs/install.md",
     recordings: "docs/recordings.md",
     docs_policies: "docs/policies.md",
     your_own: "docs/your-own.md",

@@ -107,9 +107,12 @@ fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
     format!("{text:>3}{unit}")
 }
 
-/// What stands at the axis, and how its line across the chart is dashed: the limits
+/// A line across the chart: dots drawn, their period, and the ASCII character.
+type Dashes = (u32, u32, char);
+
+/// The values at the axis, and how their lines across the chart are dashed: the limits
 /// and zero; where a limit is out of sight, the end of the range without a line.
-fn levels(signal: &Signal) -> [(f64, Option<(u32, u32, char)>); 3] {
+fn levels(signal: &Signal) -> [(f64, Option<Dashes>); 3] {
     let [low, high] = signal.range;
     let end = |side: usize| {
         let limit = signal.limits.map(|limits| limits[side]);
