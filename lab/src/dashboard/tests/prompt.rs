@@ -76,7 +76,7 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
         ("depth /nowhere 5", "expected /obs, /action, /state"),
         (
             "rubbish 5",
-            "control-hz, sensor-hz, queue-depth, policy, rate, depth or send",
+            "control-hz, sensor-hz, queue-depth, policy, rate, depth, send",
         ),
         ("policy none.pt", "none.pt: expected"),
         ("rate policy", "expected rate NODE HZ"),
@@ -123,11 +123,11 @@ fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
 #[test]
 fn a_knob_of_any_node_counts_for_the_next_run() {
     let mut app = ended(Config::default());
-    press(&mut app, ":rate actuator 25\n");
+    press(&mut app, ":offset actuator 5\n");
     assert!(
         app.notice
             .as_deref()
-            .is_some_and(|n| n.contains("rate actuator 25"))
+            .is_some_and(|n| n.contains("offset actuator 5"))
     );
     press(&mut app, "r");
     let setup = app.wanted().setup;
