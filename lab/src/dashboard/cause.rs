@@ -12,11 +12,15 @@ use ratelab::{
     system::System,
 };
 
+use super::frame::AgeData;
+
 /// What is known of a run that was lost.
 #[derive(Clone, Debug)]
 pub struct Facts {
     /// Why it is lost at any rate, if it is.
     pub anyway: Option<String>,
+    /// The push age of late, if it is known.
+    pub age: Option<AgeData>,
     /// Age of the oldest reading behind a state of the last second; `None` if none
     /// was behind any.
     pub oldest: Option<Duration>,
@@ -99,6 +103,7 @@ impl Facts {
         let path = upstream(graph, last).into_iter();
         Some(Self {
             anyway: system.lost_anyway(&config.setup),
+            age: None,
             oldest,
             path: path.map(|node| node_facts(system, graph, node)).collect(),
             step: graph.nodes.get(last)?.hz.period(),
@@ -258,6 +263,7 @@ mod tests {
         };
         Facts {
             anyway: None,
+            age: None,
             oldest: Some(millis(oldest)),
             path: vec![node("sensor", "sensor-hz", sensor), policy],
             step: millis(20),

@@ -23,6 +23,7 @@ mod model;
 mod player;
 mod presets;
 mod prompt;
+mod push_age;
 mod sampler;
 mod session;
 mod settings;

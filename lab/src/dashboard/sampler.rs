@@ -11,13 +11,18 @@ use ratelab::{
         ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, NodeView, TopicView},
     },
-    system::{Setup, Signal, System, Verdict, VerdictKind},
+    system::{AgeLimits, Setup, Signal, System, Verdict, VerdictKind},
 };
 
 use super::{
     cause::Facts,
     figures::{Figures, NodeFigures},
-    frame::{FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData},
+    frame::{
+        AgeData, FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace,
+        VerdictData,
+    },
+    knob_focus::first_node,
+    push_age::PushAges,
     settings::setting,
 };
 
@@ -94,6 +99,10 @@ pub struct Sampler {
     newest_age: Option<Duration>,
     /// Run times and such ages of the last second.
     ages: VecDeque<(Time, Duration)>,
+    /// The age of the push in force.
+    push_ages: PushAges,
+    /// What the loop bears of it with the setup that is in force.
+    limits: Option<(Setup, AgeLimits)>,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
 }
@@ -101,11 +110,15 @@ pub struct Sampler {
 impl Sampler {
     /// A frame of `session` as it is now.
     pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
+        let (system, observer) = (session.system(), session.observer());
+        self.push_ages.meet(system, || observer.read_counters());
         for (topic, rows) in session.new_rows() {
             self.remember(session.system(), topic, &rows);
         }
         self.follow_knobs(session.observer());
         let counters = session.observer().read_counters();
+        self.push_ages.look(&counters);
+        let age = self.age(session, &counters);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
         self.figures
@@ -120,7 +133,8 @@ impl Sampler {
             status: counters.status,
             seed: session.config().seed,
             settings: self.settings(session),
-            verdict: self.verdict(session, &counters),
+            verdict: self.verdict(session, &counters, age),
+            age,
             latency: figures.latency.as_ref().map(|latency| LatencyData {
                 newest: self.newest_age,
                 ..latency.clone()
@@ -145,6 +159,7 @@ impl Sampler {
         Some(Trace {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
+            ages: self.push_ages.saw(end - span, end),
             marks: Vec::new(),
         })
     }
@@ -161,6 +176,22 @@ impl Sampler {
         let mut setup = session.config().setup.clone();
         setup.extend(self.turned.iter().cloned());
         setup
+    }
+
+    /// The push age of late, beside what the loop bears of it.
+    fn age(&mut self, session: &impl RunSource, graph: &Snapshot) -> Option<AgeData> {
+        let period = first_node(session.system(), graph).map(|node| node.hz.period());
+        let recent = self.push_ages.recent(period.unwrap_or_default())?;
+        let setup = self.setup(session);
+        if self.limits.as_ref().is_none_or(|(of, _)| *of != setup) {
+            let limits = session.system().age_limits(&setup);
+            self.limits = Some((setup, limits));
+        }
+        Some(AgeData {
+            mean: recent.mean,
+            greatest: recent.greatest,
+            limits: self.limits.as_ref()?.1,
+        })
     }
 
     fn settings(&self, session: &impl RunSource) -> Vec<String> {
@@ -193,6 +224,9 @@ impl Sampler {
         // What is lost stays lost since its first moment.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
+        if let Some(sensed) = head.origin {
+            self.push_ages.state(head.stamp, sensed);
+        }
         self.ages.extend(age(head).map(|age| (head.stamp, age)));
         let old = |(at, _): &mut (Time, Duration)| head.stamp.since(*at) > LATELY;
         while self.ages.pop_front_if(old).is_some() {}
@@ -222,7 +256,12 @@ impl Sampler {
     }
 
     /// How it stands, and why it ended if it did, in figures that were measured.
-    fn verdict(&self, session: &impl RunSource, snapshot: &Snapshot) -> VerdictData {
+    fn verdict(
+        &self,
+        session: &impl RunSource,
+        snapshot: &Snapshot,
+        age: Option<AgeData>,
+    ) -> VerdictData {
         let ended = session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
             return VerdictData {
@@ -238,21 +277,26 @@ impl Sampler {
             word: verdict.name().replace('_', " "),
             headline: verdict.to_string(),
             why: if lost {
-                self.reasons(session, snapshot)
+                self.reasons(session, snapshot, age)
             } else {
                 Vec::new()
             },
         }
     }
 
-    fn reasons(&self, session: &impl RunSource, snapshot: &Snapshot) -> Vec<String> {
+    fn reasons(
+        &self,
+        session: &impl RunSource,
+        snapshot: &Snapshot,
+        age: Option<AgeData>,
+    ) -> Vec<String> {
         let oldest = self.ages.iter().map(|(_, age)| *age).max();
         let config = Config {
             setup: self.setup(session),
             ..session.config().clone()
         };
         Facts::of(session.system(), &config, snapshot, oldest)
-            .map_or_else(Vec::new, |facts| facts.reasons())
+            .map_or_else(Vec::new, |facts| Facts { age, ..facts }.reasons())
     }
 }
 

@@ -18,6 +18,8 @@ const ROOMY: Size = Size::new(120, 36);
 pub struct ScreenLayout {
     /// Top line: clock, time, seed.
     pub status: Rect,
+    /// The age of what acts on the world, below it; empty where there is none.
+    pub age: Rect,
     /// The verdict, where its pane is not shown.
     pub verdict: Option<Rect>,
     /// The panes shown.
@@ -33,16 +35,17 @@ pub struct ScreenLayout {
 impl ScreenLayout {
     /// Divides `area`, which [is enough](is_enough), between the panes that `exist`,
     /// of which the one in focus has it all if it is zoomed, or where there is little
-    /// room; with a scrubber or without.
+    /// room; with lines for an age and a scrubber or without.
     pub fn of(
         area: Rect,
         (focus, zoomed): (Pane, bool),
-        scrubber: bool,
+        [age, scrubber]: [bool; 2],
         exist: impl Fn(Pane) -> bool,
     ) -> Self {
         let line = Constraint::Length(1);
-        let second = Constraint::Length(u16::from(scrubber));
-        let [status, body, second, footer] = rows(area, [line, Constraint::Fill(1), second, line]);
+        let [age, second] = [age, scrubber].map(|line| Constraint::Length(u16::from(line)));
+        let parts = [line, age, Constraint::Fill(1), second, line];
+        let [status, age, body, second, footer] = rows(area, parts);
         let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
             one_pane(body, focus)
         } else {
@@ -50,6 +53,7 @@ impl ScreenLayout {
         };
         Self {
             status,
+            age,
             verdict,
             panes,
             body,

@@ -3,6 +3,7 @@
 
 pub mod theme;
 
+mod age;
 mod canvas;
 mod cliff;
 mod events;
@@ -32,6 +33,8 @@ use ratatui::{
 use ratelab::{runtime::telemetry::Event, system::System};
 
 use self::{layout::ScreenLayout, theme::Theme};
+#[cfg(test)]
+pub use self::pane::testing;
 pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use super::{
     cliff::CliffMap,
@@ -112,7 +115,8 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
         too_small(area, buf);
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let layout = ScreenLayout::of(area, panes, scrubber, |pane| shown.has(pane));
+        let age = shown.frame.age.is_some();
+        let layout = ScreenLayout::of(area, panes, [age, scrubber], |pane| shown.has(pane));
         render_parts(shown, theme, &layout, buf);
     }
 }
@@ -120,6 +124,9 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
 fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
+    if let Some(age) = &shown.frame.age {
+        age::render(age, theme, layout.age, buf);
+    }
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
     }
