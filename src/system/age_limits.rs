@@ -10,3 +10,11 @@ pub struct AgeLimits {
     /// From here on it is lost.
     pub falls: Option<Duration>,
 }
+
+impl AgeLimits {
+    /// Where deviations grow, if it is not lost before.
+    pub fn swings(self) -> Option<Duration> {
+        let before = |grows: &Duration| self.falls.is_none_or(|falls| *grows < falls);
+        self.grows.filter(before)
+    }
+}

@@ -238,6 +238,8 @@ pub struct Trace {
     pub points: Vec<(f64, f64)>,
     /// Run time (s) and push age (ms), oldest first.
     pub ages: Vec<(f64, f64)>,
+    /// What the loop bears of it.
+    pub limits: AgeLimits,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
 }

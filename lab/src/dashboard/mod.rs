@@ -5,6 +5,7 @@
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
+mod age_limits;
 mod app;
 mod cause;
 mod cliff;

@@ -2,6 +2,7 @@
 
 use std::{
     collections::VecDeque,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -11,10 +12,11 @@ use ratelab::{
         ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, NodeView, TopicView},
     },
-    system::{AgeLimits, Setup, Signal, System, Verdict, VerdictKind},
+    system::{Setup, Signal, System, Verdict, VerdictKind},
 };
 
 use super::{
+    age_limits::LimitsInForce,
     cause::Facts,
     figures::{Figures, NodeFigures},
     frame::{
@@ -55,7 +57,12 @@ pub fn signal(system: &dyn System) -> Option<&'static Signal> {
 /// A run to make frames of: one that is under way, or a replay.
 pub trait RunSource {
     /// What runs.
-    fn system(&self) -> &dyn System;
+    fn shared_system(&self) -> &Arc<dyn System>;
+
+    /// The same, to look at.
+    fn system(&self) -> &dyn System {
+        &**self.shared_system()
+    }
 
     /// What it was started with.
     fn config(&self) -> &Config;
@@ -74,6 +81,11 @@ pub trait RunSource {
 
     /// What it came to, if it is over.
     fn summary(&self) -> Option<&Summary>;
+
+    /// Whether its knobs can be turned.
+    fn live(&self) -> bool {
+        true
+    }
 
     /// Whether nothing moves.
     fn at_rest(&self) -> bool {
@@ -102,7 +114,7 @@ pub struct Sampler {
     /// The age of the push in force.
     push_ages: PushAges,
     /// What the loop bears of it with the setup that is in force.
-    limits: Option<(Setup, AgeLimits)>,
+    limits: LimitsInForce,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
 }
@@ -160,6 +172,7 @@ impl Sampler {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(end - span, end),
+            limits: self.limits.known(),
             marks: Vec::new(),
         })
     }
@@ -182,15 +195,12 @@ impl Sampler {
     fn age(&mut self, session: &impl RunSource, graph: &Snapshot) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self.push_ages.recent(period.unwrap_or_default())?;
-        let setup = self.setup(session);
-        if self.limits.as_ref().is_none_or(|(of, _)| *of != setup) {
-            let limits = session.system().age_limits(&setup);
-            self.limits = Some((setup, limits));
-        }
+        let (system, setup) = (session.shared_system(), self.setup(session));
+        let over = session.summary().is_some();
         Some(AgeData {
             mean: recent.mean,
             greatest: recent.greatest,
-            limits: self.limits.as_ref()?.1,
+            limits: self.limits.follow(system, setup, over),
         })
     }
 
@@ -295,8 +305,14 @@ impl Sampler {
             setup: self.setup(session),
             ..session.config().clone()
         };
-        Facts::of(session.system(), &config, snapshot, oldest)
-            .map_or_else(Vec::new, |facts| Facts { age, ..facts }.reasons())
+        Facts::of(session.system(), &config, snapshot, oldest).map_or_else(Vec::new, |facts| {
+            Facts {
+                age,
+                live: session.live(),
+                ..facts
+            }
+            .reasons()
+        })
     }
 }
 

@@ -39,8 +39,7 @@ pub fn render(age: &AgeData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         put(verdict.trim_start(), style, begin, line, buf);
         return;
     };
-    let full = age.limits.grows.map_or(limit, |grows| grows.max(limit));
-    let scale = wide as f64 / (full.as_secs_f64() * BEYOND);
+    let scale = wide as f64 / (limit.as_secs_f64() * BEYOND);
     let filled = bar(age.mean.as_secs_f64() * scale, wide, theme);
     put(
         &filled,
@@ -49,7 +48,7 @@ pub fn render(age: &AgeData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         line,
         buf,
     );
-    let ticks = [age.limits.grows, age.limits.falls];
+    let ticks = [age.limits.swings(), age.limits.falls];
     for tick in ticks.into_iter().flatten() {
         let column = (tick.as_secs_f64() * scale) as usize;
         let glyph = theme.glyph("┊", "|");

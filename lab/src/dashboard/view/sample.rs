@@ -148,6 +148,7 @@ pub fn trace() -> Trace {
     Trace {
         signal: &CartPole::default().signals()[0],
         points: points.collect(),
+        limits: age(0, 0).limits,
         ages: (0..=4)
             .flat_map(|tooth| {
                 [(0.0, 0.0), (0.2, 200.0)].map(|(at, ms)| (0.2 * f64::from(tooth) + at, ms))
