@@ -30,7 +30,7 @@ fn turning_the_rate_down_fells_the_pole_and_quitting_gives_the_terminal_back() {
     assert!(lab.parser.screen().alternate_screen());
     lab.type_keys("[[[[[[[[[[[");
     lab.wait_for("FELL");
-    lab.wait_for("are the symptom");
+    lab.wait_for("are harmless");
     lab.resize(24, 80);
     lab.wait_for("FELL");
     lab.resize(12, 40);
@@ -201,7 +201,7 @@ fn a_cell_of_the_cliff_map_runs_live() {
     lab.type_keys("\u{1b}[B");
     lab.wait_for("5 Hz, seed 1: FELL at 1.180 s");
     lab.type_keys("\r");
-    lab.wait_for("are the symptom");
+    lab.wait_for("are harmless");
     lab.type_keys("q");
     let (status, parser) = lab.close();
     assert!(status.success());

@@ -1,7 +1,7 @@
 //! Typing knobs: completion, history, and what is given back.
 
 use super::*;
-use ratelab::{runtime::Time, system::WorldKind};
+use ratelab::runtime::{Knob, Time};
 
 /// A run that goes on.
 fn running() -> App {
@@ -122,19 +122,17 @@ fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
 
 #[test]
 fn a_knob_of_any_node_counts_for_the_next_run() {
-    let mut app = ended(Config {
-        world: WorldKind::OWN,
-        ..Config::default()
-    });
-    press(&mut app, ":rate actuator 25\n");
+    let mut app = ended(Config::default());
+    press(&mut app, ":offset actuator 5\n");
     assert!(
         app.notice
             .as_deref()
-            .is_some_and(|n| n.contains("rate actuator 25"))
+            .is_some_and(|n| n.contains("offset actuator 5"))
     );
     press(&mut app, "r");
     let setup = app.wanted().setup;
-    assert_eq!(setup.rate("actuator").map(|hz| hz.get()), Some(25.0));
+    let offset = |knob: &Knob| matches!(knob, Knob::Offset { node, .. } if node == "actuator");
+    assert!(setup.iter().any(offset));
 }
 
 #[test]

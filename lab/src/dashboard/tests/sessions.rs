@@ -225,7 +225,7 @@ fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
 fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
     let config = Config {
         speed: Speed::times(20.0).expect("speed"),
-        end: Time::from_nanos(6_000_000_000),
+        end: Time::from_nanos(30_000_000_000),
         ..Config::default()
     };
     let (mut app, _) = typed(config.clone(), &chars("[[ . .. >[[[[  ]]"));
