@@ -13,11 +13,11 @@ use super::{
 };
 use crate::{
     experiment::Config,
-    stability::{Rates, age_limit},
     runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring},
+    stability::{Rates, age_limit},
     system::{
-        AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup, Signal, System,
-        Table, Verdict, VerdictKind, WorldKind,
+        AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup,
+        Signal, System, Table, Verdict, VerdictKind, WorldKind,
     },
 };
 

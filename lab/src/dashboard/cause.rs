@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use ratelab::{
     experiment::Config,
-    runtime::{ClockKind, KnobKind, Snapshot, telemetry::TopicView},
+    runtime::{KnobKind, Snapshot, telemetry::TopicView},
     system::System,
 };
 
@@ -252,12 +252,18 @@ fn inputs(graph: &Snapshot, node: usize) -> impl Iterator<Item = &TopicView> {
     topics.filter(move |topic| topic.subscriptions.iter().any(|reader| reader.node == node))
 }
 
+<<<<<<< HEAD
 /// How often a node works. Overruns of ticks that a knob gives no time are those of
 /// the real clock, and say nothing of a run that was handed over since.
 fn node_facts(system: &dyn System, config: &Config, graph: &Snapshot, index: usize) -> NodeFacts {
     let node = &graph.nodes[index];
     let takes = takes_time(&config.setup, &node.name);
     let real = graph.status.clock == ClockKind::Real;
+=======
+/// How often a node works.
+fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts {
+    let node = &graph.nodes[index];
+>>>>>>> screen
     let of_node = [(KnobKind::Rate, &*node.name)];
     let aliases = system.aliases().iter();
     let mut rates = aliases
@@ -279,8 +285,12 @@ fn node_facts(system: &dyn System, config: &Config, graph: &Snapshot, index: usi
         output: output.map(|topic| topic.name.to_string()),
         period: node.hz.period(),
         ticks: node.ticks,
+<<<<<<< HEAD
         overruns: if real || takes { node.overruns } else { 0 },
         takes,
+=======
+        overruns: node.overruns,
+>>>>>>> screen
         input: input.and_then(|topic| {
             let publishers = topic.publishers.iter();
             let periods = publishers.map(|node| graph.nodes[*node].hz.period());
@@ -457,8 +467,7 @@ mod tests {
             panic!("{old:?}")
         };
         assert!(cause.ends_with("] raises control-hz"), "{cause}");
-        let told =
-            "pushes used readings up to 200 ms old, 95 on average; this loop bears 90";
+        let told = "pushes used readings up to 200 ms old, 95 on average; this loop bears 90";
         assert_eq!(age, told);
         explained(
             &of_age(10, 20, lost(20, 20, 20, (1, 3))),

@@ -69,7 +69,7 @@ pub fn render(
     }
     let two = !ages.is_empty() && inner.height >= TALL;
     let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
-    let lower = usize::from(inner.height) * 2 / 5;
+    let lower = usize::from(inner.height) / 2;
     let upper = usize::from(inner.height) - if two { lower } else { 0 };
     let levels = [signal_levels(trace.signal, theme), age_levels(trace.limits)];
     let widths = levels
@@ -199,7 +199,8 @@ fn age_levels(limits: AgeLimits) -> Vec<Level> {
         line: Some(line),
         label: format!("{:>3}", super::age::ms(limit)),
     };
-    falls.into_iter().chain(grows).map(level).collect()
+    // Where both are on one row, the label is that of the last.
+    grows.into_iter().chain(falls).map(level).collect()
 }
 
 /// The axis of ages up to `greatest` (ms).
