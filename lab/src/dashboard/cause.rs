@@ -252,18 +252,9 @@ fn inputs(graph: &Snapshot, node: usize) -> impl Iterator<Item = &TopicView> {
     topics.filter(move |topic| topic.subscriptions.iter().any(|reader| reader.node == node))
 }
 
-<<<<<<< HEAD
-/// How often a node works. Overruns of ticks that a knob gives no time are those of
-/// the real clock, and say nothing of a run that was handed over since.
+/// How often a node works.
 fn node_facts(system: &dyn System, config: &Config, graph: &Snapshot, index: usize) -> NodeFacts {
     let node = &graph.nodes[index];
-    let takes = takes_time(&config.setup, &node.name);
-    let real = graph.status.clock == ClockKind::Real;
-=======
-/// How often a node works.
-fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts {
-    let node = &graph.nodes[index];
->>>>>>> screen
     let of_node = [(KnobKind::Rate, &*node.name)];
     let aliases = system.aliases().iter();
     let mut rates = aliases
@@ -285,12 +276,8 @@ fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts 
         output: output.map(|topic| topic.name.to_string()),
         period: node.hz.period(),
         ticks: node.ticks,
-<<<<<<< HEAD
-        overruns: if real || takes { node.overruns } else { 0 },
-        takes,
-=======
         overruns: node.overruns,
->>>>>>> screen
+        takes: takes_time(&config.setup, &node.name),
         input: input.and_then(|topic| {
             let publishers = topic.publishers.iter();
             let periods = publishers.map(|node| graph.nodes[*node].hz.period());
