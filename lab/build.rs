@@ -3,10 +3,17 @@
 
 use std::{env, path::Path, process::Command};
 
+/// Set by `cargo xtask dist`: the program leaves this machine, so it must not look
+/// for the library in a folder of this machine, where it may be another one.
+const DIST: &str = "RATELAB_DIST";
+
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-env-changed={DIST}");
     if let Ok(dir) = env::var("DEP_RATELAB_MUJOCO_RPATH") {
-        println!("cargo::rustc-link-arg=-Wl,-rpath,{dir}");
+        if env::var_os(DIST).is_none() {
+            println!("cargo::rustc-link-arg=-Wl,-rpath,{dir}");
+        }
         beside();
     }
     let variable = |name| env::var(name).unwrap_or_default();
@@ -71,7 +78,13 @@ fn commit(root: &Path) {
     };
     ["HEAD", "logs/HEAD"].into_iter().for_each(watch);
     branch.as_deref().into_iter().for_each(watch);
-    let Some(commit) = git(&["log", "-1", "--no-show-signature", "--format=%h %cs"]) else {
+    let Some(commit) = git(&[
+        "log",
+        "-1",
+        "--no-show-signature",
+        "--abbrev=12",
+        "--format=%h %cs",
+    ]) else {
         // The first commit of all adds the first branch.
         watch("refs/heads");
         return;

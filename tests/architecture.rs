@@ -13,7 +13,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use imports::{Module, Sources, circles, imports, uses};
+use imports::{Sources, circles, imports, uses};
 
 /// The Rust files below `folder`.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {

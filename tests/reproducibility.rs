@@ -9,7 +9,8 @@ use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{
     cartpole::{
-        ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSOR, STATE, Sensor, SharedPlant,
+        ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode,
+        SENSOR, STATE, Sensor, SharedPlant,
     },
     experiment::Config,
     runtime::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event},

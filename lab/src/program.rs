@@ -1,10 +1,6 @@
 //! What the command works on, and what it is called.
 
-use std::{
-    env::{self, consts::EXE_SUFFIX},
-    path::Path,
-    sync::Arc,
-};
+use std::{env, path::Path, sync::Arc};
 
 use ratelab::system::{KnobText, System};
 

@@ -5,13 +5,14 @@ mod support;
 use std::{
     fs,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 use tempfile::TempDir;
 
 use support::{command, complaint, folder, ratelab, reference};
 
-/// A folder with a command `rerun` that answers `version` when it is asked, and
+/// A folder `bin` with a command `rerun` that answers `version` when it is asked, and
 /// otherwise notes what it is given in `given`.
 #[cfg(unix)]
 fn viewer(folder: &TempDir, version: &str) -> PathBuf {
@@ -67,6 +68,30 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
         said.contains("was not found") && said.contains("pip install"),
         "{said}"
     );
+}
+
+/// As pip installs both, in an environment that nobody has activated.
+#[cfg(unix)]
+#[test]
+fn replay_finds_the_viewer_beside_the_program_through_links_and_without_a_path() {
+    // Where a link to the program can be: a copy might still be open for writing.
+    let folder = TempDir::new_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
+    let ours = rerun::build_info().version;
+    let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
+    let program = bin.join("ratelab");
+    fs::hard_link(env!("CARGO_BIN_EXE_ratelab"), &program).expect("linked");
+    let link = folder.path().join("ratelab");
+    std::os::unix::fs::symlink(&program, &link).expect("linked");
+    let file = reference("fall-5hz.rrd");
+    for program in [&program, &link] {
+        let mut command = Command::new(program);
+        let command = command.env("PATH", "").args(["replay", &file]);
+        let output = command.output().expect("ratelab starts");
+        assert!(output.status.success(), "{output:?}");
+        let given = fs::read_to_string(folder.path().join("given")).expect("opened");
+        assert_eq!(given.trim(), file);
+        fs::remove_file(folder.path().join("given")).expect("removed");
+    }
 }
 
 #[test]

@@ -57,6 +57,7 @@ fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
 /// Numerator and denominator of a rational approximation.
 type Ratio = ([f64; 8], [f64; 8]);
 
+#[expect(clippy::excessive_precision, reason = "as published")]
 const CENTRE: Ratio = (
     [
         2.509_080_928_730_122_672_7e3,
@@ -80,6 +81,7 @@ const CENTRE: Ratio = (
     ],
 );
 
+#[expect(clippy::excessive_precision, reason = "as published")]
 const SIDES: Ratio = (
     [
         7.745_450_142_783_414_076_4e-4,
@@ -103,6 +105,7 @@ const SIDES: Ratio = (
     ],
 );
 
+#[expect(clippy::excessive_precision, reason = "as published")]
 const TAILS: Ratio = (
     [
         2.010_334_399_292_288_132_65e-7,

@@ -38,11 +38,12 @@
 //! }
 //!
 //! let summary = Experiment::new(Arc::new(Counter), &Config::default())?.run()?;
-//! assert_eq!(summary.verdict.to_string(), "ENDED at 2.500 s (by a node)");
+//! assert_eq!(summary.verdict.to_string(), "ENDED at 2.000 s (by a node)");
 //! assert_eq!(summary.topic("/count").dropped, 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod age_limits;
 mod alias;
 mod builder;
 mod comment;
@@ -58,6 +59,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub(crate) use builder::Built;
 pub use builder::{Builder, WORLD};
@@ -156,6 +158,13 @@ pub trait System: Send + Sync + 'static {
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
         let _ = setup;
         None
+    }
+
+    /// How old a push may be on average in a run with `setup`. It may take a while:
+    /// callers keep it for as long as the setup stays.
+    fn age_limits(&self, setup: &Setup) -> AgeLimits {
+        let _ = setup;
+        AgeLimits::default()
     }
 
     /// Every [`VerdictKind`] that [`verdict`](Self::verdict) gives, so that it can

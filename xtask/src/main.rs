@@ -1,6 +1,8 @@
 //! `cargo xtask setup` brings MuJoCo's library into the clone, `cargo xtask
-//! recordings` generates the reference recordings again.
+//! recordings` generates the reference recordings again, `cargo xtask dist` makes
+//! packages.
 
+mod dist;
 mod recordings;
 
 use std::env;
@@ -10,11 +12,13 @@ use std::process::ExitCode;
 use xtask::mujoco::{self, Error, Platform, SetupResult, Source};
 
 const USAGE: &str = "\
-Usage: cargo xtask <setup | recordings>
+Usage: cargo xtask <setup | recordings | dist>
 
   setup        fetch MuJoCo's library into xtask/mujoco, if it is not there yet
                (the first build does the same; after it no network is needed)
-  recordings   generate the reference recordings in recordings/ again";
+  recordings   generate the reference recordings in recordings/ again
+  dist         make packages for this platform in target/packages: a tarball and a
+               Python wheel (cargo xtask dist --help)";
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = env::args_os().skip(1).collect();
@@ -27,6 +31,7 @@ fn main() -> ExitCode {
         ([command], Some(package)) if command == "recordings" => {
             recordings::make(&Path::new(&package).join(".."))
         }
+        ([command, options @ ..], Some(_)) if command == "dist" => dist::run(options),
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)

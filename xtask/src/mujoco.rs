@@ -27,6 +27,9 @@ pub const VERSION: &str = "3.17.0";
 /// The checked-in file that pins the wheel's version and hashes.
 const REQUIREMENTS: &str = "requirements.txt";
 
+/// The files with licences in MuJoCo's wheel.
+const LICENCES: [&str; 2] = ["LICENSE", "LICENSES_THIRD_PARTY.md"];
+
 /// What [`ensure`] had to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetupResult {
@@ -87,6 +90,29 @@ fn fetch(folder: &Path, platform: &Platform, requirements: &File) -> Result<(), 
         publish(&staged, &folder.join(place))?;
     }
     Ok(())
+}
+
+/// MuJoCo's licence, and those of what is in its package, each with its file name.
+///
+/// They are in the wheel beside the library and are not kept in `folder`: the wheel
+/// is downloaded again, or comes out of pip's cache.
+///
+/// # Errors
+///
+/// Says what was wrong and what to do about it.
+pub fn licences(folder: &Path, platform: &Platform) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
+    let requirements = folder.join(REQUIREMENTS);
+    let _lock = lock(&requirements)?;
+    let scratch = Scratch::new(folder)?;
+    let python = Python::find(scratch.path())?;
+    let wheel = wheel::download(&python, &requirements, platform.tag, &scratch)?;
+    let licence = |name: &'static str| {
+        let member = format!("mujoco-{VERSION}.dist-info/licenses/{name}");
+        let file = wheel::unpack(&python, &wheel, &member, &scratch)?;
+        let text = fs::read(&file).map_err(Error::io("read", &file))?;
+        Ok((name, text))
+    };
+    LICENCES.into_iter().map(licence).collect()
 }
 
 fn check_size(library: &Path, platform: &Platform) -> Result<(), Error> {

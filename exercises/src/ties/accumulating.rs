@@ -6,8 +6,8 @@
 
 use ratelab::{
     cartpole::{
-        ACTION, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, OBS, Observation, Plant, PolicyNode,
-        STATE, Sensor, SharedPlant,
+        ACTION, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, OBS, Observation, Plant,
+        PolicyNode, STATE, Sensor, SharedPlant,
     },
     policy::Scripted,
     runtime::{

@@ -1,6 +1,8 @@
 //! `ratelab replay`: a recording in the rerun viewer, or in the dashboard.
 
 use std::{
+    env,
+    ffi::OsString,
     path::Path,
     process::{Command, Stdio},
     sync::Arc,
@@ -45,6 +47,17 @@ fn ours() -> String {
     rerun::build_info().version.to_string()
 }
 
+/// The viewer beside this program, where pip puts both and the search path may not
+/// lead; otherwise the one of the search path.
+fn viewer() -> OsString {
+    let program = env::current_exe().and_then(|program| program.canonicalize());
+    let beside = program.map(|program| program.with_file_name(VIEWER));
+    match beside {
+        Ok(viewer) if viewer.is_file() => viewer.into(),
+        _ => VIEWER.into(),
+    }
+}
+
 /// How to get the viewer.
 fn advice() -> String {
     let (rerun, program) = (ours(), program::name());
@@ -55,7 +68,7 @@ fn advice() -> String {
 
 /// What the viewer says of its version, if it says anything that is one.
 fn viewer_version() -> Result<Option<String>, Error> {
-    let asked = Command::new(VIEWER).arg("--version").output();
+    let asked = Command::new(viewer()).arg("--version").output();
     let answer = asked.map_err(|why| {
         let advice = advice();
         Error::Viewer(format!("the rerun viewer was not found ({why}): {advice}"))
@@ -83,7 +96,10 @@ fn check_viewer(version: Option<&str>) -> Result<(), Error> {
 }
 
 fn open_viewer(file: &Path) -> Result<(), Error> {
-    let ran = Command::new(VIEWER).arg(file).stdin(Stdio::null()).status();
+    let ran = Command::new(viewer())
+        .arg(file)
+        .stdin(Stdio::null())
+        .status();
     match ran {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Error::Viewer(format!(

@@ -188,7 +188,9 @@ impl Vocabulary<'_> {
 
     fn targets(&self, kind: KnobKind) -> Vec<(String, bool)> {
         let names: Vec<&str> = match kind {
-            KnobKind::Depth => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+            kind if kind.is_of_topic() => {
+                self.graph.topics.iter().map(|topic| &*topic.name).collect()
+            }
             _ => self.graph.nodes.iter().map(|node| &*node.name).collect(),
         };
         names

@@ -118,7 +118,8 @@ impl Column {
         match self.kind {
             KnobKind::Rate => format!("{} {value}", self.label()),
             KnobKind::Depth => format!("{} {value}", self.noun()),
-            _ => value.to_owned(),
+            KnobKind::Send => value.to_owned(),
+            _ => format!("{} {value}", self.label()),
         }
     }
 }

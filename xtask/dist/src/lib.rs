@@ -1,0 +1,24 @@
+//! What is handed out to those who build nothing: a tarball and a Python wheel.
+//!
+//! A [`Tree`] of files in memory is written as both. Everything that could differ
+//! from one time to the next is fixed: order, dates, owners, modes.
+
+pub mod licences;
+
+mod error;
+mod machine;
+mod platform;
+mod program;
+mod share;
+mod tarball;
+mod tree;
+mod wheel;
+
+pub use error::Error;
+pub use machine::Machine;
+pub use platform::{glibc, wheel_tag};
+pub use program::{Linker, Program};
+pub use share::share;
+pub use tarball::tarball;
+pub use tree::{File, Tree};
+pub use wheel::{Wheel, wheel};

@@ -1,0 +1,39 @@
+//! The licences of all that is handed out, as texts.
+
+mod crates;
+mod standard;
+mod toolchain;
+
+pub use crates::{list, viewer};
+pub use standard::standard;
+
+use xtask::mujoco::{self, Platform};
+
+use crate::{Error, Linker, Machine, Tree, share::read};
+
+/// Where they are in the tree.
+pub const FOLDER: &str = "share/licenses/ratelab";
+
+/// Adds the licences of ratelab, of each crate in it, of MuJoCo, and of what the
+/// compiler and the linker add by themselves.
+///
+/// # Errors
+///
+/// When one of them is not found: without its licence nothing is handed out.
+pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Error> {
+    let mut add = |path: &str, text: Vec<u8>| tree.add(format!("{FOLDER}/{path}"), text);
+    add("LICENSE", read(&machine.root.join("LICENSE"))?);
+    add("crates.txt", list(machine)?.into_bytes());
+    for (name, text) in mujoco::licences(&machine.mujoco(), Platform::host()?)? {
+        add(&format!("mujoco/{name}"), text);
+    }
+    for (name, text) in toolchain::rust(&machine.sysroot)? {
+        add(&format!("rust/{name}"), text);
+    }
+    if linker == Linker::Zig {
+        for (name, text) in toolchain::zig(&machine.root)? {
+            add(&format!("zig/{name}"), text);
+        }
+    }
+    Ok(())
+}

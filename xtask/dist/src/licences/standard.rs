@@ -1,0 +1,21 @@
+//! The text of a licence that a crate names and does not bring.
+
+use spdx::{Expression, LicenseItem, ParseMode};
+
+/// The texts of all licences in `expression`, those of which one may choose among
+/// them; none, if one of them is not known.
+#[must_use]
+pub fn standard(expression: &str) -> Option<Vec<&'static str>> {
+    let parsed = Expression::parse_mode(expression, ParseMode::LAX).ok()?;
+    let mut texts = Vec::new();
+    for requirement in parsed.requirements() {
+        let LicenseItem::Spdx { id, .. } = &requirement.req.license else {
+            return None;
+        };
+        texts.push(id.text());
+        if let Some(addition) = &requirement.req.addition {
+            texts.push(addition.id()?.text());
+        }
+    }
+    Some(texts)
+}

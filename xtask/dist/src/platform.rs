@@ -1,0 +1,39 @@
+//! The platform of a wheel, read from the program and the library in it.
+
+use std::env::consts::{ARCH, OS};
+
+/// The oldest macOS that MuJoCo's library is built for, and so the program.
+pub(crate) const MACOS: &str = "11.0";
+
+/// N of 2.N: the oldest glibc that pip knows.
+const OLDEST_GLIBC: u32 = 17;
+
+/// What pip calls the platform that `files` run on.
+#[must_use]
+pub fn wheel_tag(files: &[&[u8]]) -> String {
+    if OS == "macos" {
+        let arch = if ARCH == "aarch64" { "arm64" } else { ARCH };
+        return format!("macosx_{}_{arch}", MACOS.replace('.', "_"));
+    }
+    let newest = files.iter().map(|file| glibc(file)).max();
+    let newest = newest.unwrap_or(OLDEST_GLIBC);
+    format!("manylinux_2_{newest}_{ARCH}")
+}
+
+/// The glibc that a program or library needs: N of 2.N, the newest version of a
+/// symbol that is named in it, or the oldest that pip knows when none is newer.
+#[must_use]
+pub fn glibc(file: &[u8]) -> u32 {
+    const VERSION: &[u8] = b"GLIBC_2.";
+    let found = file.windows(VERSION.len()).enumerate();
+    let ends = found.filter_map(|(at, w)| (w == VERSION).then_some(at + VERSION.len()));
+    let newest = ends.filter_map(|at| number(&file[at..])).max();
+    newest.unwrap_or_default().max(OLDEST_GLIBC)
+}
+
+/// The number that `bytes` begin with, if it is one of two digits at the most.
+fn number(bytes: &[u8]) -> Option<u32> {
+    let digits = bytes.iter().take_while(|byte| byte.is_ascii_digit());
+    let digits: String = digits.map(|&byte| char::from(byte)).collect();
+    digits.parse().ok().filter(|&number| number < 100)
+}

@@ -1,0 +1,130 @@
+//! Builds the program that is handed out.
+
+use std::{
+    env,
+    ffi::OsString,
+    fs,
+    path::PathBuf,
+    process::{Command, ExitStatus},
+};
+
+use xtask::mujoco::{DYNAMIC_LINK_DIR, STATIC_LINK_DIR};
+
+use crate::{Error, Machine, glibc, machine::said, platform::MACOS};
+
+/// N of 2.N: RHEL 8, Debian 10 and all that is younger.
+const GLIBC: u32 = 28;
+
+/// What links the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Linker {
+    /// zig, on Linux: for glibc 2.28, whichever this machine has.
+    Zig,
+    /// The linker of this machine: for its glibc, or for macOS.
+    Native,
+}
+
+impl Linker {
+    /// Checks that its tools are installed.
+    ///
+    /// # Errors
+    ///
+    /// Names the one that is missing, and how to get it.
+    pub fn check(self) -> Result<(), Error> {
+        if self == Self::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
+            return Err(Error::Missing {
+                tool: "cargo-zigbuild",
+                remedy: "python3 -m pip install cargo-zigbuild brings it, and zig with it; cargo \
+                         xtask dist --native links for the glibc of this machine instead",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// A program that was built.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// What is in the file.
+    pub bytes: Vec<u8>,
+}
+
+impl Program {
+    /// Builds `ratelab` in a folder of its own, since the flags differ from those
+    /// of other builds. The first time takes minutes.
+    ///
+    /// # Errors
+    ///
+    /// Says how cargo ended, and what is wrong with the program that it built.
+    pub fn build(machine: &Machine, linker: Linker) -> Result<Self, Error> {
+        let folder = machine.packages().join("build");
+        succeed("cargo", build(machine, linker, &folder).status())?;
+        let file = folder.join(&machine.target).join("dist/ratelab");
+        let bytes = fs::read(&file).map_err(Error::io("read", &file))?;
+        match glibc(&bytes) {
+            needs if linker == Linker::Zig && needs > GLIBC => Err(Error::Glibc {
+                needs,
+                wanted: GLIBC,
+            }),
+            _ => Ok(Self { bytes }),
+        }
+    }
+}
+
+fn build(machine: &Machine, linker: Linker, folder: &PathBuf) -> Command {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let (build, target) = match linker {
+        Linker::Zig => ("zigbuild", format!("{}.2.{GLIBC}", machine.target)),
+        Linker::Native => ("build", machine.target.clone()),
+    };
+    let mut command = Command::new(cargo);
+    command
+        .args([build, "--profile", "dist", "--locked"])
+        .args(["--package", "ratelab-lab", "--target", &target])
+        .arg("--target-dir")
+        .arg(folder)
+        .current_dir(&machine.root)
+        .env("CARGO_ENCODED_RUSTFLAGS", flags(machine))
+        .env("CARGO_INCREMENTAL", "0")
+        .env("MACOSX_DEPLOYMENT_TARGET", MACOS)
+        .env("RATELAB_DIST", "1")
+        .env("SOURCE_DATE_EPOCH", machine.time.to_string())
+        // The library that is packed is the pinned one, so that is linked.
+        .env_remove(DYNAMIC_LINK_DIR)
+        .env_remove(STATIC_LINK_DIR);
+    command
+}
+
+/// Gives the folders of this machine the same names on all machines. The last
+/// that fits a path is the one that counts.
+fn flags(machine: &Machine) -> OsString {
+    let names = [
+        (&machine.root, "/ratelab"),
+        (&machine.cargo_home, "/cargo"),
+        (&machine.sysroot, "/rust"),
+    ];
+    let flags = names.map(|(folder, name)| {
+        let mut flag = OsString::from("--remap-path-prefix=");
+        flag.push(folder);
+        flag.push("=");
+        flag.push(name);
+        flag
+    });
+    // What cargo takes for the end of a flag.
+    flags.join(&OsString::from("\x1f"))
+}
+
+/// Turns the end of the program `what` into an error, unless it succeeded.
+pub(crate) fn succeed(what: &str, ended: std::io::Result<ExitStatus>) -> Result<(), Error> {
+    match ended {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::Ended {
+            what: what.to_owned(),
+            status,
+        }),
+        Err(why) => Err(Error::Io {
+            what: format!("cannot run {what}"),
+            why,
+        }),
+    }
+}

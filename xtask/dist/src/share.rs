@@ -1,0 +1,101 @@
+//! What is handed out beside the program: recordings, manual pages, completions.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{Error, Tree, program::succeed};
+
+/// The recordings of the clone that are worth a look, and the changes that one of
+/// them was made with.
+const RECORDINGS: [&str; 4] = [
+    "balanced-50hz.rrd",
+    "fall-5hz.rrd",
+    "rescue.knobs",
+    "rescued.rrd",
+];
+
+/// Shells, and where each looks for completions.
+const COMPLETIONS: [(&str, &str); 3] = [
+    ("bash", "share/bash-completion/completions/ratelab"),
+    ("fish", "share/fish/vendor_completions.d/ratelab.fish"),
+    ("zsh", "share/zsh/site-functions/_ratelab"),
+];
+
+/// Adds to `tree`, in which program and library are already. The program itself
+/// writes its pages, from a copy in `scratch`: so it has run once, away from the
+/// clone's library, before anybody gets it.
+///
+/// # Errors
+///
+/// When the program does not run, or a file cannot be read or written.
+pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> {
+    let program = unpack(tree, scratch)?;
+    let pages = scratch.join("man");
+    let mut man = ratelab(&program);
+    succeed("ratelab man", man.arg("man").arg(&pages).status())?;
+    for page in names(&pages)? {
+        tree.add(format!("share/man/man1/{page}"), read(&pages.join(&page))?);
+    }
+    for (shell, place) in COMPLETIONS {
+        let output = ratelab(&program).args(["completions", shell]).output();
+        let script = output.map_err(Error::io("run", &program))?;
+        succeed("ratelab completions", Ok(script.status))?;
+        tree.add(place, script.stdout);
+    }
+    for name in RECORDINGS {
+        let bytes = read(&root.join("recordings").join(name))?;
+        tree.add(format!("share/ratelab/recordings/{name}"), bytes);
+    }
+    Ok(())
+}
+
+/// The program, which is to find its library by itself: cargo would help it.
+fn ratelab(program: &Path) -> Command {
+    let mut command = Command::new(program);
+    command.env_remove("LD_LIBRARY_PATH");
+    command.env_remove("DYLD_FALLBACK_LIBRARY_PATH");
+    command
+}
+
+/// Writes all files into `folder`, and returns the path of the program.
+fn unpack(tree: &Tree, folder: &Path) -> Result<PathBuf, Error> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(Error::io("remove", folder))?;
+    }
+    for (path, file) in tree.files() {
+        let path = folder.join(path);
+        let parent = path.parent().unwrap_or(folder);
+        fs::create_dir_all(parent).map_err(Error::io("create", parent))?;
+        fs::write(&path, &file.bytes).map_err(Error::io("write", &path))?;
+        allow(&path, file.mode()).map_err(Error::io("write", &path))?;
+    }
+    Ok(folder.join("bin/ratelab"))
+}
+
+#[cfg(unix)]
+fn allow(file: &Path, mode: u32) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(file, fs::Permissions::from_mode(mode))
+}
+
+#[cfg(not(unix))]
+fn allow(_: &Path, _: u32) -> std::io::Result<()> {
+    Ok(())
+}
+
+/// The names of the files in `folder`.
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>, Error> {
+    let entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
+    let names = entries.flatten().map(|entry| entry.file_name());
+    let mut names: Vec<_> = names.filter_map(|name| name.into_string().ok()).collect();
+    names.sort();
+    Ok(names)
+}
+
+/// What is in `file`.
+pub(crate) fn read(file: &Path) -> Result<Vec<u8>, Error> {
+    fs::read(file).map_err(Error::io("read", file))
+}
