@@ -44,7 +44,7 @@ const MOMENTS: &[Moment] = &[
     // Step 3.
     Moment {
         keys: "[[[[[[[[",
-        sees: &["policy at 5 Hz", "FELL at", "decides every 200 ms", "readings up to"],
+        sees: &["policy at 5 Hz", "FELL at", "decides every 200", "readings up to"],
         gone: &[],
     },
     // Step 4.
