@@ -264,19 +264,39 @@ impl KnobKind {
         self.value_name().is_empty()
     }
 
+    fn refused(self, target: &str, value: &str) -> KnobError {
+        KnobError::Shape {
+            text: format!("{} {target} {value}", self.name()),
+            expected: self.usage(),
+        }
+    }
+
+    /// The knob of this kind on one message of `topic`: its number, and for how long
+    /// it is postponed; without a delay it is lost.
+    fn set_message(self, topic: &str, value: &str) -> Result<Knob, KnobError> {
+        let refused = || self.refused(topic, value);
+        let whole = |text: &str| text.parse().map_err(|_| refused());
+        let topic = topic.to_owned();
+        if self == Self::Lose {
+            let seq = whole(value)?;
+            return Ok(Knob::Lose { topic, seq });
+        }
+        let (seq, delay) = first_word(value).ok_or_else(refused)?;
+        Ok(Knob::Postpone {
+            seq: whole(seq)?,
+            delay: millis::parse(delay).map_err(KnobError::Value)?,
+            topic,
+        })
+    }
+
     /// The knob of this kind on `target`, a node or a topic, set to `value`.
     ///
     /// # Errors
     /// [`KnobError`] if it does not take the value.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
-        let refused = |expected| KnobError::Shape {
-            text: format!("{} {target} {value}", self.name()),
-            expected,
-        };
         if self.has_no_value() && !value.is_empty() {
-            return Err(refused(self.usage()));
+            return Err(self.refused(target, value));
         }
-        let whole = |text: &str| text.parse().map_err(|_| refused(self.usage()));
         let target = target.to_owned();
         Ok(match self {
             Self::Rate => Knob::Rate {
@@ -311,18 +331,7 @@ impl KnobKind {
                 topic: target,
                 order: value.parse().map_err(KnobError::Value)?,
             },
-            Self::Lose => Knob::Lose {
-                seq: whole(value)?,
-                topic: target,
-            },
-            Self::Postpone => {
-                let (seq, delay) = first_word(value).ok_or_else(|| refused(self.usage()))?;
-                Knob::Postpone {
-                    seq: whole(seq)?,
-                    delay: millis::parse(delay).map_err(KnobError::Value)?,
-                    topic: target,
-                }
-            }
+            Self::Lose | Self::Postpone => return self.set_message(&target, value),
             Self::Crash => Knob::Crash { node: target },
             Self::Restart => Knob::Restart { node: target },
             Self::Hang => Knob::Hang {

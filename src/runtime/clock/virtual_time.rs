@@ -362,8 +362,9 @@ mod tests {
             let (log, commander, mut amid) = (log.clone(), commander.clone(), amid.take());
             let node = move |now| {
                 log.lock().expect("log").push((name, now));
-                amid.take()
-                    .map_or(Ok(()), |slower| commander.send(slower))?;
+                if let Some(slower) = amid.take() {
+                    commander.send(slower)?;
+                }
                 GO_ON
             };
             graph.node(name, hz(rate), 0, |_| node).expect("a node");
