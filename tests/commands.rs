@@ -29,7 +29,9 @@ fn trio(commander: Sender<Command>, commands: Vec<Command>) -> (TickLog, Graph) 
     let (log, mut graph) = (TickLog::default(), Graph::new());
     let mut commands = commands.into_iter();
     log.node_that(&mut graph, "a", 10.0, 0, move |_| {
-        commands.try_for_each(|command| commander.send(command))?;
+        for command in commands.by_ref() {
+            commander.send(command)?;
+        }
         GO_ON
     });
     log.node(&mut graph, "b", 10.0, 1);

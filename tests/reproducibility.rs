@@ -9,7 +9,7 @@ use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{
     cartpole::{
-        ACTION, ACTUATOR, Actuator, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSE_TO_ACT,
+        ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode,
         SENSOR, STATE, Sensor, SharedPlant,
     },
     experiment::Config,
@@ -51,9 +51,8 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
     });
     let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| Actuator {
         plant: plant.clone(),
-        actions: wiring.subscription(&actions),
+        input: ActuatorInput::wired(wiring, &actions),
         steps: wiring.publisher(&steps),
-        sense_to_act: wiring.meter(SENSE_TO_ACT),
     });
     sensor.and(policy).and(actuator).expect("graph");
     let room = 1_000_000;

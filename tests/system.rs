@@ -368,6 +368,7 @@ proptest! {
                 Knob::Rate { node, .. } => setup.rate(node).map(|hz| hz.get().to_string()),
                 Knob::Depth { topic, .. } => setup.depth(topic).map(|depth| depth.to_string()),
                 Knob::Send { node, .. } => setup.message(node).map(str::to_owned),
+                _ => continue,
             };
             prop_assert_eq!(set, Some(knob.value()));
         }

@@ -1,5 +1,5 @@
 //! The command line, the lab, recordings and sweeps for any
-//! [`System`](ratelab::system::System): a crate of one's own has them all with one
+//! [`System`]: a crate of one's own has them all with one
 //! line in its `main`.
 //!
 //! ```no_run
@@ -57,6 +57,7 @@ mod results;
 mod screen;
 mod signals;
 mod sweep;
+mod timing;
 mod version;
 
 use std::{process::ExitCode, sync::Arc};

@@ -5,13 +5,14 @@ use std::time::Duration;
 use ratelab::{
     experiment::{NodeSummary, Summary},
     runtime::telemetry::Distribution,
-    system::{KnobText, System},
+    system::{KnobText, System, WorldKind},
 };
 use serde_json::{Map, Value, json};
 
 use crate::{
     names::{self, good, key},
-    report::{ReportContext, saw_the_wall},
+    report::{ReportContext, push_age_s, saw_the_wall},
+    timing::is_timed,
 };
 
 /// The metrics as JSON, all keys in order.
@@ -30,7 +31,8 @@ pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
 /// What every run has.
 fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.aliases()));
-    object(json!({
+    let nodes = summary.nodes.iter().map(|of| node(summary, of));
+    let mut keys = object(json!({
         "break_bug": context.break_bug,
         "cause_of_end": summary.verdict.name(),
         "clock": config.clock.to_string(),
@@ -40,7 +42,7 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         "knobs": knobs.lines(&config.knobs),
         "latency": milliseconds(&summary.latency),
         "mean_latency_ms": rounded(summary.latency.mean_s().unwrap_or(0.0) * 1e3),
-        "nodes": summary.nodes.iter().map(node).collect::<Map<_, _>>(),
+        "nodes": nodes.collect::<Map<_, _>>(),
         "seed": config.seed,
         "setup": config.setup.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "sim_time_s": rounded(summary.sim_time.as_secs_f64()),
@@ -49,7 +51,15 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         "system": system.name(),
         "turned": knobs.lines(&summary.knobs()),
         "version": env!("CARGO_PKG_VERSION"),
-    }))
+        "world": config.world.name(),
+    }));
+    if let WorldKind::Own { step_ms } = config.world {
+        keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
+    }
+    if let Some(age) = push_age_s(summary) {
+        keys.insert("mean_push_age_ms".to_owned(), json!(rounded(age * 1e3)));
+    }
+    keys
 }
 
 /// What the system has names for: whether the run went well, knobs, topics, and
@@ -96,13 +106,21 @@ fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     }))
 }
 
-fn node(node: &NodeSummary) -> (String, Value) {
-    let figures = json!({
+/// The figures of a node; those of its ticks' time where that was asked for.
+fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
+    let mut figures = object(json!({
         "hz": rounded(node.hz.get()),
         "overruns": node.overruns,
         "ticks": node.ticks,
-    });
-    (node.name.clone(), figures)
+    }));
+    if is_timed(summary, &node.name) {
+        figures.extend(object(json!({
+            "cost": milliseconds(&node.tick_time),
+            "lateness": milliseconds(&node.lateness),
+            "response": milliseconds(&node.response),
+        })));
+    }
+    (node.name.clone(), Value::Object(figures))
 }
 
 /// A distribution in milliseconds; quantiles are true to 0.1 %.

@@ -16,10 +16,13 @@ pub fn key(name: &str) -> String {
 }
 
 /// What is turned by the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `pilot` of `rate pilot`.
+/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
         Some(("depth", topic)) => format!("{topic} depth"),
+        Some(("takes", node)) => format!("{node} cost"),
+        Some(("offset", node)) => format!("{node} offset"),
+        Some(("wakes", node)) => format!("{node} delay"),
         Some((_, target)) => target.to_owned(),
         None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
     }
@@ -61,7 +64,7 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
-        KnobKind::Send => json!(text),
+        _ => json!(text),
     }
 }
 

@@ -6,14 +6,15 @@ use ratelab::{
     experiment::Config,
     file::{self, FileError},
     runtime::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority},
-    system::Setup,
+    system::{Setup, WorldKind},
 };
 
 use crate::{
-    cli::{ClockArg, GraphArgs, RunArgs},
+    cli::{ClockArg, GraphArgs, RunArgs, TimingArgs, WorldArg},
     error::Error,
     output::note,
     program::Program,
+    recording::with_durations,
 };
 
 /// What holds where nothing is said.
@@ -61,7 +62,7 @@ fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Con
         clock,
         speed: args.speed.unwrap_or(defaults.speed),
         end: args.duration_s.unwrap_or(defaults.end),
-        think: args.think_ms.unwrap_or_default(),
+        world: world(&args.timing)?,
         ..Config::default()
     };
     let aliases = args.system.given.iter();
@@ -72,6 +73,7 @@ fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Con
     if let Some(knob) = broken {
         settings.push(read_knob(program, "--break", knob)?);
     }
+    settings.extend(timing(&args.timing, args.think_ms.as_ref()));
     for knob in &args.knob {
         settings.push(read_knob(program, "--knob", knob)?);
     }
@@ -80,6 +82,28 @@ fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Con
         config.knobs = read_knobs(program, &config, path)?;
     }
     Ok(config)
+}
+
+/// The world that is asked for.
+///
+/// # Errors
+/// [`Error::BadInput`] if it does not take the step.
+pub fn world(args: &TimingArgs) -> Result<WorldKind, Error> {
+    let name = match args.world {
+        None | Some(WorldArg::Course) => "course",
+        Some(WorldArg::Own) => "own",
+    };
+    let world = WorldKind::parse(name, args.world_step_ms);
+    world.map_err(|why| Error::BadInput(format!("--world-step-ms: {why}")))
+}
+
+/// The knobs that have options of their own, each with what its errors begin with.
+pub fn timing<'a>(
+    args: &'a TimingArgs,
+    think: Option<&'a Knob>,
+) -> impl Iterator<Item = (String, Vec<Knob>)> + use<'a> {
+    let knobs = think.into_iter().chain(&args.takes).chain(&args.offset);
+    knobs.map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
 }
 
 /// The knobs that `text` turns, and what errors of them begin with.
@@ -118,13 +142,14 @@ pub fn setup(
     Ok(setup)
 }
 
-/// `knob` with its message in the form in which it is recorded.
+/// `knob` in the form in which it is recorded: its message, or the durations that
+/// it draws from.
 ///
 /// # Errors
 /// Why the node would refuse it.
 pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, String> {
     let Knob::Send { node, text } = knob else {
-        return Ok(knob);
+        return with_durations(knob);
     };
     let text = program.system.resolve(seed, setup, &node, &text)?;
     Ok(Knob::Send { node, text })
@@ -135,9 +160,6 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
     let why = match clock {
         ClockKind::Virtual if args.realtime => {
             "--realtime has no meaning on the virtual clock: add --clock real"
-        }
-        ClockKind::Virtual if args.think_ms.is_some() => {
-            "--think-ms takes wall time, which the virtual clock does not know: add --clock real"
         }
         ClockKind::Real if args.speed.is_some() => {
             "--speed sets the pace of virtual time: add --clock virtual"

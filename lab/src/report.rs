@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{
     experiment::{NodeSummary, Summary, TopicSummary},
     runtime::{
-        ClockKind, Hz, Knob, KnobKind,
+        ClockKind, Command, Hz, Knob, KnobKind,
         telemetry::{Distribution, Event, EventKind},
     },
     system::{Alias, KnobText, System},
@@ -14,6 +14,7 @@ use ratelab::{
 use crate::{
     names::{label, node_label, rate_alias, short_value},
     recording::Recorded,
+    timing,
 };
 
 /// What is to be printed of a run beside its summary.
@@ -33,17 +34,19 @@ pub struct ReportContext {
 
 /// The summary in a few lines.
 pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let mut lines = vec![
-        ("clock", clock(system, summary, context)),
+    let world = timing::world(system, summary);
+    let asked = world.is_some();
+    let mut lines = vec![("clock", clock(system, summary, context))];
+    lines.extend(world.map(|text| ("world", text)));
+    lines.extend([
         ("rates", rates(system, summary)),
         ("verdict", verdict(system, summary, context)),
         ("topics", topics(summary)),
-    ];
+    ]);
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
-    if saw_the_wall(summary) {
-        lines.push(("lateness", each_node(summary, lateness)));
-        lines.push(("overruns", each_node(summary, overruns)));
-    }
+    let age = push_age_s(summary).filter(|_| asked);
+    lines.extend(age.map(|age| ("push age", format!("mean {:.1} ms", age * 1e3))));
+    lines.extend(times(summary));
     let knobs = KnobText(system.aliases());
     lines.extend(changes(knobs, &summary.events));
     let late = summary.config.knobs.iter();
@@ -59,6 +62,29 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     }
     let lines: Vec<String> = lines.iter().map(|(name, text)| line(name, text)).collect();
     lines.join("\n")
+}
+
+/// What ticks took and when they began: of all nodes if the wall had a part in it,
+/// else of those whose ticks were given a time of their own.
+fn times(summary: &Summary) -> Vec<(&'static str, String)> {
+    let timed = |node: &NodeSummary| timing::is_timed(summary, &node.name);
+    let wall = saw_the_wall(summary);
+    let shown = |node: &NodeSummary| wall || timed(node);
+    let late = |node: &NodeSummary| wall || (timed(node) && node.lateness.count() > 0);
+    let costly = |node: &NodeSummary| timed(node) && node.tick_time.count() > 0;
+    let lines = [
+        ("lateness", each_node(summary, late, lateness)),
+        ("cost", each_node(summary, costly, cost)),
+        ("response", each_node(summary, costly, response)),
+        ("overruns", each_node(summary, shown, overruns)),
+    ];
+    let told = |line: &(_, String)| !line.1.is_empty();
+    lines.into_iter().filter(told).collect()
+}
+
+/// Mean over time of the age of what was done to the world (s), if something was.
+pub fn push_age_s(summary: &Summary) -> Option<f64> {
+    summary.nodes.iter().find_map(|node| node.push_age_s)
 }
 
 /// A line with the `text` of `name`.
@@ -85,8 +111,9 @@ fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
 
 /// Whether the run was under the real clock at any time.
 pub fn saw_the_wall(summary: &Summary) -> bool {
-    let late = |node: &NodeSummary| node.lateness.count() > 0;
-    summary.config.clock == ClockKind::Real || summary.nodes.iter().any(late)
+    let to_the_wall =
+        |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
+    summary.config.clock == ClockKind::Real || summary.events.iter().any(to_the_wall)
 }
 
 fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
@@ -192,9 +219,26 @@ fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
     ))
 }
 
-fn each_node(summary: &Summary, tell: fn(&NodeSummary) -> String) -> String {
-    let told: Vec<String> = summary.nodes.iter().map(tell).collect();
-    told.join(" | ")
+fn each_node(
+    summary: &Summary,
+    wanted: impl Fn(&NodeSummary) -> bool,
+    tell: fn(&NodeSummary) -> String,
+) -> String {
+    let nodes = summary.nodes.iter().filter(|node| wanted(node));
+    nodes.map(tell).collect::<Vec<_>>().join(" | ")
+}
+
+fn cost(node: &NodeSummary) -> String {
+    spread(&node.name, &node.tick_time)
+}
+
+fn response(node: &NodeSummary) -> String {
+    spread(&node.name, &node.response)
+}
+
+fn spread(name: &str, figures: &Distribution) -> String {
+    let at = |quantile| ms(figures.quantile(quantile));
+    format!("{name} p50 {}, p99 {}", at(0.5), at(0.99))
 }
 
 fn lateness(node: &NodeSummary) -> String {

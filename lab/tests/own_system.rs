@@ -84,6 +84,8 @@ fn it_has_its_own_name_and_nothing_of_the_course() {
         }
     }
     assert!(said(&["completions", "fish"]).contains("complete -c own_plant"));
+    let refused = complaint(&drone(&["run", "--world", "own"]), 2);
+    assert!(refused.contains("no world of its own"), "{refused}");
     for args in [
         &["exercise"][..],
         &["run", "--break"],

@@ -366,3 +366,112 @@ fn help_that_cannot_be_printed_is_an_error_and_a_closed_pipe_is_none() {
         assert!(closed.status.success(), "{}", text(&closed.stderr));
     }
 }
+
+#[test]
+fn what_nodes_take_is_measured_in_virtual_time_where_it_is_asked_for() {
+    let usual = metrics(&[]);
+    assert_eq!(usual["world"], "course");
+    assert_eq!(usual.get("world_step_ms"), None);
+    assert_eq!(usual["nodes"]["policy"].get("cost"), None);
+    let asked = [
+        "--world",
+        "own",
+        "--takes",
+        "policy=30",
+        "--offset",
+        "sensor=5",
+    ];
+    let timed = metrics(&asked);
+    assert_eq!(
+        (&timed["world"], &timed["world_step_ms"]),
+        (&"own".into(), &1.into())
+    );
+    let policy = &timed["nodes"]["policy"];
+    assert_eq!(policy["cost"]["max_ms"], 30.0);
+    assert_eq!(policy["response"]["p50_ms"], 30.0);
+    assert_eq!(
+        policy["ticks"].as_u64().zip(policy["overruns"].as_u64()),
+        Some((251, 250))
+    );
+    assert_eq!(timed["nodes"]["sensor"]["cost"]["count"], 0);
+    assert_eq!(timed["nodes"]["actuator"].get("cost"), None);
+    assert_eq!(timed.get("wall_time_s"), None);
+    let think = ["--world", "own", "--think-ms", "30", "--offset", "sensor=5"];
+    assert_eq!(metrics(&think), timed);
+}
+
+#[test]
+fn the_world_is_told_where_it_matters() {
+    let summary = |args: &[&str]| {
+        let output = ratelab(&[&["run", "--clock", "virtual"], args].concat());
+        assert!(output.status.success(), "{output:?}");
+        text(&output.stdout)
+    };
+    let usual = summary(&[]);
+    assert!(
+        !usual.contains("world ") && !usual.contains("push age"),
+        "{usual}"
+    );
+    let waits = summary(&["--takes", "policy=60"]);
+    assert!(
+        waits.contains("course: it waits for the actuator"),
+        "{waits}"
+    );
+    assert!(waits.contains("push age  mean 90.0 ms"), "{waits}");
+    assert!(waits.contains("overruns  policy 334 of 501"), "{waits}");
+    let own = summary(&["--world", "own", "--world-step-ms", "5"]);
+    assert!(
+        own.contains("in steps of 5 ms") && own.contains("world 50 Hz"),
+        "{own}"
+    );
+}
+
+#[test]
+fn row_k_of_the_own_world_is_at_20_k_ms_and_has_the_state_of_the_course_s() {
+    let folder = TempDir::new().expect("folder");
+    let rows = |name: &str, args: &[&str]| {
+        let csv = path(&folder, name);
+        let args = [&["run", "--clock", "virtual", "--csv", &csv], args].concat();
+        assert!(ratelab(&args).status.success());
+        let rows = fs::read_to_string(csv).expect("rows");
+        let rows = rows
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').map(str::to_owned).collect());
+        rows.collect::<Vec<Vec<String>>>()
+    };
+    let course = rows("course.csv", &[]);
+    let own = rows("own.csv", &["--world", "own", "--world-step-ms", "10"]);
+    assert_eq!((course.len(), own.len()), (501, 500));
+    for (k, (own, course)) in own.iter().zip(&course).enumerate() {
+        assert_eq!(own[0], course[0]);
+        assert_eq!(own[1].parse(), Ok(20.0 * (k + 1) as f64 / 1e3));
+        assert_eq!(own[2..8], course[2..8], "row {k}");
+    }
+}
+
+#[test]
+fn worlds_and_costs_that_make_no_sense_are_refused() {
+    for (args, part) in [
+        (&["--world-step-ms", "2"][..], "has its own step"),
+        (
+            &["--world", "own", "--world-step-ms", "3"],
+            "expected 1, 2, 5 or 10",
+        ),
+        (&["--takes", "policy"], "expected NODE=SPEC"),
+        (
+            &["--takes", "polcy=3"],
+            "expected one of sensor, policy, actuator",
+        ),
+        (&["--offset", "sensor=-1"], "-1"),
+        (&["--takes", "policy=recorded:nowhere.rrd"], "nowhere.rrd"),
+        (
+            &["--world", "own", "--takes", "world=1"],
+            "the world moves by itself",
+        ),
+        (&["--knob", "rate actuator 25"], "20 ms of the plant's time"),
+    ] {
+        let said = support::complaint(&ratelab(&[&["run"], args].concat()), 2);
+        assert!(said.contains(part), "{args:?}: {said}");
+    }
+}

@@ -271,7 +271,8 @@ fn policies_can_be_given_one_by_one() {
 #[test]
 fn any_knob_is_an_axis_and_any_other_is_set_for_all_runs() {
     let args = ["--axis", "rate actuator", "25,50", "--knob", "control-hz 5"];
-    let swept = json(&[&args[..], &["--seeds", "0"]].concat());
+    let own = ["--world", "own", "--world-step-ms", "10", "--seeds", "0"];
+    let swept = json(&[&args[..], &own].concat());
     let cells = swept["cells"].as_array().expect("cells");
     let values = |key: &str| {
         cells

@@ -30,7 +30,7 @@ fn turning_the_rate_down_fells_the_pole_and_quitting_gives_the_terminal_back() {
     assert!(lab.parser.screen().alternate_screen());
     lab.type_keys("[[[[[[[[[[[");
     lab.wait_for("FELL");
-    lab.wait_for("are the symptom");
+    lab.wait_for("are harmless");
     lab.resize(24, 80);
     lab.wait_for("FELL");
     lab.resize(12, 40);
@@ -201,7 +201,7 @@ fn a_cell_of_the_cliff_map_runs_live() {
     lab.type_keys("\u{1b}[B");
     lab.wait_for("5 Hz, seed 1: FELL at 1.180 s");
     lab.type_keys("\r");
-    lab.wait_for("are the symptom");
+    lab.wait_for("are harmless");
     lab.type_keys("q");
     let (status, parser) = lab.close();
     assert!(status.success());
@@ -272,7 +272,7 @@ fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
 
 #[test]
 fn a_knob_of_any_node_is_completed_refused_in_full_and_edited() {
-    let mut lab = Lab::open(&[], 45, 160);
+    let mut lab = Lab::open(&["--world", "own"], 45, 160);
     lab.wait_for("BALANCED so far");
     lab.type_keys(":ra\tac\t0\r");
     lab.wait_for("✖ \"0\" is not a rate");
@@ -338,19 +338,15 @@ fn where_no_shell_would_continue_it_the_lab_does_not_stop() {
 }
 
 #[test]
-fn a_run_that_does_not_end_is_left_with_the_terminal_in_order() {
-    for keys in ["q", "r"] {
+fn a_policy_that_thinks_for_a_minute_is_not_waited_for() {
+    for keys in ["q", "rq"] {
         let mut lab = Lab::open(&["--clock", "real", "--think-ms", "60000"], 24, 80);
         // Nobody pushes: the pole falls while the policy is in its first tick.
         lab.wait_for("−12.");
         lab.type_keys(keys);
-        lab.wait_for("waiting for policy");
-        lab.type_keys("\u{3}");
         let (status, parser) = lab.close();
-        assert_eq!(status.exit_code(), 1, "{keys}");
+        assert!(status.success(), "{keys}");
         assert_given_back(&parser);
-        let said = parser.screen().contents();
-        assert!(said.contains("policy is still in a tick"), "{said}");
     }
 }
 

@@ -113,3 +113,81 @@ fn a_run_that_swaps_policies_is_verified_and_a_policy_that_changed_is_named() {
         "{said}"
     );
 }
+
+/// What runs can be asked for of the time that nodes take.
+const OF_TIME: [&[&str]; 6] = [
+    &["--world", "own"],
+    &["--takes", "policy=60..110", "--offset", "sensor=7.5"],
+    &[
+        "--world",
+        "own",
+        "--world-step-ms",
+        "5",
+        "--takes",
+        "policy=busy 30",
+    ],
+    &[
+        "--takes",
+        "policy=lognormal:15,45",
+        "--knob",
+        "wakes actuator 0..3",
+        "--seed",
+        "7",
+    ],
+    &[
+        "--world",
+        "own",
+        "--think-ms",
+        "55",
+        "--takes",
+        "actuator=2",
+        "--seed",
+        "3",
+    ],
+    &["--world", "own", "--knobs", "KNOBS"],
+];
+
+#[test]
+fn runs_whose_nodes_take_time_come_again() {
+    let folder = folder();
+    let knobs = path(&folder, "knobs");
+    let turned = "1 takes policy 30..90\n2 offset sensor 13\n2.01 control-hz 25\n\
+                  3 takes policy none\n3.5 wakes sensor 5\n4 offset sensor 0\n";
+    fs::write(&knobs, turned).expect("written");
+    for (place, args) in OF_TIME.iter().enumerate() {
+        let args = args.iter().map(|arg| arg.replace("KNOBS", &knobs));
+        let args: Vec<String> = args.collect();
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let file = record(&folder, &format!("{place}.rrd"), &args);
+        let output = ratelab(&["verify", &file]);
+        assert!(output.status.success(), "{args:?}: {output:?}");
+        let info = ratelab(&["info", &file]);
+        assert!(info.status.success(), "{info:?}");
+        assert!(text(&info.stdout).contains("world     "), "{info:?}");
+    }
+}
+
+#[test]
+fn durations_of_a_recording_are_drawn_again_while_they_are_the_same() {
+    let folder = folder();
+    let real = path(&folder, "real.rrd");
+    let short = [
+        "run",
+        "--duration-s",
+        "0.5",
+        "--takes",
+        "policy=30",
+        "--record",
+    ];
+    let output = ratelab(&[&short[..], &[&real]].concat());
+    assert!(output.status.success(), "{output:?}");
+    let takes = format!("policy=recorded:{real}");
+    let file = record(&folder, "drawn.rrd", &["--world", "own", "--takes", &takes]);
+    assert!(ratelab(&["verify", &file]).status.success());
+    // Other durations under the same name are another run.
+    fs::remove_file(&real).expect("removed");
+    let output = ratelab(&[&short[..], &[&real]].concat());
+    assert!(output.status.success(), "{output:?}");
+    let said = complaint(&ratelab(&["verify", &file]), 1);
+    assert!(said.contains("other durations than it had"), "{said}");
+}

@@ -5,7 +5,10 @@ use std::ptr;
 use mujoco_rs::mujoco_c::mjd_transitionFD;
 use nalgebra::{Matrix4, Vector4};
 
-use super::plant::{PlantError, SUBSTEPS, at_rest};
+use super::{
+    body::{PlantError, at_rest},
+    plant::{STEP, SUBSTEPS},
+};
 
 /// Perturbation of each coordinate in the finite differences, in its own unit.
 /// Centred differences err with its square, rounding with its inverse.
@@ -44,8 +47,8 @@ impl LinearPlant {
     }
 
     /// One physics step at upright rest, by MuJoCo's finite differences.
-    fn physics_step() -> Result<Self, PlantError> {
-        let mut data = at_rest()?;
+    pub(super) fn physics_step() -> Result<Self, PlantError> {
+        let mut data = at_rest(STEP)?;
         let model = data.model().ffi();
         let mut a = Matrix4::zeros();
         let mut b = Vector4::zeros();

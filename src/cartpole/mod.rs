@@ -9,10 +9,16 @@
 //! The sensor reads the plant, the actuator moves it, and neither knows the
 //! other: the plant is what they share, topics are how they talk. `/state`
 //! carries the result of each control step, for observers of the run.
+//!
+//! So it is in the course's world, which waits for the actuator. In a world of its own
+//! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 
+mod body;
+mod free_plant;
 mod linear;
 mod message;
 mod nodes;
+mod on_stale;
 mod picture;
 mod plant;
 pub mod policy;
@@ -22,12 +28,16 @@ pub mod stability;
 mod system;
 mod table;
 
+pub use body::PlantError;
+pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub use message::{Action, ControlStep, Observation};
-pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
-pub use plant::{
-    CONTROL_HZ, Plant, PlantError, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version,
+pub use nodes::{
+    ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
+    SENSE_TO_ACT, SENSOR, Sensor,
 };
+pub use on_stale::OnStale;
+pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;

@@ -3,12 +3,18 @@
 use thiserror::Error;
 
 use super::{
+    free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
+    on_stale::OnStale,
     plant::SharedPlant,
     policy::Policy,
 };
-use crate::runtime::{
-    END, GO_ON, Node, Publisher, Subscription, Tick, Time, telemetry::MeterRecorder,
+use crate::{
+    runtime::{
+        END, GO_ON, Message, Node, Publisher, Subscription, Tick, Time, Topic, Wiring,
+        telemetry::{MeterRecorder, PushAge},
+    },
+    system::SharedWorld,
 };
 
 /// Name of the node that reads the plant.
@@ -25,18 +31,41 @@ pub const ACTUATOR: &str = "actuator";
 pub const SENSE_TO_ACT: &str = "sense→act";
 
 /// Reads the plant and publishes what it reads.
-pub struct Sensor {
+pub struct Sensor<P = SharedPlant> {
     /// What it reads.
-    pub plant: SharedPlant,
+    pub plant: P,
     /// Where it publishes: `/obs`.
     pub observations: Publisher<Observation>,
 }
 
-impl Node for Sensor {
+/// Something that a sensor can read.
+pub trait Observed: Send {
+    /// What a perfect sensor reads at run time `now`.
+    fn observe(&self, now: Time) -> Observation;
+}
+
+impl Observed for SharedPlant {
+    fn observe(&self, _: Time) -> Observation {
+        self.lock().observe()
+    }
+}
+
+impl Observed for SharedWorld<FreePlant> {
+    fn observe(&self, now: Time) -> Observation {
+        self.at(now).observe()
+    }
+}
+
+impl<P: Observed> Node for Sensor<P> {
     fn tick(&mut self, now: Time) -> Tick {
-        let observation = self.plant.lock().observe();
+        let observation = self.plant.observe(now);
         self.observations.publish(observation, now, None);
         GO_ON
+    }
+
+    /// It remembers nothing.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
     }
 }
 
@@ -73,13 +102,17 @@ impl Node for PolicyNode {
                 observation: sensed.data,
             }));
         }
-        self.actions.publish(action, now, Some(sensed.stamp));
+        self.actions.publish(action, now, Some(sensed.sensed()));
         GO_ON
     }
 
     /// Swaps the policy for the one that is named, if it can be swapped.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.policy.swap(text)
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.policy.restart()
     }
 }
 
@@ -92,29 +125,88 @@ pub struct Actuator {
     /// What it moves.
     pub plant: SharedPlant,
     /// What it obeys: `/action`.
-    pub actions: Subscription<Action>,
+    pub input: ActuatorInput,
     /// Where it publishes the result of each step: `/state`.
     pub steps: Publisher<ControlStep>,
+}
+
+/// What an actuator obeys: `/action`, and what it measures of it.
+pub struct ActuatorInput {
+    /// What it reads.
+    pub actions: Subscription<Action>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
+    /// The same at any time.
+    pub push_age: PushAge,
+    command: Option<Message<Action>>,
+    on_stale: OnStale,
+}
+
+impl ActuatorInput {
+    /// The input that is read from `actions`.
+    pub fn new(
+        actions: Subscription<Action>,
+        sense_to_act: MeterRecorder,
+        push_age: PushAge,
+    ) -> Self {
+        Self {
+            actions,
+            sense_to_act,
+            push_age,
+            command: None,
+            on_stale: OnStale::Hold,
+        }
+    }
+
+    /// The same, with its ends taken from the `wiring` of an actuator.
+    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+        let actions = wiring.subscription(actions);
+        Self::new(actions, wiring.meter(SENSE_TO_ACT), wiring.push_age())
+    }
+
+    /// Reads the newest action.
+    fn read(&mut self, now: Time) {
+        self.command = self.actions.latest(now);
+    }
+
+    /// What is applied `now`: the action that was read, unless that is stale.
+    fn applied(&mut self, now: Time) -> Option<Message<Action>> {
+        let sensed = self.command.and_then(|command| command.origin);
+        if let Some(sensed) = sensed {
+            self.sense_to_act.record(now.since(sensed));
+            self.push_age.push(now, sensed);
+        }
+        let mut command = self.command?;
+        if sensed.is_some_and(|sensed| !self.on_stale.allows(now.since(sensed))) {
+            command.data = Action::ZERO;
+        }
+        Some(command)
+    }
+
+    /// Sets what to do with stale actions; returns what it was before.
+    fn set_on_stale(&mut self, text: &str) -> Result<String, String> {
+        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
+        Ok(before.to_string())
+    }
 }
 
 impl Node for Actuator {
     fn tick(&mut self, now: Time) -> Tick {
-        let command = self.actions.latest(now);
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        let command = self.input.applied(now);
         let action = command.map_or(Action::ZERO, |command| command.data);
         let sensed = command.and_then(|command| command.origin);
-        let latency = sensed.map(|sensed| now.since(sensed));
-        if let Some(latency) = latency {
-            self.sense_to_act.record(latency);
-        }
         let (fall, step) = {
             let mut plant = self.plant.lock();
             let fall = plant.step(action);
             let step = ControlStep {
                 step: plant.steps(),
                 action: action.clipped(),
-                latency,
+                latency: sensed.map(|sensed| now.since(sensed)),
                 observation: plant.observe(),
                 qpos: plant.qpos(),
                 qvel: plant.qvel(),
@@ -123,5 +215,46 @@ impl Node for Actuator {
         };
         self.steps.publish(step, now, sensed);
         if fall.is_some() { END } else { GO_ON }
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
+    }
+
+    /// It remembers nothing from one tick to the next.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// Applies the newest action to a plant that moves by itself.
+pub struct FreeActuator {
+    /// What it pushes.
+    pub plant: SharedWorld<FreePlant>,
+    /// What it obeys: `/action`.
+    pub input: ActuatorInput,
+}
+
+impl Node for FreeActuator {
+    fn tick(&mut self, now: Time) -> Tick {
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some(command) = self.input.applied(now) {
+            let mut plant = self.plant.at(now);
+            plant.push(now, command.data, command.origin);
+        }
+        GO_ON
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
+    }
+
+    /// It remembers nothing from one tick to the next.
+    fn restart(&mut self) -> Result<(), String> {
+        Ok(())
     }
 }

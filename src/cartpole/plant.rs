@@ -1,21 +1,18 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-
-use mujoco_rs::prelude::{MjData, MjModel};
-use thiserror::Error;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{
+    body::{Body, PlantError},
     message::{Action, Observation},
     pose::{Fall, Pose},
-    seeding::{generator, unit},
 };
-use crate::runtime::Hz;
+use crate::{runtime::Hz, system::StepMs};
 
-/// The model, with the course environment's masses, lengths and limits.
-const MODEL: &str = include_str!("cartpole.xml");
+/// The course's step of physics.
+pub(super) const STEP: StepMs = StepMs::LONGEST;
 
-/// Physics time step (s), from the model.
+/// The same (s).
 const TIMESTEP_S: f64 = 0.01;
 
 /// Physics steps in one control step.
@@ -30,18 +27,6 @@ pub fn actuator_hz() -> Hz {
     // A constant within the range of rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
 }
-
-/// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
-const START_SPREAD: f64 = 0.05;
-
-/// Where the coordinates of the two joints are, in the order of the model.
-const SLIDER: usize = 0;
-const HINGE: usize = 1;
-
-/// MuJoCo could not set the plant up.
-#[derive(Clone, Debug, Error)]
-#[error("MuJoCo could not set up the cart-pole: {0}")]
-pub struct PlantError(String);
 
 /// A cart-pole in MuJoCo.
 ///
@@ -58,11 +43,7 @@ pub struct PlantError(String);
 /// # Ok::<(), ratelab::cartpole::PlantError>(())
 /// ```
 pub struct Plant {
-    data: MjData<&'static MjModel>,
-    /// Where cart and pole are, and what a sensor reads of it: computed once a
-    /// step, asked for several times.
-    pose: Pose,
-    observation: Observation,
+    body: Body,
     steps: u64,
     fall: Option<Fall>,
 }
@@ -73,71 +54,47 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or has no memory.
     pub fn new(seed: u64) -> Result<Self, PlantError> {
-        let data = at_rest()?;
-        let pose = Pose::of([0.0, 0.0]);
-        let mut plant = Self {
-            observation: Observation::of(pose, [0.0, 0.0]),
-            pose,
-            data,
+        Ok(Self {
+            body: Body::new(STEP, seed)?,
             steps: 0,
             fall: None,
-        };
-        plant.reset(seed);
-        Ok(plant)
+        })
     }
 
     /// Puts cart and pole near rest: four offsets, uniform within ±0.05, drawn
     /// in the order cart position, pole angle, cart velocity, pole velocity.
     pub fn reset(&mut self, seed: u64) {
-        let mut random = generator(&[seed]);
-        let mut offset = || -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit(&mut random);
-        self.data.reset();
-        self.data.qpos_mut()[SLIDER] = offset();
-        self.data.qpos_mut()[HINGE] = offset();
-        self.data.qvel_mut()[SLIDER] = offset();
-        self.data.qvel_mut()[HINGE] = offset();
-        self.data.forward();
-        self.look();
+        self.body.reset(seed);
         (self.steps, self.fall) = (0, None);
     }
 
     /// What a perfect sensor reads.
     pub fn observe(&self) -> Observation {
-        self.observation
+        self.body.observation()
     }
 
     /// Holds `action` for one control step. Says so if that lost the run.
     pub fn step(&mut self, action: Action) -> Option<Fall> {
-        self.data.ctrl_mut()[0] = f64::from(action.clipped().0);
-        for _ in 0..SUBSTEPS {
-            self.data.step();
-        }
-        self.look();
+        self.body.integrate(action, u64::from(SUBSTEPS));
+        self.body.look();
         self.steps += 1;
-        self.fall = self.pose.fall();
+        self.fall = self.pose().fall();
         self.fall
-    }
-
-    fn look(&mut self) {
-        self.pose = Pose::of(self.qpos());
-        self.observation = Observation::of(self.pose, self.qvel());
     }
 
     /// Where cart and pole are.
     pub fn pose(&self) -> Pose {
-        self.pose
+        self.body.pose()
     }
 
     /// Cart position (m) and hinge angle (rad, not wrapped).
     pub fn qpos(&self) -> [f64; 2] {
-        let qpos = self.data.qpos();
-        [qpos[SLIDER], qpos[HINGE]]
+        self.body.qpos()
     }
 
     /// Cart velocity (m/s) and hinge velocity (rad/s).
     pub fn qvel(&self) -> [f64; 2] {
-        let qvel = self.data.qvel();
-        [qvel[SLIDER], qvel[HINGE]]
+        self.body.qvel()
     }
 
     /// Control steps since the start.
@@ -149,21 +106,6 @@ impl Plant {
     pub fn fall(&self) -> Option<Fall> {
         self.fall
     }
-}
-
-/// Cart and pole at upright rest in the middle of the rail, the model's default.
-pub(super) fn at_rest() -> Result<MjData<&'static MjModel>, PlantError> {
-    MjData::try_new(model()?).map_err(|e| PlantError(e.to_string()))
-}
-
-/// The one model that all plants share: it is never written to, and loading it
-/// takes as long as most of a run.
-fn model() -> Result<&'static MjModel, PlantError> {
-    static LOADED: OnceLock<Result<MjModel, PlantError>> = OnceLock::new();
-    LOADED
-        .get_or_init(|| MjModel::from_xml_string(MODEL).map_err(|e| PlantError(e.to_string())))
-        .as_ref()
-        .map_err(Clone::clone)
 }
 
 /// The version of MuJoCo that is at work, such as `3.17.0`.

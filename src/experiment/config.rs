@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     runtime::{ClockKind, Knob, Speed, Time, TimedKnob},
-    system::{BuildError, Setup, System},
+    system::{BuildError, Setup, System, WorldKind},
 };
 
 /// Everything that a run of a system depends on. Under the virtual clock the same
@@ -32,6 +32,9 @@ pub struct Config {
     pub speed: Speed,
     /// When the run ends; [`Time::MAX`] for never.
     pub end: Time,
+    /// Whether the plant waits for the robot.
+    #[serde(default, skip_serializing_if = "WorldKind::is_course")]
+    pub world: WorldKind,
     /// Knobs turned before the run begins.
     pub setup: Setup,
     /// How much longer the policy thinks, in wall time.
@@ -77,6 +80,7 @@ impl Default for Config {
             clock: ClockKind::Virtual,
             speed: Speed::Unlimited,
             end: Time::from_nanos(10_000_000_000),
+            world: WorldKind::Course,
             setup: Setup::default(),
             think: Duration::ZERO,
             knobs: Vec::new(),

@@ -51,7 +51,12 @@ impl Experiment {
     /// [`BuildError`] if the system cannot, or does not take a setting.
     pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
-        let mut builder = Builder::new(config.seed, &config.setup, config.think);
+        Self::of_resolved(system, config)
+    }
+
+    /// The same of a configuration whose messages are resolved.
+    pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(config.seed, &config.setup, config.think, config.world);
         system.build(&mut builder)?;
         let Built {
             mut graph,

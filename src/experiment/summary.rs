@@ -58,6 +58,12 @@ pub struct TopicSummary {
     pub published: u64,
     /// Messages lost unread.
     pub dropped: u64,
+    /// Messages that its link lost.
+    pub lost: u64,
+    /// Messages that its link delivered after a newer one.
+    pub overtaken: u64,
+    /// Messages that were on their way at the end.
+    pub in_flight: u64,
     /// Messages per second of run time.
     pub per_second: f64,
     /// Whether a node reads it.
@@ -75,10 +81,16 @@ pub struct NodeSummary {
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
-    /// How late its ticks began; empty under the virtual clock.
+    /// How late its ticks began; empty under the virtual clock unless asked for.
     pub lateness: Distribution,
-    /// How long its ticks took; empty where the virtual clock ran without pacing.
+    /// How long its ticks took: in run time where that was asked for; else empty
+    /// where the virtual clock ran without pacing.
     pub tick_time: Distribution,
+    /// How long after they were due its ticks were over.
+    pub response: Distribution,
+    /// Mean over time of the age of what it did to the world (s); `None` if it did
+    /// nothing.
+    pub push_age_s: Option<f64>,
 }
 
 impl Summary {
@@ -162,6 +174,9 @@ impl TopicSummary {
             name: topic.name.to_string(),
             published: topic.published,
             dropped: topic.dropped(),
+            lost: topic.lost,
+            overtaken: topic.overtaken,
+            in_flight: topic.in_flight,
             per_second: topic.average(sim_time),
             read: !topic.subscriptions.is_empty(),
         }
@@ -177,6 +192,8 @@ impl NodeSummary {
             overruns: node.overruns,
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
+            response: node.response.clone(),
+            push_age_s: node.push_age.and_then(|age| age.mean_s()),
         }
     }
 }

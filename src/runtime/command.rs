@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::{
     knob::{Knob, TimedKnob},
+    millis,
     time::Time,
 };
 
@@ -74,7 +75,7 @@ impl Command {
     /// The node that alone can obey it.
     pub(crate) fn node(&self) -> Option<&str> {
         match self {
-            Self::Set(Knob::Rate { node, .. } | Knob::Send { node, .. }) => Some(node),
+            Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target()),
             _ => None,
         }
     }
@@ -86,6 +87,12 @@ impl fmt::Display for Command {
             Self::Set(Knob::Rate { node, hz }) => write!(f, "{node} at {hz}"),
             Self::Set(Knob::Depth { topic, depth }) => write!(f, "{topic} depth {depth}"),
             Self::Set(Knob::Send { node, text }) => write!(f, "{node}: {text}"),
+            Self::Set(Knob::Takes { node, spec }) => write!(f, "{node} takes {spec}"),
+            Self::Set(Knob::Offset { node, offset }) => {
+                write!(f, "{node} offset {} ms", millis::to_millis(*offset))
+            }
+            Self::Set(Knob::Wakes { node, spec }) => write!(f, "{node} wakes {spec}"),
+            Self::Set(knob) => knob.fmt(f),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),
             Self::Step => f.write_str("step"),

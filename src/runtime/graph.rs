@@ -7,12 +7,12 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
-    depth::Depth,
-    knob::Knob,
+    knob::{Knob, KnobKind},
     message::Payload,
+    millis,
     node::Node,
     rate::Rate,
-    scheduled_node::ScheduledNode,
+    scheduled_node::{Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -21,8 +21,8 @@ use super::{
     tap::{Backpressure, Tap, TapMessage},
     tap_handle::TapHandle,
     telemetry::{
-        EventLog, Meter, MeterRecorder, NodeEntry, Observer, Shared, Status, SubscriptionEntry,
-        TopicEntry,
+        EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, Shared, Status,
+        SubscriptionEntry, TopicEntry,
     },
     time::{Hz, Time},
     topic::{Publisher, Subscription, Topic},
@@ -76,6 +76,8 @@ pub(crate) struct ControlPlane {
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
     pub(crate) backpressure: Backpressure,
+    /// From which every draw follows.
+    seed: u64,
 }
 
 struct WiredTopic {
@@ -85,12 +87,30 @@ struct WiredTopic {
 
 /// A topic whose payload does not matter.
 trait AnyTopic: Send {
-    fn set_depth(&self, depth: Depth, now: Time) -> Depth;
+    /// Turns a knob that is for a topic; returns the value before.
+    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String>;
+
+    /// Delivers what arrives by `now`.
+    fn deliver(&self, now: Time);
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set_depth(&self, depth: Depth, now: Time) -> Depth {
-        Topic::set_depth(self, depth, now)
+    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
+        match knob {
+            Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
+            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed).to_string()),
+            Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
+            Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
+            Knob::Postpone { seq, delay, .. } => {
+                let before = self.postpone(*seq, *delay, seed)?;
+                Ok(format!("{} ms", millis::to_millis(before)))
+            }
+            _ => Err(format!("{knob} is not for a topic")),
+        }
+    }
+
+    fn deliver(&self, now: Time) {
+        Topic::deliver(self, now);
     }
 }
 
@@ -120,6 +140,7 @@ impl Graph {
                 nodes: Vec::new(),
                 topics: Vec::new(),
                 backpressure: Backpressure::default(),
+                seed: 0,
             },
         }
     }
@@ -145,10 +166,12 @@ impl Graph {
         let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
         let node = Box::new(build(&mut wiring));
         let Wiring {
-            endpoints, meters, ..
+            endpoints, wired, ..
         } = wiring;
         self.control.connect(endpoints)?;
-        let node = ScheduledNode::new(name, priority, Rate::new(hz, self.now()), node, meters);
+        let rate = Rate::new(hz, self.now());
+        let mut node = ScheduledNode::new(name, priority, rate, node, wired);
+        node.seed = self.control.seed;
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
         Ok(())
@@ -199,16 +222,23 @@ impl Graph {
         self.control.update(|status| status.speed = speed);
     }
 
-    /// Whether it has the node or the topic that `knob` is of.
+    /// Sets the seed from which every duration follows that is drawn by chance.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.control.seed = seed;
+        self.nodes.iter_mut().for_each(|node| node.seed = seed);
+    }
+
+    /// Whether there is such a knob, and all is there that its value needs.
     ///
     /// # Errors
-    /// Which there are instead.
+    /// Why not, and what there is instead.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         match knob {
-            Knob::Rate { node, .. } | Knob::Send { node, .. } => {
-                self.control.node_index(node).map(drop)
+            knob if knob.kind().is_of_topic() => self.control.check(knob),
+            knob => {
+                let index = self.control.node_index(knob.target())?;
+                self.nodes[index].check(knob)
             }
-            Knob::Depth { topic, .. } => self.control.topic(topic).map(drop),
         }
     }
 
@@ -248,8 +278,40 @@ impl ControlPlane {
         known.ok_or_else(|| nothing_called("node", name, names))
     }
 
-    pub(crate) fn set_depth(&self, topic: &str, depth: Depth, now: Time) -> Result<Depth, String> {
-        Ok(self.topic(topic)?.topic.set_depth(depth, now))
+    /// Turns a knob that is for a topic at run time `now`; returns the value before.
+    ///
+    /// # Errors
+    /// Why not, and what there is instead.
+    pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
+        self.check(knob)?;
+        let topic = &self.topic(knob.target())?.topic;
+        topic.turn(knob, self.seed, now)
+    }
+
+    /// Whether there is such a knob of a topic.
+    fn check(&self, knob: &Knob) -> Result<(), String> {
+        let topic = self.topic(knob.target())?;
+        let read = !topic.entry.subscriptions.is_empty();
+        if read || knob.kind() == KnobKind::Depth {
+            return Ok(());
+        }
+        let names = self
+            .topics
+            .iter()
+            .filter(|t| !t.entry.subscriptions.is_empty());
+        let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
+        let names = names.join(", ");
+        Err(format!(
+            "nobody reads {}: expected one of {names}",
+            topic.entry.name
+        ))
+    }
+
+    /// Delivers on all topics what arrives by `now`.
+    pub(crate) fn deliver(&self, now: Time) {
+        self.topics
+            .iter()
+            .for_each(|topic| topic.topic.deliver(now));
     }
 
     fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
@@ -320,7 +382,7 @@ pub struct Wiring<'g> {
     known: &'g [WiredTopic],
     node: usize,
     endpoints: Vec<Endpoint>,
-    meters: Vec<(String, Meter)>,
+    wired: Wired,
 }
 
 /// One edge to be: an end of the topic with index `topic`, which comes along if
@@ -342,7 +404,7 @@ impl<'g> Wiring<'g> {
             known,
             node,
             endpoints: Vec::new(),
-            meters: Vec::new(),
+            wired: Wired::default(),
         }
     }
 
@@ -350,7 +412,7 @@ impl<'g> Wiring<'g> {
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
         let kind = EndpointKind::Publisher(self.node);
         self.add_endpoint(topic, kind);
-        topic.publisher()
+        topic.publisher_through(&self.wired.outbox)
     }
 
     /// The node reads from `topic`.
@@ -369,8 +431,19 @@ impl<'g> Wiring<'g> {
     /// observes the graph.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let (recorder, meter) = Meter::new();
-        self.meters.push((name.to_owned(), meter));
+        self.wired.meters.push((name.to_owned(), meter));
         recorder
+    }
+
+    /// The node acts on the world outside of the graph, and notes how old the
+    /// sensing behind that is.
+    pub fn push_age(&mut self) -> PushAge {
+        self.wired.push_age.get_or_insert_default().clone()
+    }
+
+    /// The node has no knobs of these `kinds`; a refusal gives the `reason`.
+    pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
+        self.wired.fixed = Fixed { kinds, reason };
     }
 
     fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {

@@ -1,17 +1,23 @@
 //! What can be turned on a running graph, as values and as lines of text.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
+    cost::Cost,
     depth::{Depth, DepthError},
+    draw::Draw,
+    link::Link,
+    local_clock::ClockError,
+    millis,
+    read_order::ReadOrder,
     time::{Hz, HzError, Time},
 };
 
 /// One setting of one node or topic of a graph. As text `rate NODE HZ`,
-/// `depth TOPIC N` or `send NODE TEXT`.
+/// `depth TOPIC N`, `send NODE TEXT` and so on; see [`KnobKind::usage`].
 ///
 /// ```
 /// use ratelab::runtime::{Hz, Knob};
@@ -49,6 +55,85 @@ pub enum Knob {
         #[serde(rename = "what")]
         text: String,
     },
+    /// What the ticks of a node take: a tick that starts at s reads at s; what it
+    /// publishes or applies, it publishes and applies at s + cost.
+    Takes {
+        /// The node's name.
+        node: String,
+        /// What they take.
+        spec: Cost,
+    },
+    /// By how much the due times of a node are shifted against run time zero.
+    Offset {
+        /// The node's name.
+        node: String,
+        /// By how much.
+        #[serde(rename = "ms", with = "millis")]
+        offset: Duration,
+    },
+    /// How late the ticks of a node start in virtual time.
+    Wakes {
+        /// The node's name.
+        node: String,
+        /// How late.
+        spec: Draw,
+    },
+    /// How messages travel from those who publish to a topic to those who read it.
+    Link {
+        /// The topic's name.
+        topic: String,
+        /// How they travel.
+        spec: Link,
+    },
+    /// Which message of a topic is read.
+    Read {
+        /// The topic's name.
+        topic: String,
+        /// Which one.
+        order: ReadOrder,
+    },
+    /// One message of a topic is lost on its way.
+    Lose {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+    },
+    /// One message of a topic is delivered later than it would be.
+    Postpone {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+        /// By how much.
+        #[serde(rename = "ms", with = "millis")]
+        delay: Duration,
+    },
+    /// A node stops ticking; what it had not released is gone.
+    Crash {
+        /// The node's name.
+        node: String,
+    },
+    /// A node begins anew; see [`Node::restart`](super::Node::restart).
+    Restart {
+        /// The node's name.
+        node: String,
+    },
+    /// What the next tick of a node takes, instead of the usual.
+    Hang {
+        /// The node's name.
+        node: String,
+        /// How long it takes.
+        #[serde(rename = "ms", with = "millis")]
+        cost: Duration,
+    },
+    /// How wrong a node's own clock is from now on: due times and stamps follow it.
+    Clock {
+        /// The node's name.
+        node: String,
+        /// How wrong it is.
+        error: ClockError,
+    },
 }
 
 /// The kinds of knobs, for those who list or complete them.
@@ -60,11 +145,48 @@ pub enum KnobKind {
     Depth,
     /// [`Knob::Send`].
     Send,
+    /// [`Knob::Takes`].
+    Takes,
+    /// [`Knob::Offset`].
+    Offset,
+    /// [`Knob::Wakes`].
+    Wakes,
+    /// [`Knob::Link`].
+    Link,
+    /// [`Knob::Read`].
+    Read,
+    /// [`Knob::Lose`].
+    Lose,
+    /// [`Knob::Postpone`].
+    Postpone,
+    /// [`Knob::Crash`].
+    Crash,
+    /// [`Knob::Restart`].
+    Restart,
+    /// [`Knob::Hang`].
+    Hang,
+    /// [`Knob::Clock`].
+    Clock,
 }
 
 impl KnobKind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Rate, Self::Depth, Self::Send];
+    pub const ALL: [Self; 14] = [
+        Self::Rate,
+        Self::Depth,
+        Self::Send,
+        Self::Takes,
+        Self::Offset,
+        Self::Wakes,
+        Self::Link,
+        Self::Read,
+        Self::Lose,
+        Self::Postpone,
+        Self::Crash,
+        Self::Restart,
+        Self::Hang,
+        Self::Clock,
+    ];
 
     /// The first word of such a knob.
     pub fn name(self) -> &'static str {
@@ -72,6 +194,17 @@ impl KnobKind {
             Self::Rate => "rate",
             Self::Depth => "depth",
             Self::Send => "send",
+            Self::Takes => "takes",
+            Self::Offset => "offset",
+            Self::Wakes => "wakes",
+            Self::Link => "link",
+            Self::Read => "read",
+            Self::Lose => "lose",
+            Self::Postpone => "postpone",
+            Self::Crash => "crash",
+            Self::Restart => "restart",
+            Self::Hang => "hang",
+            Self::Clock => "clock",
         }
     }
 
@@ -81,6 +214,17 @@ impl KnobKind {
             Self::Rate => "rate NODE HZ",
             Self::Depth => "depth TOPIC N",
             Self::Send => "send NODE TEXT",
+            Self::Takes => "takes NODE SPEC",
+            Self::Offset => "offset NODE MS",
+            Self::Wakes => "wakes NODE SPEC",
+            Self::Link => "link TOPIC SPEC",
+            Self::Read => "read TOPIC newest|oldest",
+            Self::Lose => "lose TOPIC N",
+            Self::Postpone => "postpone TOPIC N MS",
+            Self::Crash => "crash NODE",
+            Self::Restart => "restart NODE",
+            Self::Hang => "hang NODE MS",
+            Self::Clock => "clock NODE OFFSET_MS DRIFT_PPM",
         }
     }
 
@@ -88,9 +232,61 @@ impl KnobKind {
     pub fn value_name(self) -> &'static str {
         match self {
             Self::Rate => "HZ",
-            Self::Depth => "N",
+            Self::Depth | Self::Lose => "N",
             Self::Send => "TEXT",
+            Self::Takes | Self::Wakes | Self::Link => "SPEC",
+            Self::Offset | Self::Hang => "MS",
+            Self::Read => "newest|oldest",
+            Self::Postpone => "N MS",
+            Self::Crash | Self::Restart => "",
+            Self::Clock => "OFFSET_MS DRIFT_PPM",
         }
+    }
+
+    /// Whether its value may have spaces in it.
+    pub(crate) fn takes_words(self) -> bool {
+        matches!(
+            self,
+            Self::Send | Self::Takes | Self::Wakes | Self::Link | Self::Postpone | Self::Clock
+        )
+    }
+
+    /// Whether such a knob is a topic's, and else a node's.
+    pub fn is_of_topic(self) -> bool {
+        matches!(
+            self,
+            Self::Depth | Self::Link | Self::Read | Self::Lose | Self::Postpone
+        )
+    }
+
+    /// Whether such a knob is an event, which has no value.
+    fn has_no_value(self) -> bool {
+        self.value_name().is_empty()
+    }
+
+    fn refused(self, target: &str, value: &str) -> KnobError {
+        KnobError::Shape {
+            text: format!("{} {target} {value}", self.name()),
+            expected: self.usage(),
+        }
+    }
+
+    /// The knob of this kind on one message of `topic`: its number, and for how long
+    /// it is postponed; without a delay it is lost.
+    fn set_message(self, topic: &str, value: &str) -> Result<Knob, KnobError> {
+        let refused = || self.refused(topic, value);
+        let whole = |text: &str| text.parse().map_err(|_| refused());
+        let topic = topic.to_owned();
+        if self == Self::Lose {
+            let seq = whole(value)?;
+            return Ok(Knob::Lose { topic, seq });
+        }
+        let (seq, delay) = first_word(value).ok_or_else(refused)?;
+        Ok(Knob::Postpone {
+            seq: whole(seq)?,
+            delay: millis::parse(delay).map_err(KnobError::Value)?,
+            topic,
+        })
     }
 
     /// The knob of this kind on `target`, a node or a topic, set to `value`.
@@ -98,6 +294,9 @@ impl KnobKind {
     /// # Errors
     /// [`KnobError`] if it does not take the value.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
+        if self.has_no_value() && !value.is_empty() {
+            return Err(self.refused(target, value));
+        }
         let target = target.to_owned();
         Ok(match self {
             Self::Rate => Knob::Rate {
@@ -112,6 +311,37 @@ impl KnobKind {
                 node: target,
                 text: value.to_owned(),
             },
+            Self::Takes => Knob::Takes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Offset => Knob::Offset {
+                node: target,
+                offset: millis::parse(value).map_err(KnobError::Value)?,
+            },
+            Self::Wakes => Knob::Wakes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Link => Knob::Link {
+                topic: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Read => Knob::Read {
+                topic: target,
+                order: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Lose | Self::Postpone => return self.set_message(&target, value),
+            Self::Crash => Knob::Crash { node: target },
+            Self::Restart => Knob::Restart { node: target },
+            Self::Hang => Knob::Hang {
+                node: target,
+                cost: millis::parse(value).map_err(KnobError::Value)?,
+            },
+            Self::Clock => Knob::Clock {
+                node: target,
+                error: value.parse().map_err(KnobError::Value)?,
+            },
         })
     }
 }
@@ -123,14 +353,55 @@ impl Knob {
             Self::Rate { .. } => KnobKind::Rate,
             Self::Depth { .. } => KnobKind::Depth,
             Self::Send { .. } => KnobKind::Send,
+            Self::Takes { .. } => KnobKind::Takes,
+            Self::Offset { .. } => KnobKind::Offset,
+            Self::Wakes { .. } => KnobKind::Wakes,
+            Self::Link { .. } => KnobKind::Link,
+            Self::Read { .. } => KnobKind::Read,
+            Self::Lose { .. } => KnobKind::Lose,
+            Self::Postpone { .. } => KnobKind::Postpone,
+            Self::Crash { .. } => KnobKind::Crash,
+            Self::Restart { .. } => KnobKind::Restart,
+            Self::Hang { .. } => KnobKind::Hang,
+            Self::Clock { .. } => KnobKind::Clock,
         }
     }
 
     /// The node or the topic that it is of.
     pub fn target(&self) -> &str {
         match self {
-            Self::Rate { node, .. } | Self::Send { node, .. } => node,
-            Self::Depth { topic, .. } => topic,
+            Self::Depth { topic, .. }
+            | Self::Link { topic, .. }
+            | Self::Read { topic, .. }
+            | Self::Lose { topic, .. }
+            | Self::Postpone { topic, .. } => topic,
+            Self::Rate { node, .. }
+            | Self::Send { node, .. }
+            | Self::Takes { node, .. }
+            | Self::Offset { node, .. }
+            | Self::Wakes { node, .. }
+            | Self::Crash { node }
+            | Self::Restart { node }
+            | Self::Hang { node, .. }
+            | Self::Clock { node, .. } => node,
+        }
+    }
+
+    /// The durations by chance that it sets, if it does.
+    pub fn draw(&self) -> Option<&Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
+        }
+    }
+
+    /// The same, to be given the durations that are in a recording.
+    pub fn draw_mut(&mut self) -> Option<&mut Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&mut spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
         }
     }
 
@@ -140,19 +411,42 @@ impl Knob {
             Self::Rate { hz, .. } => hz.get().to_string(),
             Self::Depth { depth, .. } => depth.to_string(),
             Self::Send { text, .. } => text.clone(),
+            Self::Takes { spec, .. } => spec.to_string(),
+            Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
+            Self::Wakes { spec, .. } => spec.to_string(),
+            Self::Link { spec, .. } => spec.to_string(),
+            Self::Read { order, .. } => order.to_string(),
+            Self::Lose { seq, .. } => seq.to_string(),
+            Self::Postpone { seq, delay, .. } => format!("{seq} {}", millis::to_millis(*delay)),
+            Self::Crash { .. } | Self::Restart { .. } => String::new(),
+            Self::Hang { cost, .. } => millis::to_millis(*cost).to_string(),
+            Self::Clock { error, .. } => error.to_string(),
         }
     }
 
     /// Whether `other` sets the same thing, to whatever value.
     pub fn is_of(&self, other: &Self) -> bool {
-        self.kind() == other.kind() && self.target() == other.target()
+        let same = self.kind() == other.kind() && self.target() == other.target();
+        same && self.message() == other.message()
+    }
+
+    /// The message that it is about, if it is about a single one.
+    fn message(&self) -> Option<u64> {
+        match self {
+            Self::Lose { seq, .. } | Self::Postpone { seq, .. } => Some(*seq),
+            _ => None,
+        }
     }
 }
 
 impl fmt::Display for Knob {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = self.kind().name();
-        write!(f, "{kind} {} {}", self.target(), self.value())
+        let kind = self.kind();
+        write!(f, "{} {}", kind.name(), self.target())?;
+        match kind.has_no_value() {
+            true => Ok(()),
+            false => write!(f, " {}", self.value()),
+        }
     }
 }
 
@@ -163,12 +457,12 @@ impl FromStr for Knob {
         let (name, rest) = first_word(text).ok_or_else(|| KnobError::Name(text.to_owned()))?;
         let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
-        let (target, value) = first_word(rest).ok_or_else(|| KnobError::Shape {
+        let words = first_word(rest).or(kind.has_no_value().then_some((rest, "")));
+        let (target, value) = words.ok_or_else(|| KnobError::Shape {
             text: text.trim().to_owned(),
             expected: kind.usage(),
         })?;
-        // Only a message may have spaces in it.
-        if kind != KnobKind::Send && value.contains(char::is_whitespace) {
+        if !kind.takes_words() && value.contains(char::is_whitespace) {
             return Err(KnobError::Shape {
                 text: text.trim().to_owned(),
                 expected: kind.usage(),
@@ -176,6 +470,12 @@ impl FromStr for Knob {
         }
         kind.set(target, value)
     }
+}
+
+/// What a knob can begin with.
+fn names() -> String {
+    let [first @ .., last] = KnobKind::ALL.map(KnobKind::name);
+    format!("{} or {last}", first.join(", "))
 }
 
 /// The first word of `text` and all that follows, if something does.
@@ -205,7 +505,7 @@ pub enum KnobError {
         expected: &'static str,
     },
     /// There is no knob of this name.
-    #[error("{0:?} is not a knob: expected rate, depth or send")]
+    #[error("{0:?} is not a knob: expected {known}", known = names())]
     Name(String),
     /// The value is no rate.
     #[error(transparent)]
@@ -213,4 +513,7 @@ pub enum KnobError {
     /// The value is no depth.
     #[error(transparent)]
     Depth(#[from] DepthError),
+    /// The value is none; what is wrong with it.
+    #[error("{0}")]
+    Value(String),
 }

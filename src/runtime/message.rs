@@ -20,3 +20,11 @@ pub struct Message<T> {
     /// what lets the last node of a chain measure the delay of the whole.
     pub origin: Option<Time>,
 }
+
+impl<T> Message<T> {
+    /// Run time of the sensing behind the value: where it is not derived from any,
+    /// that of the message itself.
+    pub fn sensed(&self) -> Time {
+        self.origin.unwrap_or(self.stamp)
+    }
+}

@@ -20,7 +20,8 @@
 //! | threads | one per node | one for all |
 //! | time | the wall's | the schedule's own |
 //! | order of nodes due together | up to the operating system | by priority, always |
-//! | late ticks | measured; missed periods skipped and counted | impossible |
+//! | late ticks | measured; missed periods skipped and counted | only where they are asked for |
+//! | ticks that take time | as long as they take, or as they are asked to | as long as they are asked to |
 //! | twice the same run | no, and it does not pretend | to the bit |
 //!
 //! [`Command`]s are the one way into a running graph. Two ways lead out: an
@@ -58,16 +59,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod chance;
 pub mod clock;
 mod command;
+mod cost;
 mod depth;
+mod digest;
+mod draw;
 mod fields;
 mod graph;
 mod inbox;
 mod knob;
+mod link;
+mod local_clock;
 mod message;
+mod millis;
 mod node;
+mod outbox;
 mod rate;
+mod read_order;
 mod rows;
 mod scheduled_node;
 mod sync;
@@ -75,18 +85,26 @@ mod tap;
 mod tap_handle;
 pub mod telemetry;
 mod time;
+mod timing;
 mod topic;
+mod transit;
 
 pub use clock::{Clock, ClockExit, RealClock, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
+pub use cost::Cost;
 pub use depth::{Depth, DepthError};
+pub use digest::Digest;
+pub use draw::{Draw, Recorded};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::Inbox;
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
+pub use link::Link;
+pub use local_clock::ClockError;
 pub use message::{Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use rate::{Rate, hyper_period};
+pub use read_order::ReadOrder;
 pub use rows::{Head, RecordedTopic, RowTap, Rows};
 pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;

@@ -36,7 +36,7 @@ pub const END: Tick = Ok(ControlFlow::Break(()));
 /// impl Node for Square {
 ///     fn tick(&mut self, now: Time) -> Tick {
 ///         if let Some(number) = self.input.latest(now) {
-///             self.output.publish(number.data.powi(2), now, Some(number.stamp));
+///             self.output.publish(number.data.powi(2), now, Some(number.sensed()));
 ///         }
 ///         GO_ON
 ///     }
@@ -58,6 +58,25 @@ pub trait Node: Send {
     /// # Errors
     /// Whatever keeps the node from working. The run ends with a [`Fault`].
     fn tick(&mut self, now: Time) -> Tick;
+
+    /// Does at run time `now`, when the tick is over, what the tick decided to do to
+    /// the world outside of the graph. Most nodes only publish, and messages wait
+    /// for the end of a tick by themselves; see [`Knob::Takes`](super::Knob::Takes).
+    ///
+    /// # Errors
+    /// Whatever keeps the node from doing it. The run ends with a [`Fault`].
+    fn apply(&mut self, now: Time) -> Tick {
+        let _ = now;
+        GO_ON
+    }
+
+    /// Begins anew, as it was when it was built: a program that was started again.
+    ///
+    /// # Errors
+    /// Why it cannot. Unless a node knows better, nobody knows how it was built.
+    fn restart(&mut self) -> Result<(), String> {
+        Err("this node cannot begin anew: it does not implement Node::restart".to_owned())
+    }
 
     /// Obeys a text that was sent to it, between two ticks, and returns what was
     /// before, for the log. Answer and effect must depend on nothing but `text` and

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use super::time::{Hz, Time};
+use super::{
+    local_clock::LocalClock,
+    time::{Hz, Time},
+};
 
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
 /// `anchor + k / f`, rounded down to a nanosecond.
@@ -39,6 +42,11 @@ pub struct Rate {
     /// Number of the next tick, counted from the anchor.
     next: u64,
     due: Time,
+    /// What the clock shows then.
+    shown: Time,
+    last: Option<Time>,
+    /// The clock that anchor and last due time are of, if it is wrong.
+    clock: Option<LocalClock>,
 }
 
 impl Rate {
@@ -50,6 +58,9 @@ impl Rate {
             anchor: first,
             next: 0,
             due: first,
+            shown: first,
+            last: None,
+            clock: None,
         }
     }
 
@@ -66,12 +77,12 @@ impl Rate {
     /// When the period before the next tick was due, kept or skipped; `None`
     /// before the first.
     pub fn last_due(&self) -> Option<Time> {
-        let last = self.next.checked_sub(1)?;
-        Some(self.period.due(self.anchor, last))
+        Some(self.when(self.last?))
     }
 
     /// Moves on to the next tick.
     pub fn advance(&mut self) {
+        self.last = Some(self.shown);
         self.schedule(self.next + 1);
     }
 
@@ -84,21 +95,56 @@ impl Rate {
     pub fn advance_past(&mut self, now: Time) -> u64 {
         let follower = self.next + 1;
         let next = self.first_at_or_after(now).max(follower);
+        self.last = Some(self.period.due(self.anchor, next - 1));
         self.schedule(next);
         next - follower
     }
 
     /// Changes the rate at `now`, anchored at the last due time.
     pub fn set_hz(&mut self, hz: Hz, now: Time) {
-        let last = self.last_due();
+        self.set_hz_while_busy(hz, now, now);
+    }
+
+    /// The same for a node that is busy until `free`: it is due then at the earliest.
+    pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);
-        self.anchor = last.unwrap_or(self.anchor);
-        let earliest = u64::from(last.is_some());
-        self.schedule(self.first_at_or_after(now).max(earliest));
+        self.anchor = self.last.unwrap_or(self.anchor);
+        let earliest = u64::from(self.last.is_some());
+        let next = self.first_at_or_after(now).max(earliest);
+        if let Some(before) = next.checked_sub(1) {
+            self.last = Some(self.period.due(self.anchor, before));
+        }
+        self.schedule(next.max(self.first_at_or_after(free)));
+    }
+
+    /// Lays the grid of due times anew: from run time zero, shifted by `offset`. The
+    /// next tick is due at `free` at the earliest.
+    pub fn set_offset(&mut self, offset: Duration, free: Time) {
+        self.anchor = Time::ZERO + offset;
+        self.resume(free);
+    }
+
+    /// Follows another clock. The next tick is due at `free` at the earliest. Returns
+    /// the clock before.
+    pub(crate) fn set_clock(&mut self, clock: LocalClock, free: Time) -> LocalClock {
+        let before = self.clock.replace(clock);
+        self.resume(free);
+        before.unwrap_or_default()
+    }
+
+    /// Moves on to the first tick that is due at `free` or later, or back to it.
+    pub(crate) fn resume(&mut self, free: Time) {
+        self.schedule(self.first_at_or_after(free));
+    }
+
+    /// The run time at which the clock shows `shown`.
+    fn when(&self, shown: Time) -> Time {
+        self.clock.map_or(shown, |clock| clock.when(shown))
     }
 
     fn first_at_or_after(&self, time: Time) -> u64 {
+        let time = self.clock.map_or(time, |clock| clock.shows_first(time));
         let elapsed = time.since(self.anchor);
         self.period
             .ticks_until(u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX))
@@ -106,7 +152,8 @@ impl Rate {
 
     fn schedule(&mut self, tick: u64) {
         self.next = tick;
-        self.due = self.period.due(self.anchor, tick);
+        self.shown = self.period.due(self.anchor, tick);
+        self.due = self.when(self.shown);
     }
 }
 

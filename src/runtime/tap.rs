@@ -36,6 +36,9 @@ impl Backpressure {
 pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
+    /// Run time at which subscriptions can read it; `None` if it is lost. A message
+    /// that is delivered after a newer one is never read.
+    pub arrives: Option<Time>,
     /// Messages of its topic that were lost unread so far, over all
     /// subscriptions; the one that this message pushed out included.
     pub dropped: u64,

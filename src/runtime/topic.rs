@@ -19,20 +19,26 @@
 //! | depth 0 | refused: [`DepthError`] |
 //! | queue made shallower while running | the oldest go; those unread count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
+//! | read order oldest | the oldest unread message; the last one again where there is none |
+//! | a link | what is delivered enters the queue, and drops and is read from there |
 //! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
 //! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
 //! Each row is a test in `tests/topic.rs`.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, time::Duration};
 
 use super::{
     depth::Depth,
+    link::Link,
     message::{Message, Payload},
+    outbox::Outbox,
+    read_order::ReadOrder,
     sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
     telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
+    transit::Transit,
 };
 
 /// A named, bounded, thread-safe, latest-wins bus.
@@ -70,6 +76,9 @@ struct Queue<T> {
     messages: VecDeque<Message<T>>,
     depth: Depth,
     next_seq: u64,
+    order: ReadOrder,
+    /// What is on its way, once the topic had a link.
+    transit: Option<Box<Transit<T>>>,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
 }
@@ -91,6 +100,8 @@ impl<T: Payload> Topic<T> {
                 messages: VecDeque::new(),
                 depth,
                 next_seq: 0,
+                order: ReadOrder::Newest,
+                transit: None,
                 marks: Vec::new(),
                 taps: Vec::new(),
             }),
@@ -104,7 +115,19 @@ impl<T: Payload> Topic<T> {
 
     /// An end that publishes.
     pub fn publisher(&self) -> Publisher<T> {
-        Publisher(self.0.clone())
+        Publisher {
+            bus: self.0.clone(),
+            outbox: None,
+        }
+    }
+
+    /// The same for a node that holds back in `outbox` what it publishes in a tick
+    /// that takes time.
+    pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
+        Publisher {
+            bus: self.0.clone(),
+            outbox: Some(outbox.clone()),
+        }
     }
 
     /// An end that reads, with a read mark and a drop count of its own. What
@@ -112,7 +135,9 @@ impl<T: Payload> Topic<T> {
     pub fn subscribe(&self) -> Subscription<T> {
         let mut queue = lock(&self.0.queue);
         let mark = Arc::new(ReadMark::default());
-        mark.next_unread.store(queue.next_seq, Ordering::Relaxed);
+        let transit = queue.transit.as_ref();
+        let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
+        mark.next_unread.store(next, Ordering::Relaxed);
         queue.marks.push(mark.clone());
         let (ages, age_meter) = Meter::new();
         Subscription {
@@ -137,6 +162,7 @@ impl<T: Payload> Topic<T> {
     /// subscription that had not seen them. Returns the depth before.
     pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         let mut queue = lock(&self.0.queue);
+        queue.deliver_before(now, &self.0.counters);
         let before = std::mem::replace(&mut queue.depth, depth);
         while queue.messages.len() > queue.depth.get() {
             queue.evict_oldest(now);
@@ -149,6 +175,51 @@ impl<T: Payload> Topic<T> {
     /// reader; `None` before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
         lock(&self.0.queue).newest()
+    }
+
+    /// Changes which message subscriptions read. Returns which it was before.
+    pub(crate) fn set_order(&self, order: ReadOrder) -> ReadOrder {
+        std::mem::replace(&mut lock(&self.0.queue).order, order)
+    }
+
+    /// Puts a link in place for what is released from now on; returns the one before.
+    pub(crate) fn set_link(&self, link: Link, seed: u64) -> Link {
+        let mut queue = lock(&self.0.queue);
+        match link == Link::NONE && queue.transit.is_none() {
+            true => link,
+            false => queue.transit(self.name(), seed).set_link(link),
+        }
+    }
+
+    /// Loses message number `seq` on its way.
+    ///
+    /// # Errors
+    /// If it was published already.
+    pub(crate) fn lose(&self, seq: u64, seed: u64) -> Result<(), String> {
+        let mut queue = lock(&self.0.queue);
+        queue.is_still_to_come(seq)?;
+        queue.transit(self.name(), seed).lose(seq);
+        Ok(())
+    }
+
+    /// Delivers message number `seq` so much later; returns by how much it was to be.
+    ///
+    /// # Errors
+    /// If it was published already.
+    pub(crate) fn postpone(
+        &self,
+        seq: u64,
+        delay: Duration,
+        seed: u64,
+    ) -> Result<Duration, String> {
+        let mut queue = lock(&self.0.queue);
+        queue.is_still_to_come(seq)?;
+        Ok(queue.transit(self.name(), seed).postpone(seq, delay))
+    }
+
+    /// Delivers what arrives by `now`. Whoever publishes or reads does so, too.
+    pub(crate) fn deliver(&self, now: Time) {
+        lock(&self.0.queue).deliver(now, &self.0.counters);
     }
 
     /// How many messages are kept at most.
@@ -181,16 +252,104 @@ impl<T: Payload> Queue<T> {
         }
     }
 
+    /// What is on its way.
+    fn transit(&mut self, topic: &str, seed: u64) -> &mut Transit<T> {
+        let (next, newest) = (self.next_seq, self.messages.back());
+        self.transit
+            .get_or_insert_with(|| Box::new(Transit::new(seed, topic, next, newest.cloned())))
+    }
+
+    /// Refuses a message that was published already.
+    fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
+        match self.next_seq {
+            next if next > seq => Err(format!(
+                "message {seq} is under way already: expected {next} or more"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Sends `message`, released at run time `now`, through the link. Most topics have
+    /// none.
+    #[cold]
+    fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
+        let transit = self.transit.as_mut();
+        if !transit.is_some_and(|transit| transit.send(message, now)) {
+            bump(&counters.lost);
+        }
+        self.deliver(now, counters);
+    }
+
+    /// Delivers what arrives before `now`.
+    fn deliver_before(&mut self, now: Time, counters: &TopicCounters) {
+        if let Some(before) = now.as_nanos().checked_sub(1) {
+            self.deliver(Time::from_nanos(before), counters);
+        }
+    }
+
+    /// Delivers what arrives by `now`, in the order of arrival.
+    #[cold]
+    fn deliver(&mut self, now: Time, counters: &TopicCounters) {
+        let Some(mut transit) = self.transit.take() else {
+            return;
+        };
+        while let Some((at, message)) = transit.arrived(now) {
+            bump(&counters.delivered);
+            if message.seq < transit.next_delivered {
+                bump(&counters.overtaken);
+                continue;
+            }
+            transit.next_delivered = message.seq + 1;
+            self.push(message, at);
+        }
+        let in_flight = transit.in_flight() as u64;
+        counters.in_flight.store(in_flight, Ordering::Relaxed);
+        self.transit = Some(transit);
+    }
+
     /// The newest message, and what was lost by now.
     fn newest(&self) -> Option<TapMessage<T>> {
-        let message = self.messages.back()?.clone();
+        let (message, arrives) = match &self.transit {
+            Some(transit) => transit.newest.clone()?,
+            None => {
+                let message = self.messages.back()?.clone();
+                let at = message.stamp;
+                (message, Some(at))
+            }
+        };
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
-        Some(TapMessage { message, dropped })
+        Some(TapMessage {
+            message,
+            arrives,
+            dropped,
+        })
     }
 }
 
 impl<T> Queue<T> {
+    /// Puts in a message that is delivered at run time `now`.
+    #[inline]
+    fn push(&mut self, message: Message<T>, now: Time) {
+        if self.messages.len() >= self.depth.get() {
+            self.evict_oldest(now);
+        }
+        self.messages.push_back(message);
+    }
+
+    /// The message to be read by a subscription that has read as far as `mark`.
+    #[inline]
+    fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
+        match self.order {
+            ReadOrder::Newest => self.messages.back(),
+            ReadOrder::Oldest => {
+                let unread = mark.next_unread.load(Ordering::Relaxed);
+                let read = self.messages.partition_point(|m| m.seq < unread);
+                self.messages.get(read).or(self.messages.back())
+            }
+        }
+    }
+
     /// Makes room at run time `now`.
     fn evict_oldest(&mut self, now: Time) {
         if let Some(evicted) = self.messages.pop_front() {
@@ -215,35 +374,57 @@ impl<T> Queue<T> {
 ///
 /// // What is derived from a reading says when that was taken.
 /// let reading = obs.subscribe().latest(decided).expect("published");
-/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.stamp));
+/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.sensed()));
 /// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));
 /// ```
 #[derive(Debug)]
-pub struct Publisher<T>(Arc<Bus<T>>);
+pub struct Publisher<T> {
+    bus: Arc<Bus<T>>,
+    outbox: Option<Arc<Outbox>>,
+}
 
 impl<T: Payload> Publisher<T> {
-    /// Publishes `data` at run time `stamp`. `origin` is the stamp of the
-    /// sensing that `data` was derived from, if it was derived from one.
+    /// Publishes `data` at run time `stamp`. `origin` is the run time of the
+    /// sensing that `data` was derived from, if it was derived from one; see
+    /// [`Message::sensed`].
     ///
     /// Never waits for a subscription: a full buffer evicts its oldest message.
-    /// A full [`Tap`] is waited for under the virtual clock only.
+    /// A full [`Tap`] is waited for under the virtual clock only. In a tick that
+    /// takes time the message waits for the end of the tick, and is stamped then.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
-        let bus = &*self.0;
-        let mut queue = lock(&bus.queue);
-        if queue.messages.len() >= queue.depth.get() {
-            queue.evict_oldest(stamp);
+        match self.outbox.as_ref().filter(|outbox| outbox.is_needed()) {
+            None => self.bus.publish(data, stamp, stamp, origin),
+            Some(outbox) => {
+                let (bus, began) = (self.bus.clone(), outbox.shows(stamp));
+                let publish = move |now, shown| {
+                    let sensed = (shown != began).then_some(began);
+                    bus.publish(data, now, shown, origin.or(sensed));
+                };
+                outbox.put(stamp, Box::new(publish));
+            }
         }
+    }
+}
+
+impl<T: Payload> Bus<T> {
+    /// Publishes at run time `now`, with the stamp of the publisher's clock.
+    fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+        let mut queue = lock(&self.queue);
         let seq = queue.next_seq;
         queue.next_seq += 1;
-        queue.messages.push_back(Message {
+        let message = Message {
             data,
             stamp,
             seq,
             origin,
-        });
+        };
+        match queue.transit {
+            None => queue.push(message, now),
+            Some(_) => queue.send(message, now, &self.counters),
+        }
         queue.offer_newest();
-        bump(&bus.counters.published);
-        bus.counters.note(stamp);
+        bump(&self.counters.published);
+        self.counters.note(now);
     }
 }
 
@@ -275,17 +456,23 @@ impl<T: Payload> Subscription<T> {
     /// The newest message, or `None` if there never was one. Everything older
     /// counts as seen. `now` is the run time of reading, from which the
     /// message's age is measured.
+    ///
+    /// Where [`ReadOrder::Oldest`] was asked for, the oldest message that was not read
+    /// yet instead.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
-        let newest = {
-            let queue = lock(&self.bus.queue);
-            let newest = queue.messages.back()?.clone();
+        let message = {
+            let mut queue = lock(&self.bus.queue);
+            if queue.transit.is_some() {
+                queue.deliver(now, &self.bus.counters);
+            }
+            let message = queue.to_read(&self.mark)?.clone();
             self.mark
                 .next_unread
-                .store(newest.seq + 1, Ordering::Relaxed);
-            newest
+                .store(message.seq + 1, Ordering::Relaxed);
+            message
         };
-        self.ages.record(now.since(newest.stamp));
-        Some(newest)
+        self.ages.record(now.since(message.stamp));
+        Some(message)
     }
 
     /// How many messages were evicted before this subscription saw them.

@@ -2,16 +2,23 @@
 
 use std::{sync::Arc, time::Duration};
 
-use super::{BuildError, Setup};
+use super::{BuildError, Setup, SharedWorld, World, WorldKind};
 use crate::runtime::{
-    Depth, Fields, Graph, Hz, Knob, Node, Payload, RecordedTopic, Time, TimedKnob, Topic, Wiring,
+    Depth, Fields, Graph, Hz, Knob, KnobKind, Node, Payload, RecordedTopic, Tick, Time, TimedKnob,
+    Topic, Wiring,
 };
+
+/// The name of the node that a plant is which moves by itself.
+pub const WORLD: &str = "world";
 
 /// Takes the nodes and topics of a graph, and sets them up as asked.
 pub struct Builder<'a> {
     seed: u64,
     setup: &'a Setup,
     think: Duration,
+    world: WorldKind,
+    /// Whether the system looked at which world it is.
+    knows_worlds: bool,
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
     /// Nodes that took the message that is set for them.
@@ -27,12 +34,16 @@ pub(crate) struct Built {
 
 impl<'a> Builder<'a> {
     /// An empty graph for a run with `seed`.
-    pub(crate) fn new(seed: u64, setup: &'a Setup, think: Duration) -> Self {
+    pub(crate) fn new(seed: u64, setup: &'a Setup, think: Duration, world: WorldKind) -> Self {
+        let mut graph = Graph::new();
+        graph.set_seed(seed);
         Self {
             seed,
             setup,
             think,
-            graph: Graph::new(),
+            world,
+            knows_worlds: false,
+            graph,
             recorded: Vec::new(),
             answered: Vec::new(),
         }
@@ -52,6 +63,51 @@ impl<'a> Builder<'a> {
     /// node that decides.
     pub fn think(&self) -> Duration {
         self.think
+    }
+
+    /// Whether the plant waits for the robot. A system that does not ask has one
+    /// world, and refuses the other.
+    pub fn world(&mut self) -> WorldKind {
+        self.knows_worlds = true;
+        self.world
+    }
+
+    /// Adds a plant that moves by itself, as a node called [`WORLD`]: at `hz`, before
+    /// any other node ticks, the plant is brought to the time and `look` is taken
+    /// at it. To be added before all other nodes.
+    ///
+    /// # Errors
+    /// [`BuildError`] if `hz` is no rate, or a name is taken.
+    pub fn own_world<W: World, F>(
+        &mut self,
+        world: W,
+        hz: f64,
+        look: impl FnOnce(&mut Wiring<'_>) -> F,
+    ) -> Result<SharedWorld<W>, BuildError>
+    where
+        F: FnMut(&W, Time) -> Tick + Send + 'static,
+    {
+        let (world, hz) = (SharedWorld::new(world), Hz::new(hz)?);
+        let shared = world.clone();
+        self.graph.node(WORLD, hz, 0, |wiring| {
+            const TIMES: &[KnobKind] = &[
+                KnobKind::Rate,
+                KnobKind::Takes,
+                KnobKind::Offset,
+                KnobKind::Wakes,
+                KnobKind::Crash,
+                KnobKind::Restart,
+                KnobKind::Hang,
+                KnobKind::Clock,
+            ];
+            wiring.fix(
+                TIMES,
+                "the world moves by itself: choose a node of the robot",
+            );
+            let mut look = look(wiring);
+            move |now| look(&world.at(now), now)
+        })?;
+        Ok(shared)
     }
 
     /// A topic that is recorded, of depth one unless set otherwise.
@@ -108,12 +164,16 @@ impl<'a> Builder<'a> {
     /// [`BuildError::Setting`] if something is set, or `timed` to be set, that the
     /// graph does not have, or a node refuses its message.
     pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
+        if !self.knows_worlds && !self.world.is_course() {
+            let why = "this system has no world of its own: leave the setting out";
+            return Err(BuildError::Setting(why.to_owned()));
+        }
         for timed in timed {
             self.check(&timed.knob)?;
         }
         for knob in self.setup.iter() {
             self.check(knob)?;
-            self.send(knob)?;
+            self.turn(knob)?;
         }
         Ok(Built {
             graph: self.graph,
@@ -126,14 +186,15 @@ impl<'a> Builder<'a> {
         known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
     }
 
-    fn send(&mut self, knob: &Knob) -> Result<(), BuildError> {
-        let Knob::Send { node, .. } = knob else {
-            return Ok(());
+    /// Turns a knob that the graph was not built by.
+    fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
+        let node = knob.target();
+        let answer = match knob.kind() {
+            KnobKind::Rate | KnobKind::Depth => return Ok(()),
+            KnobKind::Send if self.answered.iter().any(|known| known == node) => return Ok(()),
+            kind if kind.is_of_topic() => self.graph.control.turn(knob, Time::ZERO),
+            _ => self.graph.obey(node, &knob.clone().into(), Time::ZERO),
         };
-        if self.answered.contains(node) {
-            return Ok(());
-        }
-        let answer = self.graph.obey(node, &knob.clone().into(), Time::ZERO);
         answer.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
         Ok(())
     }

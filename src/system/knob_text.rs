@@ -43,8 +43,7 @@ impl KnobText {
         }
         let alias = self.alias(word).ok_or_else(|| self.unknown(word))?;
         let value = value.trim_start();
-        // Only a message may have spaces in it.
-        let words = alias.kind() != KnobKind::Send && value.contains(char::is_whitespace);
+        let words = !alias.kind().takes_words() && value.contains(char::is_whitespace);
         if value.is_empty() || words {
             return Err(KnobTextError::Shape {
                 text: text.to_owned(),

@@ -43,6 +43,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod age_limits;
 mod alias;
 mod builder;
 mod comment;
@@ -52,20 +53,23 @@ mod setup;
 mod signal;
 mod table;
 mod verdict;
+mod world;
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
+pub use age_limits::AgeLimits;
 pub use alias::Alias;
-pub use builder::Builder;
 pub(crate) use builder::Built;
+pub use builder::{Builder, WORLD};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
 pub use table::Table;
 pub use verdict::{Verdict, VerdictKind};
+pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
 
 use crate::runtime::{ClockExit, GraphError, HzError, Time};
 
@@ -154,6 +158,13 @@ pub trait System: Send + Sync + 'static {
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
         let _ = setup;
         None
+    }
+
+    /// How old a push may be on average in a run with `setup`. It may take a while:
+    /// callers keep it for as long as the setup stays.
+    fn age_limits(&self, setup: &Setup) -> AgeLimits {
+        let _ = setup;
+        AgeLimits::default()
     }
 
     /// Every [`VerdictKind`] that [`verdict`](Self::verdict) gives, so that it can

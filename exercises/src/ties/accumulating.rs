@@ -6,13 +6,13 @@
 
 use ratelab::{
     cartpole::{
-        ACTION, Action, Actuator, CONTROL_HZ, ControlStep, OBS, Observation, Plant, PolicyNode,
-        STATE, Sensor, SharedPlant,
+        ACTION, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, OBS, Observation, Plant,
+        PolicyNode, STATE, Sensor, SharedPlant,
     },
     policy::Scripted,
     runtime::{
         Depth, Node, Time, Topic,
-        telemetry::{Distribution, Meter},
+        telemetry::{Distribution, Meter, PushAge},
     },
 };
 
@@ -69,16 +69,15 @@ pub fn run(seed: u64, control_hz: f64, seconds: f64) -> Result<Accumulated, Fail
         },
         actuator: Actuator {
             plant: plant.clone(),
-            actions: actions.subscribe(),
+            input: ActuatorInput::new(actions.subscribe(), sense_to_act, PushAge::default()),
             steps: steps.publisher(),
-            sense_to_act,
         },
     };
     schedule(&mut nodes, control_hz, seconds)?;
     Ok(Accumulated {
         latency: latency.read(),
         reading_age: nodes.policy.observations.ages().read(),
-        action_age: nodes.actuator.actions.ages().read(),
+        action_age: nodes.actuator.input.actions.ages().read(),
         dropped: nodes.policy.observations.dropped(),
         steps: plant.lock().steps(),
     })
@@ -94,7 +93,9 @@ fn schedule(nodes: &mut Nodes, control_hz: f64, seconds: f64) -> Result<(), Fail
             return Ok(());
         };
         let now = Time::from_secs_f64(due[next])?;
-        if nodes.by_priority()[next].tick(now)?.is_break() {
+        let mut nodes = nodes.by_priority();
+        let node = &mut nodes[next];
+        if node.tick(now)?.is_break() || node.apply(now)?.is_break() {
             return Ok(());
         }
         // The bug: a period is rounded, and so is every sum. Two nodes that

@@ -25,7 +25,8 @@ const OF_COMMANDS: [(&str, &str); 10] = [
         "run",
         "\
   ratelab run --break                   decide 5 times a second: it falls
-  ratelab run --clock virtual --record  the same to the bit every time, and kept",
+  ratelab run --clock virtual --record  the same to the bit every time, and kept
+  ratelab run --world own --takes policy=60..80    neither waits for the other",
     ),
     (
         "sweep",

@@ -1,13 +1,14 @@
 //! What a graph can be asked for.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ratelab::runtime::{ClockKind, Speed, Time};
+use ratelab::runtime::{ClockKind, Knob, Speed, Time};
 
 use super::{
     heading,
     system::{Setting, SystemArgs},
+    timing::TimingArgs,
     values,
 };
 
@@ -29,8 +30,9 @@ pub struct GraphArgs {
     )]
     pub seed: u64,
 
-    /// Turn a knob before the run begins: "rate NODE HZ", "depth TOPIC N" or "send
-    /// NODE TEXT"; can be given several times.
+    /// Turn a knob before the run begins: "rate NODE HZ", "depth TOPIC N", "send NODE
+    /// TEXT", "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given
+    /// several times.
     #[arg(long, value_name = "KNOB")]
     pub knob: Vec<String>,
 
@@ -53,10 +55,13 @@ pub struct GraphArgs {
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub speed: Option<Speed>,
 
-    /// Have the policy think longer: milliseconds of wall time per decision
-    /// (real clock only).
+    /// The world and the machine.
+    #[command(flatten)]
+    pub timing: TimingArgs,
+
+    /// Have the policy think so many milliseconds per decision: --takes policy=MS.
     #[arg(long, alias = "think_ms", value_name = "MS", value_parser = values::think, allow_hyphen_values = true, help_heading = heading::TIME)]
-    pub think_ms: Option<Duration>,
+    pub think_ms: Option<Knob>,
 
     /// Ask for real-time scheduling and locked memory (real clock only).
     #[arg(long, help_heading = heading::TIME)]

@@ -8,6 +8,7 @@ mod recordings;
 mod run;
 mod sweep;
 mod system;
+mod timing;
 mod values;
 
 use std::path::PathBuf;
@@ -29,6 +30,7 @@ pub use self::{
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::SweepArgs,
     system::DEFAULT_RATES,
+    timing::{TimingArgs, WorldArg},
 };
 
 /// Headings under which options are listed.

@@ -11,6 +11,7 @@ use ratelab::{
 use super::{
     heading,
     system::SystemArgs,
+    timing::TimingArgs,
     values::{duration, within},
 };
 
@@ -23,13 +24,14 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub system: SystemArgs<SweepAxis>,
 
-    /// Sweep any knob: "rate NODE", "depth TOPIC" or "send NODE", and a list or a
-    /// range; can be given several times.
+    /// Sweep any knob: "rate NODE", "depth TOPIC", "send NODE", "takes NODE", "offset
+    /// NODE" or "wakes NODE", and a list or a range; can be given several times.
     #[arg(long, num_args = 2, value_names = ["KNOB", "LIST"], allow_hyphen_values = true)]
     pub axis: Vec<String>,
 
-    /// Turn a knob of all runs: "rate NODE HZ", "depth TOPIC N" or "send NODE TEXT";
-    /// can be given several times.
+    /// Turn a knob of all runs: "rate NODE HZ", "depth TOPIC N", "send NODE TEXT",
+    /// "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given several
+    /// times.
     #[arg(long, value_name = "KNOB")]
     pub knob: Vec<String>,
 
@@ -45,6 +47,10 @@ pub struct SweepArgs {
     /// Run time of each in seconds [default: 10]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub duration_s: Option<Time>,
+
+    /// The world and the machine.
+    #[command(flatten)]
+    pub timing: TimingArgs,
 
     /// Threads to run on, which change nothing but the time it takes [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]

@@ -44,7 +44,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
                 format!("{} ({least} to {most} Hz)", alias.help)
             }
             KnobKind::Depth => format!("{} (1 to {})", alias.help, Depth::MAX),
-            KnobKind::Send => alias.help.to_owned(),
+            _ => alias.help.to_owned(),
         };
         let name = match alias.kind() {
             KnobKind::Send => alias.name.to_uppercase(),
@@ -74,7 +74,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
         let what = match alias.kind() {
             KnobKind::Rate => "a list or a range (Hz), such as 1..30",
             KnobKind::Depth => "a list or a range",
-            KnobKind::Send => "several with commas in between (a comma in one is \\,)",
+            _ => "several with commas in between (a comma in one is \\,)",
         };
         let help = format!("{}; {what}", alias.help);
         let read = move |text: &str| SweepAxis::parse(knobs, alias.name, text);

@@ -1,8 +1,8 @@
 //! From the text of an option to its value, or to what was expected.
 
-use std::{ops::RangeInclusive, str::FromStr, time::Duration};
+use std::{ops::RangeInclusive, str::FromStr};
 
-use ratelab::runtime::{Speed, Time};
+use ratelab::runtime::{Knob, KnobKind, Speed, Time};
 
 /// Longest run accepted: a year.
 const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
@@ -18,8 +18,35 @@ pub fn duration(text: &str) -> Result<Time, String> {
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
-pub fn think(text: &str) -> Result<Duration, String> {
-    number(text, "milliseconds", 0.0, 60_000.0).map(|ms| Duration::from_secs_f64(ms / 1e3))
+/// What a decision takes, as a knob of the node that decides.
+pub fn think(text: &str) -> Result<Knob, String> {
+    let ms = number(text, "milliseconds", 0.0, 60_000.0)?.to_string();
+    let knob = KnobKind::Takes.set("policy", &ms);
+    knob.map_err(|error| error.to_string())
+}
+
+pub fn step_ms(text: &str) -> Result<u64, String> {
+    let step = text.trim().parse().ok();
+    step.ok_or_else(|| "expected 1, 2, 5 or 10 milliseconds".to_owned())
+}
+
+/// What the ticks of a node take.
+pub fn takes(text: &str) -> Result<Knob, String> {
+    of_node(KnobKind::Takes, text)
+}
+
+/// By how much the due times of a node are shifted.
+pub fn offset(text: &str) -> Result<Knob, String> {
+    of_node(KnobKind::Offset, text)
+}
+
+fn of_node(kind: KnobKind, text: &str) -> Result<Knob, String> {
+    let (node, value) = text
+        .split_once('=')
+        .filter(|(node, _)| !node.trim().is_empty())
+        .ok_or_else(|| format!("expected NODE={}", kind.value_name()))?;
+    let knob = kind.set(node.trim(), value);
+    knob.map_err(|error| error.to_string())
 }
 
 pub fn speed(text: &str) -> Result<Speed, String> {

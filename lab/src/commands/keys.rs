@@ -1,17 +1,22 @@
 //! `ratelab keys`: the keys of the lab.
 
+use ratelab::experiment::Config;
+
 use crate::{
     dashboard::keys::{self, LabAction},
     error::Error,
     output::print_line,
     program::Program,
+    timing::own_world,
 };
 
 /// Prints the keys of the lab: those that do something with the system.
 pub fn print_keys(program: &Program) -> Result<(), Error> {
+    let own_world = own_world(&program.system, &Config::default()).is_some();
     let done = |action: &LabAction| match action {
         LabAction::Exercises => program.course,
         LabAction::Break => program.system.broken().is_some(),
+        LabAction::OtherWorld => own_world,
         _ => true,
     };
     print_line(&format!(

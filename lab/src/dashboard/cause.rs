@@ -2,30 +2,35 @@
 //!
 //! Between a reading and the action that it led to lies a period of each node on its
 //! way at the most. So readings that are older have a slow node on their path, and
-//! the slowest is named with the setting that cures it.
+//! the slowest is named with where the age arose and the setting that cures it.
 
 use std::time::Duration;
 
 use ratelab::{
     experiment::Config,
-    runtime::{ClockKind, KnobKind, Snapshot, telemetry::TopicView},
+    runtime::{KnobKind, Snapshot, telemetry::TopicView},
     system::System,
 };
+
+use super::frame::{AgeData, Strain};
+use crate::timing::takes_time;
 
 /// What is known of a run that was lost.
 #[derive(Clone, Debug)]
 pub struct Facts {
     /// Why it is lost at any rate, if it is.
     pub anyway: Option<String>,
+    /// The push age of late, if it is known.
+    pub age: Option<AgeData>,
+    /// Whether keys turn its knobs, as in no recording.
+    pub live: bool,
     /// Age of the oldest reading behind a state of the last second; `None` if none
     /// was behind any.
     pub oldest: Option<Duration>,
-    /// The nodes on the path of a reading, up to the one that makes the states.
+    /// The nodes on the path of a reading, up to the one that acts.
     pub path: Vec<NodeFacts>,
-    /// Period of the node that makes the states.
+    /// Period of the node that acts.
     pub step: Duration,
-    /// How long a decision is made to take.
-    pub think: Duration,
 }
 
 /// How often a node works.
@@ -35,12 +40,18 @@ pub struct NodeFacts {
     pub name: String,
     /// The knob of its rate.
     pub setting: String,
+    /// The key that turns it up, if one does.
+    pub key: Option<char>,
+    /// The topic through which what it publishes is read.
+    pub output: Option<String>,
     /// One period at its rate.
     pub period: Duration,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
+    /// Whether a knob says what its ticks take.
+    pub takes: bool,
     /// What it reads.
     pub input: Option<Input>,
 }
@@ -72,14 +83,20 @@ impl NodeFacts {
     /// What its queue shows of it being slower than those who fill the queue.
     fn symptom(&self) -> Option<String> {
         let input = self.input.filter(|input| input.period < self.interval())?;
-        let symptom = match (input.dropped, input.depth) {
-            (0, 1) => return None,
-            (0, depth) => format!("a queue of {depth} hides the symptom"),
-            (dropped, _) => format!("{dropped} dropped readings are the symptom"),
-        };
-        Some(format!("{symptom}, latency is the disease"))
+        match (input.dropped, input.depth) {
+            (0, 1) => None,
+            (0, depth) => Some(format!(
+                "a queue of {depth} drops nothing and changes nothing"
+            )),
+            (dropped, _) => Some(format!(
+                "{dropped} dropped readings are harmless: a deeper queue changes nothing"
+            )),
+        }
     }
 }
+
+/// The keys that turn up the rates of the first aliases.
+const RATE_KEYS: [char; 2] = [']', '}'];
 
 /// Share of the slowest interval from which on another is as slow.
 const AS_SLOW: f64 = 0.9;
@@ -93,45 +110,81 @@ impl Facts {
         graph: &Snapshot,
         oldest: Option<Duration>,
     ) -> Option<Self> {
-        system.latency()?;
-        let states = graph.topic(system.state()?)?;
-        let last = *states.publishers.first()?;
+        let (acts, _) = system.latency()?;
+        let last = graph.nodes.iter().position(|node| *node.name == *acts)?;
         let path = upstream(graph, last).into_iter();
         Some(Self {
             anyway: system.lost_anyway(&config.setup),
+            age: None,
+            live: false,
             oldest,
-            path: path.map(|node| node_facts(system, graph, node)).collect(),
+            path: path
+                .map(|node| node_facts(system, config, graph, node))
+                .collect(),
             step: graph.nodes.get(last)?.hz.period(),
-            think: config.think,
         })
     }
 
     /// Why it was lost, in short lines: first the cause and its cure.
     pub fn reasons(&self) -> Vec<String> {
+        let fresh = self.fresh();
         if let Some(anyway) = &self.anyway {
-            return vec![anyway.clone()];
+            let fresh = fresh.filter(|_| self.age.is_some());
+            return vec![
+                fresh.map_or_else(|| anyway.clone(), |fresh| format!("{fresh}: {anyway}")),
+            ];
         }
         let Some(oldest) = self.oldest else {
             return vec!["no action was applied in the last second".to_owned()];
         };
-        // However fast all are, a reading may wait a step for each node after it.
-        if oldest <= self.step * count(self.path.len()) {
-            return vec![format!(
-                "data age is not to blame: readings were at most {} old",
-                ms(oldest)
-            )];
+        if let Some(fresh) = fresh {
+            return vec![fresh];
         }
         let slow = self.slow_nodes(oldest);
         let mut reasons: Vec<String> = slow.iter().flat_map(|node| self.blame(node)).collect();
-        reasons.push(format!(
-            "the last actions used readings up to {} old",
-            ms(oldest)
-        ));
+        reasons.push(self.how_old(oldest));
         if slow.is_empty() {
             reasons.push("no node is that slow any more: the cure came too late".to_owned());
         }
         reasons.extend(slow.iter().find_map(|node| node.symptom()));
         reasons
+    }
+
+    /// That age is not to blame, if it is not: the loop bears more, or, where that
+    /// is unknown, each node added a step at the most.
+    fn fresh(&self) -> Option<String> {
+        let limit = self.age.and_then(|age| Some((age, age.limit()?)));
+        match limit {
+            Some((age, limit)) if age.strain() == Strain::Borne && age.greatest < limit => {
+                let mean = number(age.mean);
+                Some(format!(
+                    "age is not to blame ({mean} ms of {})",
+                    number(limit)
+                ))
+            }
+            Some(_) => None,
+            None => {
+                let oldest = self.oldest?;
+                let fresh = oldest <= self.step * count(self.path.len());
+                let oldest = ms(oldest);
+                fresh.then(|| {
+                    format!("data age is not to blame: readings were at most {oldest} old")
+                })
+            }
+        }
+    }
+
+    /// How old readings were, against what the loop bears.
+    fn how_old(&self, oldest: Duration) -> String {
+        let Some(age) = self.age else {
+            return format!("the last actions used readings up to {} old", ms(oldest));
+        };
+        let (greatest, mean) = (ms(age.greatest), number(age.mean));
+        let text = format!("pushes used readings up to {greatest} old, {mean} on average");
+        match age.limit() {
+            Some(limit) => format!("{text}; this loop bears {}", number(limit)),
+            None => text,
+        }
     }
 
     /// The slowest node on the path of readings as old as `oldest`, or those that
@@ -146,21 +199,34 @@ impl Facts {
         self.path.iter().filter(as_slow).collect()
     }
 
-    /// What a slow node does, and its cure.
+    /// Where the age arose, and its cure.
     fn blame(&self, node: &NodeFacts) -> Vec<String> {
-        let ticks = format!("the {} ticks every {}", node.name, ms(node.interval()));
-        if !node.is_overrun() {
-            return vec![format!("{ticks}: raise {}", node.setting)];
+        let (name, every) = (&node.name, ms(node.interval()));
+        if node.is_overrun() {
+            let relief = match node.takes {
+                true => format!("lower takes {name}"),
+                false => "its ticks take too long".to_owned(),
+            };
+            let set = ms(node.period);
+            return vec![
+                format!("the age arose in the {name}: it decides every {every}, not every {set}"),
+                format!("{} overruns: {relief}", node.overruns),
+            ];
         }
-        let relief = if self.think.is_zero() {
-            "its ticks take too long"
-        } else {
-            "lower --think-ms"
+        let cure = match node.key.filter(|_| self.live) {
+            Some(key) => format!("{key} raises {}", node.setting),
+            None => format!("raise {}", node.setting),
         };
-        vec![
-            format!("{ticks}, not every {}", ms(node.period)),
-            format!("{} overruns: {relief}", node.overruns),
-        ]
+        let arose = match (&node.input, &node.output) {
+            (Some(_), Some(topic)) => format!("on {topic}: the {name} decides every {every}"),
+            (Some(_), None) => format!("in the {name}: it decides every {every}"),
+            (None, _) => {
+                let times = 1.0 / node.interval().as_secs_f64();
+                let times = (times * 10.0).round() / 10.0;
+                format!("at the {name}: it looks only {times} times a second")
+            }
+        };
+        vec![format!("the age arose {arose}. {cure}")]
     }
 }
 
@@ -186,25 +252,32 @@ fn inputs(graph: &Snapshot, node: usize) -> impl Iterator<Item = &TopicView> {
     topics.filter(move |topic| topic.subscriptions.iter().any(|reader| reader.node == node))
 }
 
-/// How often a node works. Overruns are those of the real clock, and say nothing of
-/// a run that was handed over since.
-fn node_facts(system: &dyn System, graph: &Snapshot, index: usize) -> NodeFacts {
+/// How often a node works.
+fn node_facts(system: &dyn System, config: &Config, graph: &Snapshot, index: usize) -> NodeFacts {
     let node = &graph.nodes[index];
-    let real = graph.status.clock == ClockKind::Real;
     let of_node = [(KnobKind::Rate, &*node.name)];
-    let mut aliases = system.aliases().iter();
-    let alias = aliases.find(|alias| alias.knobs == of_node);
+    let aliases = system.aliases().iter();
+    let mut rates = aliases
+        .filter(|alias| alias.kind() == KnobKind::Rate)
+        .enumerate();
+    let alias = rates.find(|(_, alias)| alias.knobs == of_node);
     let setting = alias.map_or_else(
         || format!("rate {}", node.name),
-        |alias| alias.name.to_owned(),
+        |(_, alias)| alias.name.to_owned(),
     );
+    let read = |topic: &&TopicView| !topic.subscriptions.is_empty();
+    let mut outputs = graph.topics.iter().filter(read);
+    let output = outputs.find(|topic| topic.publishers.contains(&index));
     let input = inputs(graph, index).max_by_key(|topic| topic.dropped());
     NodeFacts {
         name: node.name.to_string(),
         setting,
+        key: alias.and_then(|(number, _)| RATE_KEYS.get(number).copied()),
+        output: output.map(|topic| topic.name.to_string()),
         period: node.hz.period(),
         ticks: node.ticks,
-        overruns: if real { node.overruns } else { 0 },
+        overruns: node.overruns,
+        takes: takes_time(&config.setup, &node.name),
         input: input.and_then(|topic| {
             let publishers = topic.publishers.iter();
             let periods = publishers.map(|node| graph.nodes[*node].hz.period());
@@ -222,11 +295,18 @@ fn count(nodes: usize) -> u32 {
 }
 
 fn ms(duration: Duration) -> String {
-    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
+    format!("{} ms", number(duration))
+}
+
+/// Whole milliseconds.
+fn number(duration: Duration) -> String {
+    format!("{:.0}", duration.as_secs_f64() * 1e3)
 }
 
 #[cfg(test)]
 mod tests {
+    use ratelab::system::AgeLimits;
+
     use super::*;
 
     fn millis(ms: u64) -> Duration {
@@ -237,9 +317,12 @@ mod tests {
         NodeFacts {
             name: name.to_owned(),
             setting: setting.to_owned(),
+            key: None,
+            output: None,
             period: millis(period),
             ticks: 10,
             overruns: 0,
+            takes: false,
             input: None,
         }
     }
@@ -254,14 +337,17 @@ mod tests {
         };
         let policy = NodeFacts {
             input: Some(input),
+            key: Some(']'),
+            output: Some("/action".to_owned()),
             ..node("policy", "control-hz", policy)
         };
         Facts {
             anyway: None,
+            age: None,
+            live: true,
             oldest: Some(millis(oldest)),
             path: vec![node("sensor", "sensor-hz", sensor), policy],
             step: millis(20),
-            think: Duration::ZERO,
         }
     }
 
@@ -273,17 +359,18 @@ mod tests {
 
     #[test]
     fn a_slow_policy_is_named_with_what_the_queue_shows_of_it() {
-        let cause = "the policy ticks every 200 ms: raise control-hz";
-        let symptom = "37 dropped readings are the symptom, latency is the disease";
+        let cause =
+            "the age arose on /action: the policy decides every 200 ms. ] raises control-hz";
+        let symptom = "37 dropped readings are harmless: a deeper queue changes nothing";
         explained(&lost(180, 20, 200, (1, 37)), &[cause, OLD, symptom]);
-        let hidden = "a queue of 100 hides the symptom, latency is the disease";
+        let hidden = "a queue of 100 drops nothing and changes nothing";
         explained(&lost(180, 20, 200, (100, 0)), &[cause, OLD, hidden]);
         explained(&lost(180, 20, 200, (1, 0)), &[cause, OLD]);
     }
 
     #[test]
     fn a_slow_sensor_is_named_and_neither_the_policy_nor_the_queue() {
-        let cause = "the sensor ticks every 200 ms: raise sensor-hz";
+        let cause = "the age arose at the sensor: it looks only 5 times a second. raise sensor-hz";
         for queue in [(1, 0), (100, 0), (1, 3)] {
             explained(&lost(180, 200, 20, queue), &[cause, OLD]);
         }
@@ -294,8 +381,8 @@ mod tests {
         explained(
             &lost(260, 143, 143, (100, 0)),
             &[
-                "the sensor ticks every 143 ms: raise sensor-hz",
-                "the policy ticks every 143 ms: raise control-hz",
+                "the age arose at the sensor: it looks only 7 times a second. raise sensor-hz",
+                "the age arose on /action: the policy decides every 143 ms. ] raises control-hz",
                 "the last actions used readings up to 260 ms old",
             ],
         );
@@ -305,15 +392,15 @@ mod tests {
     fn overruns_count_and_not_the_rate_that_was_set() {
         let mut facts = lost(140, 20, 20, (1, 30));
         (facts.path[1].ticks, facts.path[1].overruns) = (13, 39);
-        facts.think = millis(60);
-        let cause = "the policy ticks every 80 ms, not every 20 ms";
+        facts.path[1].takes = true;
+        let cause = "the age arose in the policy: it decides every 80 ms, not every 20 ms";
         let age = "the last actions used readings up to 140 ms old";
-        let symptom = "30 dropped readings are the symptom, latency is the disease";
+        let symptom = "30 dropped readings are harmless: a deeper queue changes nothing";
         explained(
             &facts,
-            &[cause, "39 overruns: lower --think-ms", age, symptom],
+            &[cause, "39 overruns: lower takes policy", age, symptom],
         );
-        facts.think = Duration::ZERO;
+        facts.path[1].takes = false;
         explained(
             &facts,
             &[cause, "39 overruns: its ticks take too long", age, symptom],
@@ -342,6 +429,46 @@ mod tests {
             ..lost(180, 20, 200, (1, 37))
         };
         explained(&facts, &[anyway]);
+    }
+
+    fn of_age(mean: u64, greatest: u64, facts: Facts) -> Facts {
+        let limits = AgeLimits {
+            grows: Some(millis(60)),
+            falls: Some(millis(90)),
+        };
+        let age = AgeData {
+            mean: millis(mean),
+            greatest: millis(greatest),
+            limits,
+        };
+        Facts {
+            age: Some(age),
+            ..facts
+        }
+    }
+
+    #[test]
+    fn an_age_is_told_against_what_the_loop_bears() {
+        let old = of_age(95, 200, lost(180, 20, 200, (1, 0)));
+        let [cause, age] = &old.reasons()[..] else {
+            panic!("{old:?}")
+        };
+        assert!(cause.ends_with("] raises control-hz"), "{cause}");
+        let told = "pushes used readings up to 200 ms old, 95 on average; this loop bears 90";
+        assert_eq!(age, told);
+        explained(
+            &of_age(10, 20, lost(20, 20, 20, (1, 3))),
+            &["age is not to blame (10 ms of 90)"],
+        );
+    }
+
+    #[test]
+    fn a_recording_obeys_no_key() {
+        let facts = Facts {
+            live: false,
+            ..lost(180, 20, 200, (1, 0))
+        };
+        assert!(facts.reasons()[0].ends_with("200 ms. raise control-hz"));
     }
 
     #[test]

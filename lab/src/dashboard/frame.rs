@@ -11,7 +11,7 @@ use ratelab::{
         Hz, Time,
         telemetry::{Distribution, Status},
     },
-    system::Signal,
+    system::{AgeLimits, Signal},
 };
 
 /// Everything that is on the screen but keys and layout.
@@ -33,6 +33,8 @@ pub struct FrameData {
     pub topics: Vec<TopicData>,
     /// The latency that matters, if the system has one.
     pub latency: Option<LatencyData>,
+    /// How old the push in force was of late, if the system has one.
+    pub age: Option<AgeData>,
     /// The newest state of the plant, as numbers; empty before the first.
     pub state: Vec<f64>,
     /// How it stands, or how it ended.
@@ -99,9 +101,14 @@ pub struct TopicData {
 }
 
 impl TopicData {
-    /// Whether messages are being lost right now.
-    pub fn alarming(&self) -> bool {
-        self.dropped_lately > 0
+    /// Share of its messages that were lost unread of late.
+    pub fn loss(&self) -> f64 {
+        let read = self.per_second * self.readers.len() as f64;
+        if read > 0.0 {
+            (self.dropped_lately as f64 / read).min(1.0)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -152,6 +159,52 @@ pub struct LatencyData {
     pub period: Duration,
 }
 
+/// How old what acts on the world is, against what the loop bears.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgeData {
+    /// The mean push age of the last second, or of two periods of the policy.
+    pub mean: Duration,
+    /// The greatest push age in that time.
+    pub greatest: Duration,
+    /// What the loop bears.
+    pub limits: AgeLimits,
+}
+
+/// How much of what a loop bears is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strain {
+    /// No limit is known.
+    Unknown,
+    /// Less than what makes small deviations grow.
+    Borne,
+    /// Small deviations grow.
+    Swings,
+    /// More than what it survives.
+    Falls,
+}
+
+impl AgeData {
+    /// How much of what the loop bears is used.
+    pub fn strain(&self) -> Strain {
+        // Where rates alone come to the limit, the mean is that limit.
+        let passed = |limit: Option<Duration>| limit.is_some_and(|limit| self.mean + HAIR >= limit);
+        match self.limits {
+            AgeLimits { falls, .. } if passed(falls) => Strain::Falls,
+            AgeLimits { grows, .. } if passed(grows) => Strain::Swings,
+            limits if limits == AgeLimits::default() => Strain::Unknown,
+            _ => Strain::Borne,
+        }
+    }
+
+    /// The age at which it falls, or at which small deviations grow.
+    pub fn limit(&self) -> Option<Duration> {
+        self.limits.falls.or(self.limits.grows)
+    }
+}
+
+/// Ages that differ by less are the same.
+const HAIR: Duration = Duration::from_micros(100);
+
 /// How it stands, or how it ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerdictData {
@@ -183,6 +236,10 @@ pub struct Trace {
     pub signal: &'static Signal,
     /// Run time (s) and value, oldest first.
     pub points: Vec<(f64, f64)>,
+    /// Run time (s) and push age (ms), oldest first.
+    pub ages: Vec<(f64, f64)>,
+    /// What the loop bears of it.
+    pub limits: AgeLimits,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
 }

@@ -5,6 +5,7 @@
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
+mod age_limits;
 mod app;
 mod cause;
 mod cliff;
@@ -23,6 +24,7 @@ mod model;
 mod player;
 mod presets;
 mod prompt;
+mod push_age;
 mod sampler;
 mod session;
 mod settings;

@@ -301,8 +301,8 @@ impl Playhead {
 }
 
 impl RunSource for Playhead {
-    fn system(&self) -> &dyn System {
-        &**self.replay.system()
+    fn shared_system(&self) -> &Arc<dyn System> {
+        self.replay.system()
     }
 
     fn config(&self) -> &Config {
@@ -311,6 +311,10 @@ impl RunSource for Playhead {
 
     fn observer(&self) -> &Observer {
         &self.observer
+    }
+
+    fn live(&self) -> bool {
+        false
     }
 
     /// Not recorded: a replay has the time of the run only.

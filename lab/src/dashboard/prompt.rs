@@ -188,10 +188,10 @@ impl Vocabulary<'_> {
 
     fn targets(&self, kind: KnobKind) -> Vec<(String, bool)> {
         let names: Vec<&str> = match kind {
-            KnobKind::Rate | KnobKind::Send => {
-                self.graph.nodes.iter().map(|node| &*node.name).collect()
+            kind if kind.is_of_topic() => {
+                self.graph.topics.iter().map(|topic| &*topic.name).collect()
             }
-            KnobKind::Depth => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+            _ => self.graph.nodes.iter().map(|node| &*node.name).collect(),
         };
         names
             .into_iter()

@@ -2,6 +2,7 @@
 
 use std::{
     collections::VecDeque,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -15,11 +16,18 @@ use ratelab::{
 };
 
 use super::{
+    age_limits::LimitsInForce,
     cause::Facts,
     figures::{Figures, NodeFigures},
-    frame::{FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData},
+    frame::{
+        AgeData, FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace,
+        VerdictData,
+    },
+    knob_focus::first_node,
+    push_age::PushAges,
     settings::setting,
 };
+use crate::timing::is_of_time;
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -50,7 +58,12 @@ pub fn signal(system: &dyn System) -> Option<&'static Signal> {
 /// A run to make frames of: one that is under way, or a replay.
 pub trait RunSource {
     /// What runs.
-    fn system(&self) -> &dyn System;
+    fn shared_system(&self) -> &Arc<dyn System>;
+
+    /// The same, to look at.
+    fn system(&self) -> &dyn System {
+        &**self.shared_system()
+    }
 
     /// What it was started with.
     fn config(&self) -> &Config;
@@ -69,6 +82,11 @@ pub trait RunSource {
 
     /// What it came to, if it is over.
     fn summary(&self) -> Option<&Summary>;
+
+    /// Whether its knobs can be turned.
+    fn live(&self) -> bool {
+        true
+    }
 
     /// Whether nothing moves.
     fn at_rest(&self) -> bool {
@@ -94,6 +112,10 @@ pub struct Sampler {
     newest_age: Option<Duration>,
     /// Run times and such ages of the last second.
     ages: VecDeque<(Time, Duration)>,
+    /// The age of the push in force.
+    push_ages: PushAges,
+    /// What the loop bears of it with the setup that is in force.
+    limits: LimitsInForce,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
 }
@@ -101,11 +123,15 @@ pub struct Sampler {
 impl Sampler {
     /// A frame of `session` as it is now.
     pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
+        let (system, observer) = (session.system(), session.observer());
+        self.push_ages.meet(system, || observer.read_counters());
         for (topic, rows) in session.new_rows() {
             self.remember(session.system(), topic, &rows);
         }
         self.follow_knobs(session.observer());
         let counters = session.observer().read_counters();
+        self.push_ages.look(&counters);
+        let age = self.age(session, &counters);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
         self.figures
@@ -120,7 +146,8 @@ impl Sampler {
             status: counters.status,
             seed: session.config().seed,
             settings: self.settings(session),
-            verdict: self.verdict(session, &counters),
+            verdict: self.verdict(session, &counters, age),
+            age,
             latency: figures.latency.as_ref().map(|latency| LatencyData {
                 newest: self.newest_age,
                 ..latency.clone()
@@ -145,6 +172,8 @@ impl Sampler {
         Some(Trace {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
+            ages: self.push_ages.saw(end - span, end),
+            limits: self.limits.known(),
             marks: Vec::new(),
         })
     }
@@ -163,11 +192,26 @@ impl Sampler {
         setup
     }
 
+    /// The push age of late, beside what the loop bears of it.
+    fn age(&mut self, session: &impl RunSource, graph: &Snapshot) -> Option<AgeData> {
+        let period = first_node(session.system(), graph).map(|node| node.hz.period());
+        let recent = self.push_ages.recent(period.unwrap_or_default())?;
+        let (system, setup) = (session.shared_system(), self.setup(session));
+        let over = session.summary().is_some();
+        Some(AgeData {
+            mean: recent.mean,
+            greatest: recent.greatest,
+            limits: self.limits.follow(system, setup, over),
+        })
+    }
+
     fn settings(&self, session: &impl RunSource) -> Vec<String> {
         let (system, setup) = (session.system(), self.setup(session));
         let aliases = system.aliases().iter();
         let sent = aliases.filter(|alias| alias.kind() == KnobKind::Send);
-        sent.map(|alias| setting(system, alias, &setup)).collect()
+        let sent = sent.map(|alias| setting(system, alias, &setup));
+        let world = world(session, &setup).map(str::to_owned);
+        world.into_iter().chain(sent).collect()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
@@ -193,6 +237,9 @@ impl Sampler {
         // What is lost stays lost since its first moment.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
+        if let Some(sensed) = head.origin {
+            self.push_ages.state(head.stamp, sensed);
+        }
         self.ages.extend(age(head).map(|age| (head.stamp, age)));
         let old = |(at, _): &mut (Time, Duration)| head.stamp.since(*at) > LATELY;
         while self.ages.pop_front_if(old).is_some() {}
@@ -222,7 +269,12 @@ impl Sampler {
     }
 
     /// How it stands, and why it ended if it did, in figures that were measured.
-    fn verdict(&self, session: &impl RunSource, snapshot: &Snapshot) -> VerdictData {
+    fn verdict(
+        &self,
+        session: &impl RunSource,
+        snapshot: &Snapshot,
+        age: Option<AgeData>,
+    ) -> VerdictData {
         let ended = session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
             return VerdictData {
@@ -238,22 +290,43 @@ impl Sampler {
             word: verdict.name().replace('_', " "),
             headline: verdict.to_string(),
             why: if lost {
-                self.reasons(session, snapshot)
+                self.reasons(session, snapshot, age)
             } else {
                 Vec::new()
             },
         }
     }
 
-    fn reasons(&self, session: &impl RunSource, snapshot: &Snapshot) -> Vec<String> {
+    fn reasons(
+        &self,
+        session: &impl RunSource,
+        snapshot: &Snapshot,
+        age: Option<AgeData>,
+    ) -> Vec<String> {
         let oldest = self.ages.iter().map(|(_, age)| *age).max();
         let config = Config {
             setup: self.setup(session),
             ..session.config().clone()
         };
-        Facts::of(session.system(), &config, snapshot, oldest)
-            .map_or_else(Vec::new, |facts| facts.reasons())
+        Facts::of(session.system(), &config, snapshot, oldest).map_or_else(Vec::new, |facts| {
+            Facts {
+                age,
+                live: session.live(),
+                ..facts
+            }
+            .reasons()
+        })
     }
+}
+
+/// What is to be known of the world of `session`, where it matters.
+fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
+    if !session.config().world.is_course() {
+        return Some("world: own");
+    }
+    session.system().state()?;
+    let asked = setup.iter().any(is_of_time);
+    asked.then_some("the world waits for the actuator")
 }
 
 /// A run that goes on, and well.

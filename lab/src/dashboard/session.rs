@@ -291,8 +291,8 @@ pub fn list(names: &[String]) -> String {
 }
 
 impl RunSource for Session {
-    fn system(&self) -> &dyn System {
-        &*self.system
+    fn shared_system(&self) -> &Arc<dyn System> {
+        &self.system
     }
 
     fn config(&self) -> &Config {

@@ -18,13 +18,18 @@ use std::{
 };
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
-use ratatui::{Terminal, backend::TestBackend};
-use ratelab::{cartpole::CartPole, experiment::Config, runtime::Speed};
+use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use ratelab::{
+    cartpole::CartPole,
+    experiment::Config,
+    runtime::{ClockKind, Speed, Time},
+};
 
 use super::{
     Model, Options,
     app::App,
     focus::Pane,
+    frame::Standing,
     run,
     session::Setup,
     terminal::Input,
@@ -165,30 +170,29 @@ fn every_size_shows_the_same_run() {
 
 #[test]
 fn the_events_blame_the_slow_node_and_its_setting() {
-    let fallen = |knobs: &str| {
+    let fallen = |knobs: &str, width, height| {
         let knobs = CartPole::KNOBS.parse_list(knobs).expect("knobs");
         let config = Config {
             knobs,
             ..Config::default()
         };
-        screen(&ended(config), &PLAIN, 160, 50)
+        screen(&ended(config), &PLAIN, width, height)
     };
-    let sensor = fallen("0 sensor-hz 5");
+    let sensor = fallen("0 sensor-hz 5", 80, 24);
+    let cause = "the age arose at the sensor: it looks only 5 times a second. } raises sensor-hz";
+    assert!(sensor.contains(cause), "{sensor}");
+    let sensor = fallen("0 sensor-hz 5", 160, 50);
     assert!(
-        sensor.contains("the sensor ticks every 200 ms: raise sensor-hz"),
+        !sensor.contains("control-hz") && !sensor.contains("queue"),
         "{sensor}"
     );
+    let policy = fallen("0 control-hz 5", 80, 24);
+    let cause = "the age arose on /action: the policy decides every 200 ms. ] raises control-hz";
+    assert!(policy.contains(cause), "{policy}");
+    assert!(policy.contains("age  96 ms of 90"), "{policy}");
+    let policy = fallen("0 control-hz 5", 160, 50);
     assert!(
-        !sensor.contains("control-hz") && !sensor.contains("symptom"),
-        "{sensor}"
-    );
-    let policy = fallen("0 control-hz 5");
-    assert!(
-        policy.contains("the policy ticks every 200 ms: raise control-hz"),
-        "{policy}"
-    );
-    assert!(
-        policy.contains("37 dropped readings are the symptom"),
+        policy.contains("37 dropped readings are harmless"),
         "{policy}"
     );
 }
@@ -317,4 +321,65 @@ fn the_map_is_kept_until_its_conditions_change() {
 /// The rate of `node` that the next session begins with, if it is set.
 fn rate(app: &App, node: &str) -> Option<f64> {
     app.wanted().setup.rate(node).map(ratelab::runtime::Hz::get)
+}
+
+/// All that a run over the real or the virtual clock shows until it is over, or for
+/// some frames; with what the terminal was told of each cell.
+fn frames(config: Config, mut each: impl FnMut(&App, &Buffer)) {
+    let mut app = App::new(&config, setup()).expect("session");
+    let mut terminal = Terminal::new(TestBackend::new(160, 50)).expect("terminal");
+    loop {
+        let over = app.ended();
+        app.sample().expect("no fault");
+        let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &PLAIN, frame));
+        each(&app, drawn.expect("drawn").buffer);
+        if over {
+            return;
+        }
+    }
+}
+
+fn warned(buf: &Buffer) -> String {
+    view::testing::styled(buf, PLAIN.alarm_line())
+}
+
+#[test]
+fn a_healthy_run_shows_no_warning_whatever_it_drops() {
+    let virtual_clock = Config {
+        speed: Speed::times(20.0).expect("speed"),
+        ..Config::default()
+    };
+    let real_clock = Config {
+        clock: ClockKind::Real,
+        end: Time::from_nanos(700_000_000),
+        ..Config::default()
+    };
+    let dropping = CartPole::config("sensor-hz 100").expect("knobs");
+    for config in [virtual_clock, real_clock, dropping] {
+        frames(config, |_, buf| assert_eq!(warned(buf), ""));
+    }
+}
+
+#[test]
+fn a_run_that_falls_is_warned_of_before_it_falls() {
+    for knobs in [
+        "control-hz 5",
+        "sensor-hz 5",
+        "control-hz 5, queue-depth 100",
+    ] {
+        let config = Config {
+            speed: Speed::REAL_TIME,
+            ..CartPole::config(knobs).expect("knobs")
+        };
+        let mut warned_at = None;
+        frames(config, |app, buf| {
+            let frame = app.screen().map(|shown| shown.frame.clone());
+            if frame.is_some_and(|frame| frame.verdict.standing == Standing::Good)
+                && !warned(buf).is_empty()
+            {
+                warned_at = warned_at.or(app.screen().map(|shown| shown.frame.now));
+            }
+        });
+        assert!(warned_at.is_some(), "{knobs}");
+    }
 }

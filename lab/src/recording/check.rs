@@ -1,6 +1,9 @@
 //! What a file says, held against what is in it: up to where it is good.
 
-use ratelab::runtime::{ClockKind, Command, Hz, Knob, Rows, Time, telemetry::Event};
+use ratelab::runtime::{
+    ClockKind, Command, Hz, Knob, Rows, TickRecord, Time,
+    telemetry::{Event, NodeTopology},
+};
 
 use super::{
     content::DAMAGED_ROW,
@@ -51,7 +54,7 @@ impl Recording {
         }
         let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         let strays = nodes.filter_map(|(node, ticks)| {
-            let mut schedule = TickSchedule::new(node, &self.events);
+            let mut schedule = self.schedule(node);
             let mut ticks_before = Time::ZERO;
             for tick in ticks {
                 if !schedule.allows(tick.number, tick.at) {
@@ -62,8 +65,14 @@ impl Recording {
             None
         });
         // Messages are published in ticks.
-        let ticked = self.ticks.iter().filter_map(|ticks| ticks.last());
-        let ticked = ticked.map(|tick| tick.at).max().unwrap_or_default();
+        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
+        let ticked = nodes.filter_map(|(node, ticks)| {
+            let timed = self.schedule(node).is_timed();
+            let over =
+                |tick: &TickRecord| tick.at + tick.took.filter(|_| timed).unwrap_or_default();
+            ticks.last().map(over)
+        });
+        let ticked = ticked.max().unwrap_or_default();
         let published = self.topics.iter().filter_map(|topic| topic.heads().last());
         let beyond = published.map(|head| head.stamp).any(|stamp| stamp > ticked);
         strays.chain(beyond.then_some(ticked)).min()
@@ -80,15 +89,17 @@ impl Recording {
         false_end.then_some(last)
     }
 
+    fn schedule(&self, node: &NodeTopology) -> TickSchedule {
+        TickSchedule::new(node, &self.origin.config.setup, &self.events)
+    }
+
     /// Whether run time may have come to `at` with no more ticks than there are.
     fn may_rest_until(&self, at: Time) -> bool {
         let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         !self.is_virtual()
             || nodes.into_iter().all(|(node, ticks)| {
                 let last = ticks.last();
-                last.is_none_or(|last| {
-                    TickSchedule::new(node, &self.events).may_rest(last.number, at)
-                })
+                last.is_none_or(|last| self.schedule(node).may_rest(last.number, at))
             })
     }
 

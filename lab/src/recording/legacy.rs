@@ -7,7 +7,7 @@ use ratelab::{
     experiment::Config,
     policy::PolicySpec,
     runtime::{ClockKind, Depth, Hz, Knob, Speed, Time, TimedKnob, telemetry::Topology},
-    system::System,
+    system::{System, WorldKind},
 };
 use serde::Deserialize;
 use serde_json::Value;
@@ -113,6 +113,7 @@ impl OldConfig {
             end: self.end,
             setup: setup?.into_iter().flatten().collect(),
             think: self.think,
+            world: WorldKind::Course,
             knobs,
         })
     }

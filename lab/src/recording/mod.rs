@@ -29,6 +29,7 @@ mod columns;
 mod compact;
 mod content;
 mod destination;
+mod durations;
 mod file;
 mod frames;
 mod legacy;
@@ -53,6 +54,7 @@ mod verify;
 mod writer;
 
 pub use destination::Destination;
+pub use durations::with_durations;
 pub use file::RecordingFile;
 pub use reader::{ReadError, Recording};
 pub use recorder::{RecordError, Recorded, Recorder};

@@ -33,7 +33,8 @@ pub struct Replay {
     /// Messages replayed of each topic, and those of them that were handed out.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
-    /// The topic of states, and the node that measures the latency of each.
+    /// The topic of states, and the node that measures the latency of each, if it
+    /// publishes them: a world of its own does that by itself.
     state: Option<usize>,
     latency: Option<usize>,
 }
@@ -46,15 +47,18 @@ impl Replay {
         let topology = &recording.origin.topology;
         let (topics, nodes) = (&topology.topics, &topology.nodes);
         let state = system.state();
+        let state = topics.iter().position(|topic| Some(&*topic.name) == state);
+        let makes = |node: &usize| state.is_some_and(|s| topics[s].publishers.contains(node));
         let latency = system.latency();
+        let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
         Self {
             order: order(&recording),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topics.len()],
             handed_out: vec![0; topics.len()],
-            state: topics.iter().position(|topic| Some(&*topic.name) == state),
-            latency: latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node)),
+            state,
+            latency: latency.filter(makes),
             recording,
             system,
         }

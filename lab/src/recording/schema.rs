@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, time::Duration};
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology},
-    system::{Setup, System, Verdict, VerdictKind},
+    system::{Setup, System, Verdict, VerdictKind, WorldKind},
 };
 use rerun::{EntityPath, EntityPathPart};
 use serde::{Deserialize, Serialize};
@@ -116,6 +116,8 @@ struct ConfigRecord {
     end: Time,
     setup: Setup,
     think: Duration,
+    #[serde(default, skip_serializing_if = "WorldKind::is_course")]
+    world: WorldKind,
     knobs: Vec<TimedKnob>,
 }
 

@@ -2,10 +2,15 @@
 
 use std::collections::VecDeque;
 
-use ratelab::runtime::{
-    Command, Hz, Knob, Rate, Time,
-    telemetry::{Event, NodeTopology},
+use ratelab::{
+    runtime::{
+        Command, Hz, Knob, Rate, Time,
+        telemetry::{Event, NodeTopology},
+    },
+    system::Setup,
 };
+
+use crate::timing::is_of_time;
 
 /// The ticks of a node under the virtual clock, followed through run time from
 /// its first rate and the changes of it. Costs the same for an hour and for a year.
@@ -18,11 +23,14 @@ pub struct TickSchedule {
     /// By how many ticks a count may be off: one, and one for each change of rate,
     /// so that a recording outlives a change in how rates are changed.
     slack: u64,
+    /// Whether its ticks were given a time of their own: they take, are late or are
+    /// shifted, so some that were due were missed.
+    timed: bool,
 }
 
 impl TickSchedule {
-    /// That of `node` in a run with these `events`.
-    pub fn new(node: &NodeTopology, events: &[Event]) -> Self {
+    /// That of `node` in a run with this `setup` and these `events`.
+    pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
         let changes = events.iter().filter_map(|event| match event.applied()? {
             Command::Set(Knob::Rate { node: name, hz }) if *name == node.name => {
                 Some((event.at, *hz))
@@ -30,24 +38,37 @@ impl TickSchedule {
             _ => None,
         });
         let ahead: VecDeque<_> = changes.collect();
+        let turned = events.iter().filter_map(|event| match event.applied()? {
+            Command::Set(knob) => Some(knob),
+            _ => None,
+        });
+        let of_time = |knob: &&Knob| knob.target() == node.name && is_of_time(knob);
         Self {
             rate: Rate::new(node.hz, Time::ZERO),
             ticks: 0,
-            slack: 1 + ahead.len() as u64,
+            slack: 1 + (ahead.len() + turned.clone().filter(of_time).count()) as u64,
             ahead,
+            timed: setup.iter().chain(turned).any(|knob| of_time(&knob)),
         }
     }
 
     /// Whether tick `number` may have been at `at`, which is not before the last
     /// one asked for.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
-        self.ticks_before(at).abs_diff(number) <= self.slack
+        let (due, timed) = (self.ticks_before(at), self.timed);
+        number <= due.saturating_add(self.slack)
+            && (timed || due <= number.saturating_add(self.slack))
     }
 
     /// Whether run time may have come to `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
-        due <= last.saturating_add(1)
+        self.timed || due <= last.saturating_add(1)
+    }
+
+    /// Whether its ticks were given a time of their own.
+    pub fn is_timed(&self) -> bool {
+        self.timed
     }
 
     fn ticks_before(&mut self, at: Time) -> u64 {
@@ -69,9 +90,12 @@ impl TickSchedule {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::{
-        Hz, Knob, Time,
-        telemetry::{Event, EventKind, NodeTopology},
+    use ratelab::{
+        runtime::{
+            Hz, Knob, Time,
+            telemetry::{Event, EventKind, NodeTopology},
+        },
+        system::Setup,
     };
 
     use super::TickSchedule;
@@ -86,6 +110,10 @@ mod tests {
 
     /// 50 Hz, and 10 Hz from half a second on.
     fn schedule() -> TickSchedule {
+        schedule_with(&Setup::default())
+    }
+
+    fn schedule_with(setup: &Setup) -> TickSchedule {
         let node = NodeTopology {
             name: "policy".to_owned(),
             priority: 1,
@@ -100,7 +128,7 @@ mod tests {
             .into(),
             was: None,
         };
-        TickSchedule::new(&node, &[Event { at: ms(500), what }])
+        TickSchedule::new(&node, setup, &[Event { at: ms(500), what }])
     }
 
     #[test]
@@ -127,5 +155,14 @@ mod tests {
         assert!(schedule().may_rest(25, ms(680)));
         assert!(!schedule().may_rest(25, ms(10_000)));
         assert!(!schedule().may_rest(25, Time::MAX));
+    }
+
+    #[test]
+    fn ticks_that_take_time_may_be_fewer_and_never_more() {
+        let setup = Setup::default().with("takes policy 60".parse().expect("a knob"));
+        let mut schedule = schedule_with(&setup);
+        assert!(schedule.allows(8, ms(480)));
+        assert!(!schedule.allows(40, ms(490)));
+        assert!(schedule.may_rest(8, ms(10_000)));
     }
 }

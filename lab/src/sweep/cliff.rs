@@ -10,7 +10,7 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     let cliff = match summary.main.kind {
         KnobKind::Rate => Cliff::new(summary, "rate", "faster"),
         KnobKind::Depth => Cliff::new(summary, "depth", "deeper"),
-        KnobKind::Send => return Vec::new(),
+        _ => return Vec::new(),
     };
     let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.runs > 0).collect();
     rows.sort_by(|a, b| a.number().total_cmp(&b.number()));

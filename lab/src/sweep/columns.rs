@@ -119,6 +119,7 @@ impl Column {
             KnobKind::Rate => format!("{} {value}", self.label()),
             KnobKind::Depth => format!("{} {value}", self.noun()),
             KnobKind::Send => value.to_owned(),
+            _ => format!("{} {value}", self.label()),
         }
     }
 }

@@ -11,7 +11,7 @@ use ratelab::{
 use crate::{
     cli::{DEFAULT_RATES, SweepArgs},
     error::Error,
-    options::{read_knob, resolved, setup},
+    options::{read_knob, resolved, setup, timing, world},
     program::Program,
     sweep::columns::slowest_first,
 };
@@ -26,9 +26,11 @@ impl SweepArgs {
             .knob
             .iter()
             .map(|knob| read_knob(program, "--knob", knob));
+        let knobs = timing(&self.timing, None).map(Ok).chain(knobs);
         let usual = Config::default();
         let base = Config {
             end: self.duration_s.unwrap_or(usual.end),
+            world: world(&self.timing)?,
             setup: setup(program, usual.seed, knobs.collect::<Result<_, _>>()?)?,
             ..usual
         };

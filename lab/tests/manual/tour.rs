@@ -27,7 +27,7 @@ const MOMENTS: &[Moment] = &[
     },
     Moment {
         keys: "",
-        sees: &["✓ 0 dropped", "sense→act  p50   0.0 ms  p99   0.0 ms  max   0.0 ms"],
+        sees: &["  0 dropped", "sense→act  p50   0.0 ms  p99   0.0 ms  max   0.0 ms"],
         gone: &[],
     },
     // Step 2.
@@ -44,7 +44,7 @@ const MOMENTS: &[Moment] = &[
     // Step 3.
     Moment {
         keys: "[[[[[[[[",
-        sees: &["policy at 5 Hz", "FELL at", "ticks every 200 ms", "used readings up to"],
+        sees: &["policy at 5 Hz", "FELL at", "decides every 200", "readings up to"],
         gone: &[],
     },
     // Step 4.
@@ -55,13 +55,13 @@ const MOMENTS: &[Moment] = &[
     },
     Moment {
         keys: "r",
-        sees: &["BALANCED so far", "FELL at 0.840 s", "dropped readings are the symptom"],
+        sees: &["BALANCED so far", "FELL at 0.840 s", "dropped readings are harmless"],
         gone: &[],
     },
     // Step 5.
     Moment {
         keys: ">>>>>>r",
-        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "✓ 0 dropped", "a queue of 100 hides the symptom"],
+        sees: &["BALANCED so far", "depth 100", "FELL at 0.840 s", "  0 dropped", "a queue of 100 drops nothing"],
         gone: &[],
     },
     // Step 6.

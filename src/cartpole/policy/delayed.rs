@@ -32,4 +32,8 @@ impl Policy for DelayedPolicy {
     fn swap(&mut self, name: &str) -> Result<String, String> {
         self.policy.swap(name)
     }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.policy.restart()
+    }
 }

@@ -38,4 +38,12 @@ pub trait Policy: Send {
         let _ = name;
         Err(format!("the {} policy cannot be swapped", self.name()))
     }
+
+    /// Begins anew, as it was when it was made.
+    ///
+    /// # Errors
+    /// Why it cannot: unless a policy knows better, it does not know how.
+    fn restart(&mut self) -> Result<(), String> {
+        Err(format!("the {} policy cannot begin anew", self.name()))
+    }
 }

@@ -6,7 +6,6 @@
 mod cache;
 mod constant;
 mod delayed;
-mod digest;
 mod error;
 mod feedback;
 mod file;
@@ -24,7 +23,6 @@ mod swappable;
 pub use cache::PolicyCache;
 pub use constant::Zero;
 pub use delayed::DelayedPolicy;
-pub use digest::Digest;
 pub use error::{PolicyError, PolicyErrorKind};
 pub use file::PolicyFile;
 pub use interface::Policy;
@@ -36,6 +34,8 @@ pub use random::Random;
 pub use scripted::Scripted;
 pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
 pub use swappable::SwappablePolicy;
+
+pub use crate::runtime::Digest;
 
 /// The largest file that is read as a policy (bytes): 16 MiB, many times what a
 /// network needs that is to think a thousand times a second.

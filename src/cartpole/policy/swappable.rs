@@ -7,6 +7,8 @@ use crate::cartpole::{Action, Observation};
 /// cache waits for no file.
 pub struct SwappablePolicy {
     now: Box<dyn Policy>,
+    /// What it began as, as text.
+    first: String,
     /// What `now` is, as text.
     spec: String,
     context: PolicyContext,
@@ -26,6 +28,7 @@ impl SwappablePolicy {
         let loaded = cache.fetch(first)?;
         Ok(Self {
             now: loaded.policy(context)?,
+            first: loaded.spec().to_string(),
             spec: loaded.spec().to_string(),
             context,
             cache,
@@ -51,5 +54,10 @@ impl Policy for SwappablePolicy {
         self.now = next;
         let spec = loaded.spec().to_string();
         Ok(std::mem::replace(&mut self.spec, spec))
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        let first = self.first.clone();
+        self.swap(&first).map(drop)
     }
 }

@@ -1,54 +1,193 @@
-//! Who ticks when, until it begins again.
+//! What happens in which order, until it begins again.
 
-use std::time::Duration;
+use std::{collections::HashMap, time::Duration};
 
-use crate::{
-    cartpole::actuator_hz,
-    runtime::{Hz, Rate, Time, hyper_period},
+use super::{
+    timing::{Push, Rates, Timing},
+    world::World,
 };
+use crate::runtime::{Hz, Time, hyper_period};
 
 /// The longest hyper-period that is worked through: 1000 s, which rates with up
 /// to three decimals stay within.
 pub const LONGEST: Duration = Duration::from_secs(1_000);
 
-/// The rates that a run can choose; that of the actuator is the plant's.
+/// The longest stretch that the plant is moved on at once: over more of it the
+/// numbers of an unstable plant leave the range of an `f64`.
+const STRETCH: Duration = Duration::from_secs(10);
+
+/// What can happen to a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rates {
-    /// How often the sensor publishes.
-    pub sensor: Hz,
-    /// How often the policy decides.
-    pub control: Hz,
+pub(super) enum Event {
+    /// The plant goes on for so many of its world's units.
+    Advance(u64),
+    /// The plant is read.
+    Sense,
+    /// The action that belongs to the reading so many readings ago comes into
+    /// force; 0 is the newest.
+    Apply(usize),
 }
 
-/// One tick of one of the three nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
-    Sense,
-    Decide,
-    Act,
+/// One hyper-period of a loop.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Schedule {
+    /// After how long it begins again.
+    pub period: Duration,
+    /// What happens in it.
+    pub events: Vec<Event>,
+    /// How old the reading behind the action in force is on average (s).
+    pub mean_age: f64,
 }
+
+/// It takes too long until a schedule repeats: this long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TooLong(pub Duration);
 
 impl Rates {
     /// The time after which all three nodes are due together again.
     pub fn hyper_period(self) -> Duration {
-        hyper_period([self.sensor, self.control, actuator_hz()])
+        grid(Timing::from(self), World::Course)
     }
+}
 
-    /// The ticks of one hyper-period in the order in which the virtual clock
-    /// runs them: by due time, then sensor before policy before actuator.
-    pub(super) fn ticks(self) -> impl Iterator<Item = Stage> {
-        let end = Time::ZERO + self.hyper_period();
-        let mut nodes = [
-            (Stage::Sense, Rate::new(self.sensor, Time::ZERO)),
-            (Stage::Decide, Rate::new(self.control, Time::ZERO)),
-            (Stage::Act, Rate::new(actuator_hz(), Time::ZERO)),
-        ];
-        std::iter::from_fn(move || {
-            // Of several that are least, `min_by_key` gives the first.
-            let next = nodes.iter_mut().min_by_key(|(_, rate)| rate.due());
-            let (tick, rate) = next.filter(|(_, rate)| rate.due() < end)?;
-            rate.advance();
-            Some(*tick)
+impl Schedule {
+    /// The schedule of `timing` in `world`, when every node is under way.
+    pub fn of(timing: Timing, world: World) -> Result<Self, TooLong> {
+        let grid = grid(timing, world);
+        let (begin, period) = repetition(timing, grid)?;
+        let settled = timing.slowest() + world.unit();
+        let (from, to) = (begin + settled, begin + settled + period);
+        let decisions = timing.pushes().skip_while(|(start, _)| *start < begin);
+        let decisions = decisions.take_while(|(start, _)| *start < to + settled);
+        let pushes: Vec<_> = decisions.map(|(_, push)| push).collect();
+        // In the course's world the plant's time begins with the actuator.
+        let origin = match (world, timing.actuator) {
+            (World::Course, Some(actuator)) => Time::ZERO + actuator.offset,
+            _ => Time::ZERO,
+        };
+        Ok(Self {
+            period,
+            events: events(&pushes, world, origin, from, to),
+            mean_age: mean_age(&pushes, from, to),
         })
     }
+}
+
+/// How many readings must be remembered to make `events` happen.
+pub(super) fn readings(events: &[Event]) -> usize {
+    let ago = events.iter().map(|event| match event {
+        Event::Apply(ago) => ago + 1,
+        Event::Advance(_) | Event::Sense => 1,
+    });
+    ago.max().unwrap_or(1)
+}
+
+/// The time after which the grids of all nodes and of the world are as they were.
+fn grid(timing: Timing, world: World) -> Duration {
+    // The plant's own rate or one of 1 kHz makes it a whole number of nanoseconds.
+    let millisecond = match world {
+        World::Course => None,
+        World::Own(_) | World::Continuous => Hz::new(1e3).ok(),
+    };
+    let rates = timing.cadences().map(|cadence| cadence.hz);
+    let nanos = hyper_period(rates.chain(millisecond)).as_nanos();
+    let common = least_common_multiple(nanos, world.unit().as_nanos());
+    Duration::from_nanos(u64::try_from(common).unwrap_or(u64::MAX))
+}
+
+fn least_common_multiple(a: u128, b: u128) -> u128 {
+    let (mut divisor, mut rest) = (a, b);
+    while rest > 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    (a / divisor.max(1)).saturating_mul(b)
+}
+
+/// A decision from which on everything repeats, and after how long. A policy that
+/// takes time may need several periods of the grid.
+fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLong> {
+    let offsets = timing.cadences().map(|cadence| cadence.offset);
+    let offset = offsets.max().unwrap_or_default();
+    let longest = grid.max(offset).max(timing.slowest());
+    if longest > LONGEST {
+        return Err(TooLong(longest));
+    }
+    let settled = Time::ZERO + offset;
+    let mut seen = HashMap::new();
+    for (start, _) in timing.pushes().skip_while(|(start, _)| *start < settled) {
+        let phase = start.as_nanos() % grid.as_nanos() as u64;
+        if let Some(begin) = seen.insert(phase, start) {
+            return Ok((begin, start - begin));
+        }
+        if start - settled > LONGEST {
+            break;
+        }
+    }
+    Err(TooLong(2 * LONGEST))
+}
+
+/// What `pushes` make happen in `world` from one moment to another.
+pub(super) fn events(
+    pushes: &[Push],
+    world: World,
+    origin: Time,
+    from: Time,
+    to: Time,
+) -> Vec<Event> {
+    // In an instant the plant is read before an action is applied.
+    let mut moments = Vec::new();
+    let (mut readings, mut last) = (0, None);
+    for push in pushes {
+        if last.replace(push.sensed) != Some(push.sensed) {
+            readings += 1;
+            moments.push((world.sensed(push.sensed.since(origin)), true, readings));
+        }
+        moments.push((world.applied(push.applied.since(origin)), false, readings));
+    }
+    moments.sort_by_key(|(unit, sense, _)| (*unit, !sense));
+
+    let (from, to) = (
+        world.applied(from.since(origin)),
+        world.applied(to.since(origin)),
+    );
+    let mut events = Vec::new();
+    let (mut now, mut newest) = (from, 0);
+    for (unit, sense, reading) in moments {
+        newest = if sense { reading } else { newest };
+        if (from..to).contains(&unit) {
+            advance(&mut events, world, unit - now);
+            now = unit;
+            events.push(match sense {
+                true => Event::Sense,
+                false => Event::Apply(newest - reading),
+            });
+        }
+    }
+    advance(&mut events, world, to - now);
+    events
+}
+
+/// So many units, in stretches.
+fn advance(events: &mut Vec<Event>, world: World, mut units: u128) {
+    let most = (STRETCH.as_nanos() / world.unit().as_nanos()).max(1);
+    while units > 0 {
+        let stretch = units.min(most);
+        events.push(Event::Advance(stretch as u64));
+        units -= stretch;
+    }
+}
+
+/// The average age of the action in force (s) from one moment to another, later
+/// than the first push. Of several that are applied at once the last counts.
+fn mean_age(pushes: &[Push], from: Time, to: Time) -> f64 {
+    let mut sum = 0.0;
+    let replaced = pushes.iter().skip(1).map(|next| next.applied).chain([to]);
+    for (push, replaced) in pushes.iter().zip(replaced) {
+        let (begin, end) = (push.applied.max(from), replaced.min(to));
+        if begin < end {
+            let age = |at: Time| at.since(push.sensed).as_secs_f64();
+            sum += (age(end).powi(2) - age(begin).powi(2)) / 2.0;
+        }
+    }
+    sum / to.since(from).as_secs_f64()
 }

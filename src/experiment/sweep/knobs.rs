@@ -42,7 +42,8 @@ impl SweepAxis {
         let texts = match kind {
             KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
-            KnobKind::Send => messages(list),
+            KnobKind::Offset => list.split(',').map(|text| text.trim().to_owned()).collect(),
+            _ => messages(list),
         };
         Self::of(knobs, name, texts)
     }
@@ -91,7 +92,8 @@ fn messages(list: &str) -> Vec<String> {
             }
         }
     }
-    messages
+    let messages = messages.iter().map(|message| message.trim().to_owned());
+    messages.collect()
 }
 
 fn refused(error: KnobTextError) -> AxisError {

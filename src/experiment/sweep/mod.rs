@@ -202,7 +202,7 @@ impl Sweep {
     /// Runs one cell.
     fn execute(&self, cell: &Cell) -> Result<CellResult, SweepError> {
         let which = || Box::new(cell.clone());
-        let experiment = Experiment::new(self.system.clone(), &self.config(cell));
+        let experiment = Experiment::of_resolved(self.system.clone(), self.config(cell));
         let experiment = experiment.map_err(|source| SweepError::Build {
             cell: which(),
             source,

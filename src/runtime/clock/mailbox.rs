@@ -73,6 +73,20 @@ impl Mailbox {
         }
     }
 
+    /// The same, and keeps a core busy meanwhile.
+    pub(crate) fn spin_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
+        let deadline = wall.instant_of(time);
+        loop {
+            if let Some(wakeup) = lock(&self.queue).pop_front() {
+                return Some(wakeup);
+            }
+            if Instant::now() >= deadline {
+                return None;
+            }
+            spin();
+        }
+    }
+
     #[cfg(not(feature = "model"))]
     fn park<'q>(
         &'q self,
@@ -96,3 +110,14 @@ impl Mailbox {
 }
 
 type WakeupQueue<'q> = crate::runtime::sync::MutexGuard<'q, VecDeque<Wakeup>>;
+
+/// Keeps a core busy for about a microsecond.
+#[cfg(not(feature = "model"))]
+fn spin() {
+    (0..64).for_each(|_| std::hint::spin_loop());
+}
+
+#[cfg(feature = "model")]
+fn spin() {
+    crate::runtime::sync::thread::yield_now();
+}

@@ -24,7 +24,6 @@ use super::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     inbox::Inbox,
-    knob::Knob,
     node::Fault,
     telemetry::EventKind,
     time::Time,
@@ -90,20 +89,31 @@ pub fn run(
     }
 }
 
-/// Notes how a node ended the run, for the observers.
-fn note_end(control: &ControlPlane, end: &Result<ClockExit, Fault>) {
-    match end {
+/// Notes how the run ended, for the observers: a node that ended it, and ticks that
+/// were not over.
+fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
+    let ended = match end {
+        Ok(ClockExit::HandedOver(_)) => return,
         Ok(ClockExit::Ended { node, at }) => {
             let node = node.clone();
-            control.log().note(*at, EventKind::Ended { node });
+            Some((*at, EventKind::Ended { node }))
         }
         Err(fault) => {
             let (node, cause) = (fault.node.clone(), fault.cause.to_string());
-            control
-                .log()
-                .note(fault.at, EventKind::Faulted { node, cause });
+            Some((fault.at, EventKind::Faulted { node, cause }))
         }
-        Ok(_) => {}
+        Ok(ClockExit::Completed | ClockExit::Stopped) => None,
+    };
+    graph.control.deliver(graph.now());
+    for node in &mut graph.nodes {
+        if let Some((at, _)) = ended {
+            // What is due at the end passes, also where nobody ticks any more.
+            node.overrun_before(at + Time::TICK);
+        }
+        node.cut_off();
+    }
+    if let Some((at, what)) = ended {
+        graph.control.log().note(at, what);
     }
 }
 
@@ -116,8 +126,8 @@ fn obey(
     at: Time,
 ) -> Option<ClockExit> {
     let was = match command {
-        Command::Set(Knob::Depth { topic, depth }) => match control.set_depth(topic, *depth, at) {
-            Ok(before) => Some(before.to_string()),
+        Command::Set(knob) => match control.turn(knob, at) {
+            Ok(before) => Some(before),
             Err(reason) => return refuse(control, command, at, &reason),
         },
         Command::Pause => {
@@ -141,10 +151,7 @@ fn obey(
         Command::HandOver(next) if *next == kind => {
             return refuse(control, command, at, "it runs under that clock already");
         }
-        Command::Step
-        | Command::Set(Knob::Rate { .. } | Knob::Send { .. })
-        | Command::HandOver(_)
-        | Command::Stop => None,
+        Command::Step | Command::HandOver(_) | Command::Stop => None,
     };
     control.log().applied(at, command, was);
     match command {

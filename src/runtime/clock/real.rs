@@ -15,7 +15,7 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     inbox::{Inbox, Received, Wait},
-    node::Fault,
+    node::{Fault, Tick},
     scheduled_node::ScheduledNode,
     sync::{Arc, atomic::Ordering, spawn_named, thread},
     telemetry::Shared,
@@ -84,7 +84,7 @@ impl Clock for RealClock {
                 break end;
             }
         };
-        note_end(&graph.control, &end);
+        note_end(graph, &end);
         end
     }
 }
@@ -264,18 +264,37 @@ impl Worker<'_> {
     /// Ticks until there is something to report, or a stop is requested.
     fn work(&mut self, wall: &Wall) -> Option<Report> {
         loop {
-            let due = self.node.rate.due();
-            match self.mailbox.wait_until(wall, due.min(self.until)) {
-                Some(Wakeup::Stop(_)) => return None,
+            let next = self.node.next_at();
+            match self.wait_until(wall, next.min(self.until)) {
+                Some(Wakeup::Stop(at)) => {
+                    self.node.overrun_before(at.min(self.until) + Time::TICK);
+                    return None;
+                }
                 Some(Wakeup::Start(_)) => {}
                 Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
-                None if due > self.until => return Some(Report::Finished),
+                None if next > self.until => {
+                    self.node.overrun_before(self.until + Time::TICK);
+                    return Some(Report::Finished);
+                }
                 None => {
-                    if let Some(report) = self.tick(wall, due) {
-                        return Some(report);
+                    let report = match self.node.running() {
+                        Some(_) => self.finish(wall),
+                        None => self.tick(wall),
+                    };
+                    if report.is_some() {
+                        return report;
                     }
                 }
             }
+        }
+    }
+
+    /// Waits for a wake-up or run time `time`; in a tick that is to keep a core busy,
+    /// by doing that.
+    fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
+        match self.node.running() {
+            Some(running) if running.busy => self.mailbox.spin_until(wall, time),
+            _ => self.mailbox.wait_until(wall, time),
         }
     }
 
@@ -285,27 +304,53 @@ impl Worker<'_> {
         self.shared.log.answered(at, command, answer);
     }
 
-    fn tick(&mut self, wall: &Wall, due: Time) -> Option<Report> {
+    fn tick(&mut self, wall: &Wall) -> Option<Report> {
         let began = wall.now();
         self.shared.advance_to(began);
+        let lateness = Some(began.since(self.node.take_due()));
+        if let Some(cost) = self.node.cost() {
+            let started = self.node.start(began, cost, lateness);
+            return match started {
+                Ok(_) => None,
+                Err(cause) => Some(Report::Failed(self.node.fault(began, cause))),
+            };
+        }
         self.node.entry.busy.store(true, Ordering::Relaxed);
         let outcome = self.node.tick(began);
         self.node.entry.busy.store(false, Ordering::Relaxed);
         let ended = wall.now();
-        // Run time may have stopped while the node was busy, or ended: what was
-        // due by then is missed, and nothing after it.
+        self.node.overrun_until(self.passed(began, ended));
+        let took = Some(ended.since(began));
+        self.node.note_tick(began, lateness, took);
+        self.report(began, outcome)
+    }
+
+    /// Ends a tick that takes time.
+    fn finish(&mut self, wall: &Wall) -> Option<Report> {
+        let ended = wall.now();
+        self.shared.advance_to(ended);
+        let outcome = self.node.finish(ended, self.passed(ended, ended));
+        self.report(ended, outcome)
+    }
+
+    /// Before when all is missed that is due, when a tick ended at `ended`. Run time
+    /// may have stopped while the node was busy, or ended: what was due by then is
+    /// missed, and nothing after it.
+    fn passed(&self, at: Time, ended: Time) -> Time {
         let stopped = self.mailbox.stop_requested().unwrap_or(Time::MAX);
-        let last = stopped.max(began).min(self.until);
-        self.node.advance_past(ended.min(last + Time::TICK));
-        let (lateness, took) = (began.since(due), ended.since(began));
-        self.node.note_tick(began, Some(lateness), Some(took));
+        let last = stopped.max(at).min(self.until);
+        ended.min(last + Time::TICK)
+    }
+
+    /// What there is to report of a tick whose work was done at `at`.
+    fn report(&self, at: Time, outcome: Tick) -> Option<Report> {
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Report::Ended(ClockExit::Ended {
                 node: self.node.entry.name.to_string(),
-                at: began,
+                at,
             })),
-            Err(cause) => Some(Report::Failed(self.node.fault(began, cause))),
+            Err(cause) => Some(Report::Failed(self.node.fault(at, cause))),
         }
     }
 }

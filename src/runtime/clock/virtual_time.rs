@@ -2,14 +2,18 @@
 
 use std::ops::ControlFlow;
 
-use super::{Clock, ClockExit, event_queue::EventQueue, note_end, obey_at_rest, pacer::Pacer};
+use super::{
+    Clock, ClockExit,
+    event_queue::{EventQueue, NodeEventKind},
+    note_end, obey_at_rest,
+    pacer::Pacer,
+};
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
     knob::Knob,
-    node::{Fault, Tick},
-    scheduled_node::ScheduledNode,
+    node::{Fault, GO_ON, Tick},
     sync::Instant,
     time::Time,
 };
@@ -58,7 +62,7 @@ impl Clock for VirtualClock {
             .update(|status| status.clock = ClockKind::Virtual);
         graph.control.backpressure.set(true);
         let end = Scheduler::new(graph, inbox, until).run();
-        note_end(&graph.control, &end);
+        note_end(graph, &end);
         end
     }
 }
@@ -74,6 +78,8 @@ struct Scheduler<'a> {
     last_tick: Option<Time>,
     /// Ticks that were asked for one by one and are still to run.
     steps: u32,
+    /// Ticks that have started.
+    started: u64,
 }
 
 /// What to do next.
@@ -86,7 +92,7 @@ enum Turn {
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let late = graph.nodes.iter().any(|node| node.rate.due() < now);
+        let late = graph.nodes.iter().any(|node| node.due() < now);
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now: this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
@@ -98,6 +104,7 @@ impl<'a> Scheduler<'a> {
             inbox,
             until,
             steps: 0,
+            started: 0,
         }
     }
 
@@ -142,7 +149,7 @@ impl<'a> Scheduler<'a> {
     /// Whether nodes are still to tick in the instant of the last tick.
     fn mid_instant(&self) -> bool {
         self.last_tick
-            .is_some_and(|last| self.queue.next_due() <= last)
+            .is_some_and(|last| self.queue.next_at() <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take
@@ -153,15 +160,15 @@ impl<'a> Scheduler<'a> {
 
     /// The instant of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
-        let due = self.queue.next_due();
-        due.min(self.inbox.next_timed(self.until)).min(self.until)
+        let next = self.queue.next_at();
+        next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
     /// Obeys a command that arrived just now.
     fn receive(&mut self, command: Command) -> Result<Option<ClockExit>, Fault> {
         if command.changes_graph() {
             while self.mid_instant() {
-                if let Some(exit) = self.tick()? {
+                if let Some(exit) = self.advance()? {
                     return Ok(Some(exit));
                 }
             }
@@ -195,7 +202,16 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            Command::Set(Knob::Rate { .. }) => self.queue = EventQueue::new(&self.graph.nodes),
+            // Knobs by which a node is due at another time.
+            Command::Set(
+                Knob::Rate { .. }
+                | Knob::Offset { .. }
+                | Knob::Crash { .. }
+                | Knob::Restart { .. }
+                | Knob::Clock { .. },
+            ) => {
+                self.queue = EventQueue::new(&self.graph.nodes);
+            }
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
             }
@@ -204,36 +220,50 @@ impl<'a> Scheduler<'a> {
         exit
     }
 
-    /// Runs the next event: a timed command, a tick, or the end.
+    /// Lets happen what is next: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let due = self.queue.next_due();
-        if self.inbox.next_timed(self.until) <= due
+        let next = self.queue.next_at();
+        if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
         {
             let at = timed.at.max(self.graph.now());
             return Ok(self.obey(&timed.command, at));
         }
-        if due > self.until || due == Time::MAX {
+        if next > self.until || next == Time::MAX {
             self.graph.control.set_now(self.until);
             return Ok(Some(ClockExit::Completed));
         }
-        self.steps = self.steps.saturating_sub(1);
-        self.tick()
+        let started = self.started;
+        let exit = self.advance()?;
+        if self.started > started {
+            self.steps = self.steps.saturating_sub(1);
+        }
+        Ok(exit)
     }
 
-    /// Lets the next node work.
-    fn tick(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let Some((due, index)) = self.queue.next() else {
+    /// Lets the next thing happen to a node: a tick is due, starts late, or is over.
+    fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let Some(event) = self.queue.next() else {
             return Ok(None);
         };
         // A node that comes late from the real clock does not turn time back.
-        let now = due.max(self.graph.now());
+        let now = event.at.max(self.graph.now());
         self.last_tick = Some(now);
         self.graph.control.set_now(now);
-        let node = &mut self.graph.nodes[index];
-        let outcome = tick(node, now, self.pacer.is_paced());
-        self.queue.ticked(node.rate.due());
+        let outcome = match event.kind {
+            NodeEventKind::Due => self.due(event.node, now),
+            NodeEventKind::Starts => {
+                self.queue.happened();
+                let due = self.graph.nodes[event.node].waited();
+                self.start(event.node, due.unwrap_or(now), now)
+            }
+            NodeEventKind::Ends => {
+                self.queue.happened();
+                self.graph.nodes[event.node].finish(now, now)
+            }
+        };
+        let node = &self.graph.nodes[event.node];
         match outcome {
             Ok(ControlFlow::Continue(())) => Ok(None),
             Ok(ControlFlow::Break(())) => Ok(Some(ClockExit::Ended {
@@ -243,21 +273,48 @@ impl<'a> Scheduler<'a> {
             Err(cause) => Err(node.fault(now, cause)),
         }
     }
-}
 
-/// Ticks a node and moves on to when it is due again.
-fn tick(node: &mut ScheduledNode, now: Time, measured: bool) -> Tick {
-    let began = measured.then(Instant::now);
-    let outcome = node.tick(now);
-    let took = began.map(|began| began.elapsed());
-    if node.rate.due() < now {
-        // It comes late from the real clock: once, not in a burst.
-        node.advance_past(now);
-    } else {
-        node.rate.advance();
+    /// A tick is due: it starts, unless it is late or another is on its way.
+    fn due(&mut self, index: usize, now: Time) -> Tick {
+        let node = &mut self.graph.nodes[index];
+        let (due, occupied) = (node.rate.due(), node.is_occupied());
+        if occupied {
+            node.overrun(now);
+        } else if due < now {
+            // It comes late from the real clock: once, not in a burst.
+            node.advance_past(now);
+        } else {
+            node.rate.advance();
+        }
+        self.queue.ticked(node.rate.due());
+        if occupied {
+            return GO_ON;
+        }
+        match node.wait(due, now) {
+            Some(starts) => {
+                self.queue.add(index, starts, NodeEventKind::Starts);
+                GO_ON
+            }
+            None => self.start(index, due, now),
+        }
     }
-    node.note_tick(now, None, took);
-    outcome
+
+    /// Starts a tick, which is over at once unless it takes time.
+    fn start(&mut self, index: usize, due: Time, now: Time) -> Tick {
+        self.started += 1;
+        let node = &mut self.graph.nodes[index];
+        let (lateness, cost) = (node.lateness(due, now), node.cost());
+        if let Some(cost) = cost.filter(|cost| !cost.is_zero()) {
+            let ends = node.start(now, cost, lateness)?;
+            self.queue.add(index, ends, NodeEventKind::Ends);
+            return GO_ON;
+        }
+        let began = self.pacer.is_paced().then(Instant::now);
+        let outcome = node.tick(now);
+        let took = cost.or_else(|| began.map(|began| began.elapsed()));
+        node.note_tick(now, lateness, took);
+        outcome
+    }
 }
 
 #[cfg(test)]
@@ -305,8 +362,9 @@ mod tests {
             let (log, commander, mut amid) = (log.clone(), commander.clone(), amid.take());
             let node = move |now| {
                 log.lock().expect("log").push((name, now));
-                amid.take()
-                    .map_or(Ok(()), |slower| commander.send(slower))?;
+                if let Some(slower) = amid.take() {
+                    commander.send(slower)?;
+                }
                 GO_ON
             };
             graph.node(name, hz(rate), 0, |_| node).expect("a node");

@@ -11,9 +11,17 @@ use crate::runtime::{
 #[derive(Debug)]
 pub(crate) struct TopicCounters {
     pub(crate) published: AtomicU64,
+    /// Messages that a link lost.
+    pub(crate) lost: AtomicU64,
+    /// Messages that a link delivered.
+    pub(crate) delivered: AtomicU64,
+    /// Those of them that came after a newer one.
+    pub(crate) overtaken: AtomicU64,
+    /// Messages that are on their way.
+    pub(crate) in_flight: AtomicU64,
     pub(crate) depth: AtomicUsize,
     pub(crate) window: RateWindow,
-    /// Stamp of the newest message, plus one nanosecond; zero before the first.
+    /// Run time of the newest message, plus one nanosecond; zero before the first.
     pub(crate) newest: AtomicU64,
 }
 
@@ -21,16 +29,20 @@ impl TopicCounters {
     pub(crate) fn new(depth: Depth) -> Self {
         Self {
             published: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
+            delivered: AtomicU64::new(0),
+            overtaken: AtomicU64::new(0),
+            in_flight: AtomicU64::new(0),
             depth: AtomicUsize::new(depth.get()),
             window: RateWindow::default(),
             newest: AtomicU64::new(0),
         }
     }
 
-    /// A message was published at `stamp`.
-    pub(crate) fn note(&self, stamp: Time) {
-        self.window.count(stamp);
-        let newest = stamp.as_nanos().saturating_add(1);
+    /// A message was published at run time `now`.
+    pub(crate) fn note(&self, now: Time) {
+        self.window.count(now);
+        let newest = now.as_nanos().saturating_add(1);
         self.newest.store(newest, Ordering::Relaxed);
     }
 

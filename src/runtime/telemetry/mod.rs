@@ -9,6 +9,7 @@ mod counters;
 mod event_log;
 mod meter;
 mod observer;
+mod push_age;
 mod replay_counters;
 mod topology;
 mod window;
@@ -16,6 +17,7 @@ mod window;
 pub use event_log::{Event, EventKind};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
+pub use push_age::{PushAge, PushAgeView};
 pub use replay_counters::ReplayCounters;
 pub use topology::{NodeTopology, TopicTopology, Topology};
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Distribution, Event, EventLog, Meter, ReadMark, TopicCounters};
+use super::{Distribution, Event, EventLog, Meter, PushAge, PushAgeView, ReadMark, TopicCounters};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
@@ -47,10 +47,13 @@ pub(crate) struct NodeEntry {
     pub(crate) ticks: Arc<AtomicU64>,
     pub(crate) overruns: Arc<AtomicU64>,
     pub(crate) busy: Arc<AtomicBool>,
+    pub(crate) crashed: Arc<AtomicBool>,
     pub(crate) micro_hz: Arc<AtomicU64>,
     pub(crate) lateness: Meter,
     pub(crate) tick_time: Meter,
+    pub(crate) response: Meter,
     pub(crate) meters: Vec<(String, Meter)>,
+    pub(crate) push_age: Option<PushAge>,
 }
 
 /// A topic as the graph and its observers know it.
@@ -123,15 +126,23 @@ pub struct NodeView {
     pub ticks: u64,
     /// Periods that were skipped because the node was still busy.
     pub overruns: u64,
-    /// Whether it is in a tick. Real clock only: a virtual tick takes no time.
+    /// Whether it is in a tick. In virtual time ticks take none unless asked to.
     pub busy: bool,
-    /// How late ticks began. Real clock only: virtual time is never late.
+    /// Whether it crashed and was not restarted.
+    pub crashed: bool,
+    /// How late ticks began. In virtual time they are not, unless asked to be.
     pub lateness: Distribution,
-    /// How long ticks took in wall time. Not measured while the virtual clock
-    /// runs flat out, where nobody waits for a tick.
+    /// How long ticks took: in run time where they were asked to take some, else in
+    /// wall time. Else not measured while the virtual clock runs flat out, where
+    /// nobody waits for a tick.
     pub tick_time: Distribution,
+    /// How long after they were due ticks were over: lateness and tick time.
+    pub response: Distribution,
     /// What the node measures of its own.
     pub meters: Vec<MeterView>,
+    /// How old the sensing is behind what the node does to the world, if it does
+    /// something to it.
+    pub push_age: Option<PushAgeView>,
 }
 
 /// A node's own measurement in a [`Snapshot`].
@@ -152,6 +163,13 @@ pub struct TopicView {
     pub depth: usize,
     /// Messages published so far.
     pub published: u64,
+    /// Messages that its link lost.
+    pub lost: u64,
+    /// Messages that its link delivered after a newer one: nobody reads them.
+    pub overtaken: u64,
+    /// Messages that were on their way when somebody last published or read, or when
+    /// the run ended.
+    pub in_flight: u64,
     /// Messages per second over the last second.
     pub per_second: f64,
     /// When the newest message was published; `None` before the first.
@@ -240,7 +258,7 @@ impl Observer {
         Snapshot {
             now,
             status: self.status(),
-            nodes: self.nodes.iter().map(|node| node.view(read)).collect(),
+            nodes: self.nodes.iter().map(|node| node.view(now, read)).collect(),
             topics: self
                 .topics
                 .iter()
@@ -266,7 +284,7 @@ impl Observer {
 }
 
 impl NodeEntry {
-    fn view(&self, read: fn(&Meter) -> Distribution) -> NodeView {
+    fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
         NodeView {
             name: self.name.clone(),
             priority: self.priority,
@@ -274,8 +292,10 @@ impl NodeEntry {
             ticks: self.ticks.load(Ordering::Relaxed),
             overruns: self.overruns.load(Ordering::Relaxed),
             busy: self.busy.load(Ordering::Relaxed),
+            crashed: self.crashed.load(Ordering::Relaxed),
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
+            response: read(&self.response),
             meters: self
                 .meters
                 .iter()
@@ -284,6 +304,7 @@ impl NodeEntry {
                     distribution: read(meter),
                 })
                 .collect(),
+            push_age: self.push_age.as_ref().and_then(|age| age.view(now)),
         }
     }
 }
@@ -294,6 +315,9 @@ impl TopicEntry {
             name: self.name.clone(),
             depth: self.counters.depth.load(Ordering::Relaxed),
             published: self.counters.published.load(Ordering::Relaxed),
+            lost: self.counters.lost.load(Ordering::Relaxed),
+            overtaken: self.counters.overtaken.load(Ordering::Relaxed),
+            in_flight: self.counters.in_flight.load(Ordering::Relaxed),
             per_second: self.counters.window.per_second(now),
             newest: self.counters.newest(),
             publishers: self.publishers.clone(),

@@ -39,6 +39,7 @@ struct ReplayNode {
     entry: NodeEntry,
     lateness: MeterRecorder,
     tick_time: MeterRecorder,
+    response: MeterRecorder,
     meters: Vec<MeterRecorder>,
 }
 
@@ -138,6 +139,13 @@ impl ReplayCounters {
                     node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
                 }
             }
+            Command::Set(Knob::Crash { node } | Knob::Restart { node }) => {
+                let known = self.nodes.iter().find(|n| *n.entry.name == **node);
+                if let Some(node) = known {
+                    let crashed = matches!(command, Command::Set(Knob::Crash { .. }));
+                    node.entry.crashed.store(crashed, Ordering::Relaxed);
+                }
+            }
             Command::Set(Knob::Depth { topic, depth }) => {
                 let known = self.topics.iter_mut().find(|t| *t.entry.name == **topic);
                 if let Some(topic) = known {
@@ -152,7 +160,7 @@ impl ReplayCounters {
             Command::Resume => status.paused = false,
             Command::Speed(speed) => status.speed = *speed,
             Command::HandOver(clock) => status.clock = *clock,
-            Command::Set(Knob::Send { .. }) | Command::Stop => {}
+            Command::Set(_) | Command::Stop => {}
         }
     }
 }
@@ -161,6 +169,7 @@ impl ReplayNode {
     fn new(topology: &NodeTopology) -> Self {
         let (lateness, lateness_meter) = Meter::new();
         let (tick_time, tick_time_meter) = Meter::new();
+        let (response, response_meter) = Meter::new();
         let meters = topology.meters.iter().map(|name| (name, Meter::new()));
         let (entries, meters) = meters
             .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
@@ -172,13 +181,17 @@ impl ReplayNode {
                 ticks: Arc::default(),
                 overruns: Arc::default(),
                 busy: Arc::default(),
+                crashed: Arc::default(),
                 micro_hz: Arc::new(AtomicU64::new(topology.hz.as_micro())),
                 lateness: lateness_meter,
                 tick_time: tick_time_meter,
+                response: response_meter,
                 meters: entries,
+                push_age: None,
             },
             lateness,
             tick_time,
+            response,
             meters,
         }
     }
@@ -192,6 +205,8 @@ impl ReplayNode {
         }
         if let Some(took) = tick.took {
             self.tick_time.record(took);
+            let lateness = tick.lateness.unwrap_or_default();
+            self.response.record(lateness + took);
         }
     }
 }

@@ -10,11 +10,14 @@ use ratelab::{
 };
 
 use super::App;
-use crate::dashboard::{
-    presets::{self, Direction},
-    prompt::{Typed, Vocabulary},
-    sampler::RunSource,
-    settings::listed,
+use crate::{
+    dashboard::{
+        presets::{self, Direction},
+        prompt::{Typed, Vocabulary},
+        sampler::RunSource,
+        settings::listed,
+    },
+    recording::with_durations,
 };
 
 impl App {
@@ -156,13 +159,11 @@ impl App {
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
         let graph = self.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
-            KnobKind::Rate | KnobKind::Send => {
-                ("node", graph.nodes.iter().map(|node| &*node.name).collect())
-            }
-            KnobKind::Depth => (
+            kind if kind.is_of_topic() => (
                 "topic",
                 graph.topics.iter().map(|topic| &*topic.name).collect(),
             ),
+            _ => ("node", graph.nodes.iter().map(|node| &*node.name).collect()),
         };
         if !known.contains(&knob.target()) {
             let (target, known) = (knob.target(), known.join(", "));
@@ -174,7 +175,7 @@ impl App {
                 let text = self.system().resolve(seed, &setup, &node, &text)?;
                 Ok(Knob::Send { node, text })
             }
-            other => Ok(other),
+            other => with_durations(other),
         }
     }
 

@@ -16,7 +16,7 @@ use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::Config,
     runtime::{Command, Snapshot, Time, telemetry::Event},
-    system::System,
+    system::{System, WorldKind},
 };
 
 use knobs::without_knobs;
@@ -40,7 +40,10 @@ use super::{
     session::{Session, SessionResult, Setup},
     view::{Footer, ScreenState, StatusExtra},
 };
-use crate::recording::{Destination, RecordError, Recorded, Recorder};
+use crate::{
+    recording::{Destination, RecordError, Recorded, Recorder},
+    timing::own_world,
+};
 
 /// The dashboard: one session at a time, what was seen of it, and where the
 /// person looks.
@@ -51,6 +54,8 @@ pub struct App {
     knobs: Knobs,
     /// The node and the topics whose knobs keys turn.
     knob_focus: KnobFocus,
+    /// The world of its own that the system has, if it has one.
+    own_world: Option<WorldKind>,
     /// What p and P go through.
     choices: Vec<String>,
     /// Whether the person wants run time to stand still; the clock may not have
@@ -112,6 +117,7 @@ impl App {
         let session = Session::start(config, &setup, record)?;
         Ok(Self {
             choices: choices::available(session.system(), session.config()),
+            own_world: own_world(&setup.system, session.config()),
             config: without_knobs(session.config().clone()),
             knobs: Knobs::new(session.config().setup.clone()),
             knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
@@ -319,6 +325,7 @@ impl App {
             LabAction::Record => self.toggle_recording(),
             LabAction::Exercises => self.open_exercises(),
             LabAction::Restart => return self.restart(self.wanted()),
+            LabAction::OtherWorld => return self.other_world(),
             LabAction::Seed(direction) => return self.change_seed(direction),
             LabAction::Choice(direction) => self.choose(direction),
             LabAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
@@ -364,6 +371,7 @@ impl App {
             LabAction::Break => self.system().broken().is_some(),
             LabAction::Choice(_) => !self.choices.is_empty(),
             LabAction::SecondRate(_) => self.second_node().is_some(),
+            LabAction::OtherWorld => self.own_world.is_some(),
             _ => true,
         }
     }
@@ -391,6 +399,21 @@ impl App {
             self.notify("the run is over: r starts again");
         }
         !self.ended()
+    }
+
+    fn other_world(&mut self) -> Result<(), LabError> {
+        let Some(own) = self.own_world else {
+            self.notify("this system has no world of its own");
+            return Ok(());
+        };
+        let world = match self.config.world {
+            WorldKind::Course => own,
+            WorldKind::Own { .. } => WorldKind::Course,
+        };
+        self.restart(Config {
+            world,
+            ..self.wanted()
+        })
     }
 
     fn change_seed(&mut self, direction: Direction) -> Result<(), LabError> {

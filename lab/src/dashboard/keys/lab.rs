@@ -40,6 +40,8 @@ pub enum LabAction {
     OtherClock,
     /// Start again with the same seed.
     Restart,
+    /// Start again in the other world.
+    OtherWorld,
     /// Start again with a neighbouring seed.
     Seed(Direction),
     /// Send the neighbouring one of the messages to choose from, such as a policy.
@@ -162,6 +164,11 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         ],
         "mark the next topic, the one before, or those of the beginning",
         Some("topic"),
+    ),
+    row(
+        &[(Key::Char('o'), LabAction::OtherWorld)],
+        "start again in the other world: one that waits for the actuator, or does not",
+        Some("world"),
     ),
     row(
         &[

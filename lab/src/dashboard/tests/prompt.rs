@@ -1,7 +1,7 @@
 //! Typing knobs: completion, history, and what is given back.
 
 use super::*;
-use ratelab::runtime::Time;
+use ratelab::runtime::{Knob, Time};
 
 /// A run that goes on.
 fn running() -> App {
@@ -76,7 +76,7 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
         ("depth /nowhere 5", "expected /obs, /action, /state"),
         (
             "rubbish 5",
-            "control-hz, sensor-hz, queue-depth, policy, rate, depth or send",
+            "control-hz, sensor-hz, queue-depth, policy, rate, depth, send",
         ),
         ("policy none.pt", "none.pt: expected"),
         ("rate policy", "expected rate NODE HZ"),
@@ -123,13 +123,27 @@ fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
 #[test]
 fn a_knob_of_any_node_counts_for_the_next_run() {
     let mut app = ended(Config::default());
-    press(&mut app, ":rate actuator 25\n");
+    press(&mut app, ":offset actuator 5\n");
     assert!(
         app.notice
             .as_deref()
-            .is_some_and(|n| n.contains("rate actuator 25"))
+            .is_some_and(|n| n.contains("offset actuator 5"))
     );
     press(&mut app, "r");
     let setup = app.wanted().setup;
-    assert_eq!(setup.rate("actuator").map(|hz| hz.get()), Some(25.0));
+    let offset = |knob: &Knob| matches!(knob, Knob::Offset { node, .. } if node == "actuator");
+    assert!(setup.iter().any(offset));
+}
+
+#[test]
+fn knobs_of_time_are_completed_and_turned() {
+    let mut app = running();
+    press(&mut app, ":takes pol");
+    key(&mut app, KeyCode::Tab);
+    assert_eq!(app.typed(), Some("takes policy "));
+    press(&mut app, "30..60\n:offset sensor 5\n:wakes actuator 1\n");
+    let knobs = app.wanted().setup;
+    let knobs: Vec<String> = knobs.iter().map(ToString::to_string).collect();
+    let expected = ["takes policy 30..60", "offset sensor 5", "wakes actuator 1"];
+    assert_eq!(knobs, expected);
 }

@@ -225,7 +225,7 @@ fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
 fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
     let config = Config {
         speed: Speed::times(20.0).expect("speed"),
-        end: Time::from_nanos(6_000_000_000),
+        end: Time::from_nanos(30_000_000_000),
         ..Config::default()
     };
     let (mut app, _) = typed(config.clone(), &chars("[[ . .. >[[[[  ]]"));
@@ -282,4 +282,23 @@ fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
     let ended = app.finish().ended.expect("no fault");
     assert!(!ended.summary.verdict.is_lost());
     assert_eq!(turned(&ended.summary), ["send policy lqr"]);
+}
+
+#[test]
+fn a_key_starts_again_in_the_other_world_and_back() {
+    let mut app = ended(CartPole::config("control-hz 40").expect("a knob"));
+    assert!(!screen(&app, &PLAIN, 160, 50).contains("world"), "course");
+    press(&mut app, "o");
+    app.sample().expect("no fault");
+    let drawn = screen(&app, &PLAIN, 160, 50);
+    for shown in ["world: own", " world "] {
+        assert!(drawn.contains(shown), "{shown} in {drawn}");
+    }
+    assert_eq!(app.wanted().world.name(), "own");
+    assert_eq!(
+        app.wanted().setup.rate("policy").map(|hz| hz.get()),
+        Some(40.0)
+    );
+    press(&mut app, "o");
+    assert_eq!(app.wanted().world.name(), "course");
 }

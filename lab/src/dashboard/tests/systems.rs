@@ -293,3 +293,14 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
         assert!(!help.contains(&format!("│ {keys} ")), "{keys} in {help}");
     }
 }
+
+#[test]
+fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
+    let mut app = run_of(Counter);
+    press(&mut app, "o");
+    let notice = app.notice.clone().unwrap_or_default();
+    assert!(notice.contains("no world of its own"), "{notice}");
+    assert!(app.ended(), "it began again");
+    press(&mut app, "?");
+    assert!(!screen(&app, &PLAIN, 160, 50).contains("other world"));
+}

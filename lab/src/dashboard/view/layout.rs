@@ -18,6 +18,9 @@ const ROOMY: Size = Size::new(120, 36);
 pub struct ScreenLayout {
     /// Top line: clock, time, seed.
     pub status: Rect,
+    /// The age of what acts on the world, below it, and where there is little room
+    /// why it is lost; empty where there is none.
+    pub age: Rect,
     /// The verdict, where its pane is not shown.
     pub verdict: Option<Rect>,
     /// The panes shown.
@@ -33,27 +36,30 @@ pub struct ScreenLayout {
 impl ScreenLayout {
     /// Divides `area`, which [is enough](is_enough), between the panes that `exist`,
     /// of which the one in focus has it all if it is zoomed, or where there is little
-    /// room; with a scrubber or without.
+    /// room; with so many lines for the age and for a scrubber.
     pub fn of(
         area: Rect,
         (focus, zoomed): (Pane, bool),
-        scrubber: bool,
+        [age, scrubber]: [u16; 2],
         exist: impl Fn(Pane) -> bool,
     ) -> Self {
         let line = Constraint::Length(1);
-        let second = Constraint::Length(u16::from(scrubber));
-        let [status, body, second, footer] = rows(area, [line, Constraint::Fill(1), second, line]);
+        let lines = age;
+        let [age, second] = [age, scrubber].map(Constraint::Length);
+        let parts = [line, age, Constraint::Fill(1), second, line];
+        let [status, age, body, second, footer] = rows(area, parts);
         let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
             one_pane(body, focus)
         } else {
-            (None, all_panes(body, fits(ROOMY, area), exist))
+            (None, all_panes(body, is_roomy(area), lines > 0, exist))
         };
         Self {
             status,
+            age,
             verdict,
             panes,
             body,
-            scrubber: scrubber.then_some(second),
+            scrubber: (scrubber > 0).then_some(second),
             footer,
         }
     }
@@ -62,6 +68,11 @@ impl ScreenLayout {
 /// Whether anything can be shown in `area`.
 pub fn is_enough(area: Rect) -> bool {
     fits(LEAST, area)
+}
+
+/// Whether all panes have room to breathe in `area`.
+pub fn is_roomy(area: Rect) -> bool {
+    fits(ROOMY, area)
 }
 
 fn fits(size: Size, area: Rect) -> bool {
@@ -76,7 +87,12 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     (Some(verdict), vec![(focus, pane)])
 }
 
-fn all_panes(body: Rect, roomy: bool, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
+fn all_panes(
+    body: Rect,
+    roomy: bool,
+    aged: bool,
+    exist: impl Fn(Pane) -> bool,
+) -> Vec<(Pane, Rect)> {
     let (plant, signal) = (exist(Pane::Plant), exist(Pane::Signal));
     let rest = Constraint::Fill(1);
     let (graph, middle) = match (plant || signal, roomy) {
@@ -84,7 +100,12 @@ fn all_panes(body: Rect, roomy: bool, exist: impl Fn(Pane) -> bool) -> Vec<(Pane
         (true, true) => (Constraint::Length(11), rest),
         (true, false) => (Constraint::Length(7), rest),
     };
-    let [graph, middle, bottom] = rows(body, [graph, middle, rest]);
+    // Where there is an age, figures are worth less than the signal.
+    let (middle, bottom) = match (aged && middle == rest, roomy) {
+        (true, false) => (Constraint::Fill(4), Constraint::Fill(3)),
+        _ => (middle, rest),
+    };
+    let [graph, middle, bottom] = rows(body, [graph, middle, bottom]);
     let left = match (plant, signal) {
         (true, true) => 42,
         (true, false) => 100,

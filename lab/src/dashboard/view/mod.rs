@@ -3,6 +3,7 @@
 
 pub mod theme;
 
+mod age;
 mod canvas;
 mod cliff;
 mod events;
@@ -25,12 +26,15 @@ use ratatui::{
     Frame,
     buffer::Buffer,
     layout::Rect,
+    style::Style,
     text::{Line, Span},
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
 
 use ratelab::{runtime::telemetry::Event, system::System};
 
+#[cfg(test)]
+pub use self::pane::testing;
 use self::{layout::ScreenLayout, theme::Theme};
 pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use super::{
@@ -82,12 +86,27 @@ impl ScreenState<'_> {
         }
     }
 
+    /// Why it is lost, in lines across a screen of the size of `area` where the pane of
+    /// events has no room for them.
+    fn cause(&self, area: Rect) -> Vec<String> {
+        if self.frame.age.is_none() || layout::is_roomy(area) {
+            return Vec::new();
+        }
+        let room = usize::from(area.width).saturating_sub(1);
+        let why = self.frame.verdict.why.iter();
+        let lines = why.flat_map(|why| pane::broken(why, room));
+        lines.take(CAUSE_LINES).collect()
+    }
+
     /// Whether the system has a picture, or may have one as soon as it has a state.
     fn has_picture(&self) -> bool {
         let state = &self.frame.state;
         self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
     }
 }
+
+/// Lines of a cause where there is little room.
+const CAUSE_LINES: usize = 2;
 
 /// The last line.
 pub enum Footer<'a> {
@@ -112,7 +131,11 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
         too_small(area, buf);
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let layout = ScreenLayout::of(area, panes, scrubber, |pane| shown.has(pane));
+        let age = usize::from(shown.frame.age.is_some()) + shown.cause(area).len();
+        let age = pane::clamp(age);
+        let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
+            shown.has(pane)
+        });
         render_parts(shown, theme, &layout, buf);
     }
 }
@@ -120,6 +143,19 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
 fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
+    if let Some(age) = &shown.frame.age {
+        age::render(age, theme, layout.age, buf);
+        for (number, line) in shown.cause(buf.area).iter().enumerate() {
+            let line = pane::plain(line, theme);
+            pane::put(
+                &line,
+                Style::new(),
+                1,
+                pane::row(layout.age, 1 + number),
+                buf,
+            );
+        }
+    }
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
     }

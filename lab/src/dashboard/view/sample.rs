@@ -5,11 +5,11 @@ use std::time::Duration;
 use ratelab::{
     cartpole::CartPole,
     runtime::{ClockKind, Hz, Speed, Time, telemetry::Status},
-    system::{Picture, System},
+    system::{AgeLimits, Picture, System},
 };
 
 use crate::dashboard::frame::{
-    FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData,
+    AgeData, FrameData, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace, VerdictData,
 };
 
 /// The latency of [`balanced`].
@@ -75,6 +75,7 @@ pub fn broken() -> FrameData {
         newest: Some(Duration::from_millis(136)),
         period: Duration::from_millis(200),
     });
+    frame.age = Some(age(95, 200));
     frame.state = state(-0.31, 0.215, -1.0);
     frame.verdict = VerdictData {
         standing: Standing::Lost,
@@ -147,10 +148,29 @@ pub fn trace() -> Trace {
     Trace {
         signal: &CartPole::default().signals()[0],
         points: points.collect(),
+        limits: age(0, 0).limits,
+        ages: (0..=4)
+            .flat_map(|tooth| {
+                [(0.0, 0.0), (0.2, 200.0)].map(|(at, ms)| (0.2 * f64::from(tooth) + at, ms))
+            })
+            .collect(),
         marks: vec![
             (0.2, "policy 5 Hz".to_owned()),
             (0.6, "/obs depth 100".to_owned()),
         ],
+    }
+}
+
+/// A mean push age and the greatest (ms), where 60 swing and 90 fall.
+pub fn age(mean: u64, greatest: u64) -> AgeData {
+    let ms = Duration::from_millis;
+    AgeData {
+        mean: ms(mean),
+        greatest: ms(greatest),
+        limits: AgeLimits {
+            grows: Some(ms(60)),
+            falls: Some(ms(90)),
+        },
     }
 }
 
@@ -223,6 +243,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             newest: Some(Duration::from_millis(21)),
             period: Duration::from_millis(20),
         }),
+        age: Some(age(25, 43)),
         state: state(0.04, -0.012, 0.18),
         verdict: VerdictData {
             standing: Standing::Good,

@@ -1,7 +1,12 @@
-//! A signal over the last seconds.
+//! A signal over the last seconds, and the push age.
+
+use std::time::Duration;
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
-use ratelab::{runtime::Time, system::Signal};
+use ratelab::{
+    runtime::Time,
+    system::{AgeLimits, Signal},
+};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke},
@@ -30,9 +35,19 @@ const STEPS_S: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 const TIME_COLUMNS: f64 = 8.0;
 
 /// Below this size there are no labels, only the line.
-const LEAST: (u16, u16) = (30, 6);
+const LEAST: (u16, u16) = (30, 5);
 
-/// Draws the trace up to `now`.
+/// The least height of two charts.
+const TALL: u16 = 14;
+
+/// What the lower chart shows.
+const AGE_TITLE: &str = "age of the push (ms)";
+
+/// The lowest end of the axis of ages (ms).
+const LEAST_AGE_MS: f64 = 40.0;
+
+/// Draws the trace up to `now`, and under it on the same axis of time the push age,
+/// where there is room.
 pub fn render(
     trace: &Trace,
     now: Time,
@@ -43,17 +58,58 @@ pub fn render(
 ) {
     let now = now.as_secs_f64();
     // When looking back, the trace knows more than is to be seen.
-    let past = &trace.points[..trace.points.partition_point(|point| point.0 <= now)];
+    let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
+    let past = &trace.points[..until_now(&trace.points)];
+    let ages = &trace.ages[..until_now(&trace.ages)];
     let title = format!("3 {}", trace.signal.name);
     let current = current(trace.signal, past, theme);
     let inner = border(&title, current, theme, focused, area, buf);
     if inner.is_empty() {
         return;
     }
-    let chart = Chart::new(trace.signal, past, now, theme, inner);
+    let two = !ages.is_empty() && inner.height >= TALL;
+    let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
+    let lower = usize::from(inner.height) / 2;
+    let upper = usize::from(inner.height) - if two { lower } else { 0 };
+    let levels = [signal_levels(trace.signal, theme), age_levels(trace.limits)];
+    let widths = levels
+        .iter()
+        .flatten()
+        .map(|level| pane::width(&level.label));
+    let margin = if labelled {
+        clamp(widths.max().unwrap_or(0) + 1)
+    } else {
+        0
+    };
+    let times = TimeAxis::new(now, inner.width - margin, theme);
+    let [levels, age_levels] = levels;
+    let range = reach(trace.signal, ends(past, times));
+    let chart = Chart {
+        edges: [labelled, labelled && !two],
+        levels,
+        margin,
+        times,
+    };
+    let chart = chart.place(rows(inner, 0, upper), range, theme);
+    let lost = |value: f64| trace.signal.is_lost_at(value);
     chart.axes(theme, buf);
     chart.marks(&trace.marks, now, theme, buf);
-    chart.curve(past, theme, buf);
+    chart.texts(&trace.marks, now, theme, buf);
+    chart.curve(past, lost, theme, buf);
+    if two {
+        let range = age_range(trace.limits, ends(ages, times)[1]);
+        let chart = Chart {
+            edges: [labelled; 2],
+            levels: age_levels,
+            margin,
+            times,
+        };
+        let chart = chart.place(rows(inner, upper, lower), range, theme);
+        chart.axes(theme, buf);
+        chart.marks(&trace.marks, now, theme, buf);
+        put(AGE_TITLE, theme.strong(), 0, chart.text_row, buf);
+        chart.curve(ages, |_| false, theme, buf);
+    }
 }
 
 /// The newest value, for the title.
@@ -107,12 +163,16 @@ fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
     format!("{text:>3}{unit}")
 }
 
-/// A line across the chart: dots drawn, their period, and the ASCII character.
-type Dashes = (u32, u32, char);
+/// What stands at an axis, and how its line across the chart is dashed.
+struct Level {
+    at: f64,
+    line: Option<(u32, u32, char)>,
+    label: String,
+}
 
-/// The values at the axis, and how their lines across the chart are dashed: the limits
-/// and zero; where a limit is out of sight, the end of the range without a line.
-fn levels(signal: &Signal) -> [(f64, Option<Dashes>); 3] {
+/// The limits of a signal and zero; where a limit is out of sight, the end of the
+/// range without a line.
+fn signal_levels(signal: &Signal, theme: &Theme) -> Vec<Level> {
     let [low, high] = signal.range;
     let end = |side: usize| {
         let limit = signal.limits.map(|limits| limits[side]);
@@ -121,7 +181,42 @@ fn levels(signal: &Signal) -> [(f64, Option<Dashes>); 3] {
             None => (signal.range[side], None),
         }
     };
-    [end(1), end(0), (0.0, Some((1, 8, '.')))]
+    let levels = [end(1), end(0), (0.0, Some((1, 8, '.')))].into_iter();
+    let level = |(at, line)| Level {
+        at,
+        line,
+        label: label(signal, at, theme),
+    };
+    levels.map(level).collect()
+}
+
+/// The ages that the loop bears (ms).
+fn age_levels(limits: AgeLimits) -> Vec<Level> {
+    let falls = limits.falls.map(|limit| (limit, (2, 4, '-')));
+    let grows = limits.swings().map(|limit| (limit, (1, 4, '.')));
+    let level = |(limit, line): (Duration, _)| Level {
+        at: limit.as_secs_f64() * 1e3,
+        line: Some(line),
+        label: format!("{:>3}", super::age::ms(limit)),
+    };
+    // Where both are on one row, the label is that of the last.
+    grows.into_iter().chain(falls).map(level).collect()
+}
+
+/// The axis of ages up to `greatest` (ms).
+fn age_range(limits: AgeLimits, greatest: f64) -> [f64; 2] {
+    let limits = [limits.swings(), limits.falls].into_iter().flatten().max();
+    let limit = limits.map_or(0.0, |limit| limit.as_secs_f64() * 1e3);
+    [0.0, (limit * 4.0 / 3.0).max(greatest).max(LEAST_AGE_MS)]
+}
+
+/// The least and the greatest that is in sight.
+fn ends(past: &[(f64, f64)], times: TimeAxis) -> [f64; 2] {
+    let seen = past.iter().filter(|point| point.0 >= times.begin);
+    seen.fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[least, most], point| [least.min(point.1), most.max(point.1)],
+    )
 }
 
 /// The axis of `signal`, wide enough for values from `least` to `greatest`.
@@ -136,74 +231,93 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     [middle - half * times, middle + half * times]
 }
 
+/// The run times in sight (s).
+#[derive(Clone, Copy)]
+struct TimeAxis {
+    begin: f64,
+    end: f64,
+}
+
+impl TimeAxis {
+    /// The last seconds before `now` in so many columns.
+    fn new(now: f64, columns: u16, theme: &Theme) -> Self {
+        let dots = BrailleCanvas::dots(Rect::new(0, 0, columns, 1), theme).0;
+        // Starting on a whole dot, the curve moves without changing its shape.
+        let dot = WINDOW_S / (dots - 1.0).max(1.0);
+        let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
+        Self {
+            begin,
+            end: begin + WINDOW_S,
+        }
+    }
+}
+
+/// What a chart is like before it has a place.
+struct Chart {
+    /// Whether there is a row for texts above, and for times below.
+    edges: [bool; 2],
+    levels: Vec<Level>,
+    /// Columns for the labels of the levels.
+    margin: u16,
+    times: TimeAxis,
+}
+
 /// Where things are in the pane.
-struct Chart<'s> {
-    signal: &'s Signal,
+struct PlacedChart {
+    levels: Vec<Level>,
     canvas: BrailleCanvas,
     plot: Rect,
     /// Room for the texts of marks, for times, and for values.
-    texts: Rect,
+    text_row: Rect,
     times: Rect,
     values: Rect,
-    /// First and last run time in sight (s).
-    span: (f64, f64),
+    axis: TimeAxis,
 }
 
-impl<'s> Chart<'s> {
-    fn new(signal: &'s Signal, past: &[(f64, f64)], now: f64, theme: &Theme, inner: Rect) -> Self {
-        let labelled = u16::from(inner.width >= LEAST.0 && inner.height >= LEAST.1);
-        let labels = levels(signal).into_iter();
-        let widest = labels.map(|(level, _)| pane::width(&label(signal, level, theme)));
-        let margin = labelled * clamp(widest.max().unwrap_or(0) + 1);
+impl Chart {
+    fn place(self, inner: Rect, range: [f64; 2], theme: &Theme) -> PlacedChart {
         let right = Rect {
-            x: inner.x + margin,
-            width: inner.width - margin,
+            x: inner.x + self.margin,
+            width: inner.width - self.margin,
             ..inner
         };
-        let edge = usize::from(labelled);
-        let height = usize::from(inner.height) - 2 * edge;
-        let plot = rows(right, edge, height);
-        // Starting on a whole dot, the curve moves without changing its shape.
-        let dot = WINDOW_S / (BrailleCanvas::dots(plot, theme).0 - 1.0).max(1.0);
-        let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
-        let span = (begin, begin + WINDOW_S);
-        let seen = past.iter().filter(|point| point.0 >= begin);
-        let ends = [f64::INFINITY, f64::NEG_INFINITY];
-        let ends = seen.fold(ends, |[least, most], point| {
-            [least.min(point.1), most.max(point.1)]
-        });
-        Self {
-            signal,
-            canvas: BrailleCanvas::new(plot, [span.0, span.1], reach(signal, ends), theme),
+        let [top, bottom] = self.edges.map(usize::from);
+        let height = usize::from(inner.height).saturating_sub(top + bottom);
+        let plot = rows(right, top, height);
+        let axis = self.times;
+        PlacedChart {
+            levels: self.levels,
+            canvas: BrailleCanvas::new(plot, [axis.begin, axis.end], range, theme),
             plot,
-            texts: rows(right, 0, edge),
-            times: rows(right, edge + height, edge),
+            text_row: rows(right, 0, top),
+            times: rows(right, top + height, bottom),
             values: Rect {
                 x: inner.x,
-                width: margin,
+                width: self.margin,
                 ..plot
             },
-            span,
+            axis,
         }
     }
+}
 
+impl PlacedChart {
     /// The limits, zero, and what the axes say.
     fn axes(&self, theme: &Theme, buf: &mut Buffer) {
         let pen = |ascii| Pen {
             style: theme.faint(),
             ascii,
         };
-        for (level, line) in levels(self.signal) {
-            let Some(y) = self.canvas.row(level) else {
+        for level in &self.levels {
+            let Some(y) = self.canvas.row(level.at) else {
                 continue;
             };
-            if let Some((on, of, ascii)) = line {
-                let line = self.canvas.level(level, on, of);
+            if let Some((on, of, ascii)) = level.line {
+                let line = self.canvas.level(level.at, on, of);
                 self.canvas.draw(pen(ascii), line, buf);
             }
             let place = row(self.values, usize::from(y - self.plot.y));
-            let text = label(self.signal, level, theme);
-            put(&text, theme.faint(), 0, place, buf);
+            put(&level.label, theme.faint(), 0, place, buf);
         }
         self.time_axis(theme, buf);
     }
@@ -212,7 +326,7 @@ impl<'s> Chart<'s> {
         let columns = f64::from(self.plot.width) / WINDOW_S;
         let fits = |step: &f64| step * columns >= TIME_COLUMNS;
         let step = STEPS_S.into_iter().find(fits).unwrap_or(WINDOW_S);
-        let first = (self.span.0 / step).ceil();
+        let first = (self.axis.begin / step).ceil();
         for number in 0..=(WINDOW_S / step) as u32 {
             let time = (first + f64::from(number)) * step;
             let Some(column) = self.canvas.column(time) else {
@@ -228,23 +342,28 @@ impl<'s> Chart<'s> {
         }
     }
 
-    /// A vertical line where a knob was turned; texts from the newest to the
-    /// oldest, as far as they do not touch.
+    /// A vertical line where a knob was turned.
     fn marks(&self, marks: &[(f64, String)], now: f64, theme: &Theme, buf: &mut Buffer) {
-        if self.texts.is_empty() {
+        if self.text_row.is_empty() {
             return;
         }
-        let mut free = usize::from(self.texts.width);
-        for (time, text) in marks.iter().rev().filter(|mark| mark.0 <= now) {
-            let Some(column) = self.canvas.column(*time) else {
-                continue;
-            };
+        for (time, _) in marks.iter().filter(|mark| mark.0 <= now) {
             let pen = Pen {
                 style: theme.faint(),
                 ascii: ':',
             };
             self.canvas.draw(pen, self.canvas.upright(*time, 2, 4), buf);
-            let text = clip(text, usize::from(self.texts.width), theme);
+        }
+    }
+
+    /// Texts of marks from the newest to the oldest, as far as they do not touch.
+    fn texts(&self, marks: &[(f64, String)], now: f64, theme: &Theme, buf: &mut Buffer) {
+        let mut free = usize::from(self.text_row.width);
+        for (time, text) in marks.iter().rev().filter(|mark| mark.0 <= now) {
+            let Some(column) = self.canvas.column(*time).filter(|_| free > 0) else {
+                continue;
+            };
+            let text = clip(text, usize::from(self.text_row.width), theme);
             let wide = pane::width(&text);
             let column = usize::from(column - self.plot.x);
             // To the right of the line; to the left where the screen ends.
@@ -254,19 +373,25 @@ impl<'s> Chart<'s> {
                 (column + 1).checked_sub(wide)
             };
             if let Some(start) = start.filter(|start| start + wide <= free) {
-                put(&text, theme.strong(), start, self.texts, buf);
+                put(&text, theme.strong(), start, self.text_row, buf);
                 free = start.saturating_sub(2);
             }
         }
     }
 
-    fn curve(&self, past: &[(f64, f64)], theme: &Theme, buf: &mut Buffer) {
+    /// The line through `past`, an alarm where a value is `lost`.
+    fn curve(
+        &self,
+        past: &[(f64, f64)],
+        lost: impl Fn(f64) -> bool,
+        theme: &Theme,
+        buf: &mut Buffer,
+    ) {
         let lines = past.windows(2).map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]
         });
-        let seen = lines.filter(|line| line[2] >= self.span.0);
-        let lost = |value: f64| self.signal.is_lost_at(value);
+        let seen = lines.filter(|line| line[2] >= self.axis.begin);
         let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);
         let pen = |style: Style, ascii| Pen { style, ascii };
@@ -371,6 +496,14 @@ mod tests {
     }
 
     #[test]
+    fn the_age_is_under_the_signal_where_there_is_room() {
+        insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (70, 20), &RICH)));
+        insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (50, 18), &POOR)));
+        let small = pane(&sample::trace(), 840, (50, 10), &RICH);
+        assert!(!text(&small).contains("age"));
+    }
+
+    #[test]
     fn any_size_and_any_trace_will_do() {
         let odd = Trace {
             points: vec![
@@ -384,6 +517,7 @@ mod tests {
         };
         let nothing = Trace {
             points: Vec::new(),
+            ages: Vec::new(),
             marks: Vec::new(),
             ..sample::trace()
         };

@@ -7,6 +7,7 @@ use ratelab::{
     experiment::{Config, Experiment},
     policy::Policy,
     runtime::{ClockKind, Command, Speed, Time, TimedCommand},
+    system::WorldKind,
 };
 
 use super::{experiment, folder, paced, read, record, record_run, recorder, verify};
@@ -39,8 +40,10 @@ fn a_session_with_knobs_turned_live_comes_again() {
     for command in [
         knobs("control-hz 12"),
         vec![Command::Pause, Command::Step, Command::Step],
-        knobs("rate actuator 40"),
+        knobs("rate sensor 40"),
         knobs("depth /action 1"),
+        knobs("takes policy 45"),
+        knobs("offset sensor 7"),
         vec![Command::Resume],
         knobs("control-hz 50"),
         vec![Command::Stop],
@@ -60,11 +63,26 @@ fn a_session_with_knobs_turned_live_comes_again() {
 
 #[test]
 fn a_recording_made_midway_comes_again() {
+    midway(paced(10.0));
+}
+
+#[test]
+fn a_recording_made_midway_comes_again_where_ticks_take_time() {
+    midway(Config {
+        world: WorldKind::OWN,
+        setup: CartPole::config("takes policy 30..50")
+            .expect("a knob")
+            .setup,
+        ..paced(10.0)
+    });
+}
+
+fn midway(config: Config) {
     let folder = folder();
     let path = folder.path().join("midway.rrd");
     let config = Config {
         end: Time::MAX,
-        ..paced(10.0)
+        ..config
     };
     let experiment = experiment(&config);
     let (source, commands) = (Source::of(&experiment), experiment.commands());

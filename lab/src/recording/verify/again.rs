@@ -12,7 +12,7 @@ use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
     runtime::{ClockKind, Speed, Time, telemetry::Event},
-    system::System,
+    system::{BuildError, System},
 };
 
 use super::{
@@ -24,6 +24,7 @@ use super::{
     topology,
 };
 use crate::recording::{
+    durations::with_durations,
     reader::Recording,
     schema::{RecordingEnd, RunResult, RunStatus},
 };
@@ -53,7 +54,7 @@ pub fn run_again(
         .outcome
         .as_ref()
         .filter(|outcome| outcome.end != RunStatus::WentOn);
-    let config = config_again(recording, whole);
+    let config = with_tables(config_again(recording, whole))?;
     // What cannot be had any more is known before anything is compared.
     let turned = recording.events.iter().filter_map(Event::knob).collect();
     let needed = Config {
@@ -69,7 +70,7 @@ pub fn run_again(
     if let Some(difference) = before {
         return Ok(vec![difference]);
     }
-    experiment.schedule(events::commands(recording, &**system));
+    experiment.schedule(events::commands(recording, &**system)?);
     let comparison = Comparison::new(recording, whole.is_some(), experiment.commands());
     let taps = experiment.taps();
     let (over, watched) = bounded(0);
@@ -105,6 +106,14 @@ pub fn run_again(
         differences.extend(whole.and_then(|end| end::compare(end, topology, &ended, &observer)));
     }
     Ok(differences)
+}
+
+/// `config` with the measured durations that its knobs draw from.
+fn with_tables(mut config: Config) -> Result<Config, BuildError> {
+    let knobs = config.setup.iter().cloned().map(with_durations);
+    let knobs = knobs.collect::<Result<_, _>>();
+    config.setup = knobs.map_err(BuildError::Setting)?;
+    Ok(config)
 }
 
 /// Compares every topic and every node with what was recorded of it, each on a

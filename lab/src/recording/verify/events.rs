@@ -8,15 +8,21 @@ use ratelab::{
         ClockKind, Command, Knob, Time, TimedCommand,
         telemetry::{Event, EventKind},
     },
-    system::System,
+    system::{BuildError, System},
 };
 
 use super::difference::Difference;
-use crate::recording::reader::Recording;
+use crate::recording::{durations::with_durations, reader::Recording};
 
 /// The commands to give again: those that changed the graph, and those that the
 /// graph refused and will refuse again.
-pub fn commands(recording: &Recording, system: &dyn System) -> Vec<TimedCommand> {
+///
+/// # Errors
+/// [`BuildError::Setting`] if durations that a knob draws from cannot be had.
+pub fn commands(
+    recording: &Recording,
+    system: &dyn System,
+) -> Result<Vec<TimedCommand>, BuildError> {
     let events = recording.events.iter();
     let commands = events.filter_map(|event| match &event.what {
         EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => {
@@ -27,7 +33,16 @@ pub fn commands(recording: &Recording, system: &dyn System) -> Vec<TimedCommand>
         }
         _ => event.replayable(),
     });
-    commands.collect()
+    commands.map(with_table).collect()
+}
+
+/// `timed` with the measured durations that its knob draws from.
+fn with_table(timed: TimedCommand) -> Result<TimedCommand, BuildError> {
+    let command = match timed.command {
+        Command::Set(knob) => with_durations(knob).map_err(BuildError::Setting)?.into(),
+        other => other,
+    };
+    Ok(TimedCommand { command, ..timed })
 }
 
 /// Whether the graph alone decides what becomes of `command`. Of files it may be

@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use ratatui::{
-    style::{Modifier, Style},
-    text::{Line, Span},
-};
+use ratatui::text::{Line, Span};
 
 use super::text::{count, fitting};
 use crate::dashboard::{
@@ -70,15 +67,9 @@ impl<'a> LabelWriter<'a> {
             LabelRow::Depth => Line::raw(format!("  {}", self.depth())),
             LabelRow::RateAndDepth => Line::raw(format!("{}  {}", self.rate(), self.depth())),
             LabelRow::Drops => {
-                let (glyph, style) = self.verdict();
                 let count = count(self.topic.dropped);
-                let texts = [
-                    format!("{glyph} {count} dropped"),
-                    format!("{glyph} {count} drops"),
-                    format!("{glyph} {count}"),
-                ];
-                // Not a line in that style, which would be as long as the room.
-                Line::from(Span::styled(fitting(texts, self.room), style))
+                let texts = ["dropped", "drops", ""].map(|word| format!("  {count} {word}"));
+                Line::raw(fitting(texts, self.room).trim_end().to_owned())
             }
             LabelRow::Age => self.age(),
             LabelRow::NameAndRate => {
@@ -91,8 +82,10 @@ impl<'a> LabelWriter<'a> {
                 }
             }
             LabelRow::Short => {
-                let (glyph, style) = self.verdict();
-                let drops = format!(" {glyph}{}", count(self.topic.dropped));
+                let drops = match self.topic.dropped {
+                    0 => String::new(),
+                    dropped => format!(" {}{}", self.theme.glyph("✖", "x"), count(dropped)),
+                };
                 let left = self.room.saturating_sub(pane::width(&drops));
                 let rate = format!(" {:.0}/s", self.topic.per_second);
                 let rate = match left.checked_sub(pane::width(&rate)) {
@@ -100,7 +93,7 @@ impl<'a> LabelWriter<'a> {
                     _ => String::new(),
                 };
                 let name = name(left.saturating_sub(pane::width(&rate)));
-                Line::from_iter([name, Span::raw(rate), Span::styled(drops, style)])
+                Line::from_iter([name, Span::raw(rate), Span::raw(drops)])
             }
         }
     }
@@ -132,18 +125,6 @@ impl<'a> LabelWriter<'a> {
         format!("depth {:<3}", self.topic.depth)
     }
 
-    /// Glyph and style of the count of losses. Losses of the past are neither
-    /// good nor alarming.
-    pub(super) fn verdict(&self) -> (&'static str, Style) {
-        if self.topic.alarming() {
-            (self.theme.glyph("✖", "!"), self.theme.alarm())
-        } else if self.topic.dropped == 0 {
-            (self.theme.glyph("✓", "+"), self.theme.good())
-        } else {
-            (" ", Style::new())
-        }
-    }
-
     /// How old the message is that readers hold.
     pub(super) fn age(&self) -> Line<'static> {
         let Some(held) = self.topic.held else {
@@ -155,8 +136,7 @@ impl<'a> LabelWriter<'a> {
         };
         if self.overdue(held) {
             let glyph = self.theme.glyph("◷", "~");
-            let style = self.theme.alarm().remove_modifier(Modifier::REVERSED);
-            Line::from(Span::styled(format!("{glyph} {text}"), style))
+            Line::raw(format!("{glyph} {text}"))
         } else {
             Line::raw(format!("  {text}"))
         }

@@ -103,14 +103,13 @@ impl<'a> List<'a> {
         let writer = LabelWriter::new(topic, self.frame, self.knobs, self.theme, room);
         let name = Self::name_width(self.topics);
         let text = format!("{:name$}", writer.name(name));
-        let (glyph, style) = writer.verdict();
         let full = name + LIST_FIGURES;
         let word = if room >= full + LIST_WORD {
             " dropped"
         } else {
             ""
         };
-        let drops = format!("{glyph} {}{word}", count(topic.dropped));
+        let drops = format!("  {}{word}", count(topic.dropped));
         let blank = (7 + pane::width(word)).saturating_sub(pane::width(&drops));
         let depth = if room >= full {
             format!(" {}", writer.depth())
@@ -121,7 +120,7 @@ impl<'a> List<'a> {
             Span::styled(text, self.theme.strong()),
             Span::styled(writer.mark(" "), self.theme.strong()),
             Span::raw(format!("{}{depth} ", writer.rate())),
-            Span::styled(drops, style),
+            Span::raw(drops),
             Span::raw(" ".repeat(blank)),
         ]);
         if room >= full + LIST_WORD + LIST_AGE {

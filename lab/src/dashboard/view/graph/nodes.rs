@@ -114,11 +114,10 @@ fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Lin
     let left = room.saturating_sub(1 + pane::width(&rate));
     let mut line = Line::from_iter([glyph, Span::raw(rate)]);
     if with_overruns && node.overruns > 0 {
-        let alarm = theme.glyph("✖", "!");
-        let text = format!("{alarm}{}", count(node.overruns));
+        let text = format!("{} over", count(node.overruns));
         if pane::width(&text) < left {
             line.push_span(Span::raw(" "));
-            line.push_span(Span::styled(text, theme.alarm()));
+            line.push_span(Span::styled(text, theme.strong()));
         }
     }
     line
@@ -133,19 +132,18 @@ fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
         );
         return Line::from(Span::styled(text, theme.faint()));
     }
-    let alarm = theme.glyph("✖", "!");
     let unit = if node.overruns == 1 {
         "overrun"
     } else {
         "overruns"
     };
     let texts = [
-        format!("{alarm} {count} {unit}"),
-        format!("{alarm} {count} over"),
-        format!("{alarm}{count} over"),
-        format!("{alarm}{count}"),
+        format!("  {count} {unit}"),
+        format!("  {count} over"),
+        format!("{count} over"),
+        count,
     ];
-    Line::from(Span::styled(fitting(texts, room), theme.alarm()))
+    Line::from(Span::styled(fitting(texts, room), theme.strong()))
 }
 
 fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 use ratatui::{
     buffer::Buffer,
     layout::{Position, Rect},
-    style::{Modifier, Style},
+    style::Style,
 };
 
 use super::{
@@ -69,15 +69,10 @@ impl Wires {
         self.limits.get(gap).copied().unwrap_or(0)
     }
 
-    /// Draws them; an alarm is never hidden below another line.
+    /// Draws them.
     pub(super) fn draw(&self, frame: &FrameData, theme: &Theme, area: Rect, buf: &mut Buffer) {
-        for alarming in [false, true] {
-            for wire in &self.wires {
-                let topic = &frame.topics[wire.topic];
-                if topic.alarming() == alarming {
-                    wire.draw(topic, theme, area, buf);
-                }
-            }
+        for wire in &self.wires {
+            wire.draw(&frame.topics[wire.topic], theme, area, buf);
         }
     }
 }
@@ -126,12 +121,17 @@ impl Wire {
     }
 
     fn draw(&self, topic: &TopicData, theme: &Theme, area: Rect, buf: &mut Buffer) {
-        let alarm = topic.alarming();
-        let (line, mark, glyph) = if alarm {
-            let line = theme.alarm().remove_modifier(Modifier::REVERSED);
-            (line, theme.alarm(), theme.glyph("✖", "x"))
-        } else {
-            (Style::new(), theme.active(), theme.glyph("•", "o"))
+        let line = Style::new();
+        // As many of the messages are lost as of late: evenly, and each all the way.
+        let loss = topic.loss();
+        let lost = |far: u64| {
+            let lost_by = |message: f64| (message * loss).floor();
+            let message = (topic.published as f64 - far as f64) / EVERY as f64;
+            lost_by(message.floor() + 1.0) > lost_by(message.floor())
+        };
+        let dot = |far: u64| match lost(far) {
+            true => (theme.glyph("✖", "x"), Style::new()),
+            false => (theme.glyph("•", "o"), theme.active()),
         };
         let mut set = |(y, x): (u16, u16), glyph: &str, style: Style| {
             let at = Position::new(area.x.saturating_add(x), area.y.saturating_add(y));
@@ -148,7 +148,8 @@ impl Wire {
             let straight = [LEFT | RIGHT, UP | DOWN].contains(&piece.to);
             let here = topic.published > 0 && piece.far % EVERY == topic.published % EVERY;
             if straight && here && piece.far != u64::MAX {
-                set(*at, glyph, mark);
+                let (glyph, style) = dot(piece.far);
+                set(*at, glyph, style);
             } else {
                 set(*at, joint(piece.to, theme), line);
             }

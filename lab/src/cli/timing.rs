@@ -1,0 +1,45 @@
+//! What can be asked of the world, and of the machine that the graph is to run on.
+
+use clap::{Args, ValueEnum};
+use ratelab::runtime::Knob;
+
+use super::{heading, values};
+
+/// Whether the plant waits, and what nodes take.
+#[derive(Debug, Args)]
+#[command(next_help_heading = heading::TIME)]
+pub struct TimingArgs {
+    /// course: the plant waits for the actuator. own: it moves by itself
+    /// [default: course]
+    #[arg(long, value_enum, value_name = "WORLD", hide_possible_values = true)]
+    pub world: Option<WorldArg>,
+
+    /// Step of physics in milliseconds: 1, 2, 5 or 10 (own world only) [default: 1]
+    #[arg(
+        long,
+        alias = "world_step_ms",
+        value_name = "MS",
+        value_parser = values::step_ms,
+        allow_hyphen_values = true
+    )]
+    pub world_step_ms: Option<u64>,
+
+    /// What the ticks of a node take, in milliseconds: 30, 60..110, lognormal:30,90
+    /// or recorded:FILE; can be given several times.
+    #[arg(long, value_name = "NODE=SPEC", value_parser = values::takes)]
+    pub takes: Vec<Knob>,
+
+    /// Shift the due times of a node by so many milliseconds; can be given several
+    /// times.
+    #[arg(long, value_name = "NODE=MS", value_parser = values::offset)]
+    pub offset: Vec<Knob>,
+}
+
+/// A world by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WorldArg {
+    /// The plant waits for the actuator.
+    Course,
+    /// The plant moves by itself.
+    Own,
+}

@@ -1,0 +1,173 @@
+//! How old the push in force was over time, and on average of late.
+//!
+//! Where the node that pushes also publishes the states, each state tells the sensing
+//! behind the push from then on: exact at any speed, and in recordings. Elsewhere
+//! there is what the node was seen to push at each frame.
+
+use std::{collections::VecDeque, time::Duration};
+
+use ratelab::{
+    runtime::{Snapshot, Time, telemetry::PushAgeView},
+    system::System,
+};
+
+/// Moments kept: an hour at 50 Hz.
+const KEPT: usize = 180_000;
+
+/// Run time that counts as recent, if two periods of the policy are not longer.
+const LATELY: Duration = Duration::from_secs(1);
+
+/// The age of the push in force, as a saw.
+#[derive(Default)]
+pub struct PushAges {
+    /// Whether states tell all of it; `None` before the first look at the graph.
+    by_states: Option<bool>,
+    /// The newest moment, and the sensing behind the push from then on.
+    newest: Option<(Time, Time)>,
+    /// Run times and the integral of the age until then (s²).
+    areas: VecDeque<(Time, f64)>,
+    /// Run time (s) and age (ms) at the ends of each tooth.
+    saw: VecDeque<(f64, f64)>,
+}
+
+/// The age of late.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecentAge {
+    /// Its mean over time.
+    pub mean: Duration,
+    /// The greatest.
+    pub greatest: Duration,
+}
+
+impl PushAges {
+    /// Learns of `graph` who tells the age, before the first state is.
+    pub fn meet(&mut self, system: &dyn System, graph: impl FnOnce() -> Snapshot) {
+        self.by_states
+            .get_or_insert_with(|| by_states(system, &graph()));
+    }
+
+    /// What `graph` knows of it where states do not tell.
+    pub fn look(&mut self, graph: &Snapshot) {
+        if self.by_states == Some(true) {
+            return;
+        }
+        if let Some(view) = graph.nodes.iter().find_map(|node| node.push_age) {
+            self.seen(view);
+        }
+    }
+
+    /// What a state at run time `at` tells: the push from then on is derived from a
+    /// sensing at `sensed`.
+    pub fn state(&mut self, at: Time, sensed: Time) {
+        if self.by_states == Some(false) {
+            return;
+        }
+        let area = self.areas.back().map_or(0.0, |(_, area)| *area);
+        let grown = self.newest.map_or(0.0, |(since, before)| {
+            let [from, to] = [since, at].map(|end| end.since(before).as_secs_f64());
+            self.saw.push_back((at.as_secs_f64(), to * 1e3));
+            (to * to - from * from) / 2.0
+        });
+        self.newest = Some((at, sensed));
+        self.add(at, at.since(sensed), area + grown);
+    }
+
+    fn seen(&mut self, view: PushAgeView) {
+        if self.areas.back().is_none_or(|(at, _)| *at < view.at) {
+            self.add(view.at, view.age, view.area_s2);
+        }
+    }
+
+    fn add(&mut self, at: Time, age: Duration, area: f64) {
+        self.areas.push_back((at, area));
+        self.saw
+            .push_back((at.as_secs_f64(), age.as_secs_f64() * 1e3));
+        let old = |kept: usize| kept.saturating_sub(KEPT);
+        self.areas.drain(..old(self.areas.len()));
+        self.saw.drain(..old(self.saw.len()));
+    }
+
+    /// The age over the last second, or the last two `period`s if that is longer.
+    /// `None` before the first push, and where it was not looked at that often.
+    pub fn recent(&self, period: Duration) -> Option<RecentAge> {
+        let window = LATELY.max(period * 2);
+        let &(now, area) = self.areas.back()?;
+        let within = |at: Time| now.since(at) < window;
+        let first = self.areas.partition_point(|(at, _)| !within(*at));
+        let &(begin, before) = self.areas.get(first.saturating_sub(1))?;
+        let time = now.since(begin);
+        if time.is_zero() || time > window * 2 {
+            return None;
+        }
+        let begin = begin.as_secs_f64();
+        let recent = self.saw.iter().rev().take_while(|(at, _)| *at > begin);
+        let greatest = recent.map(|(_, ms)| *ms).fold(0.0, f64::max);
+        Some(RecentAge {
+            mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
+            greatest: Duration::from_secs_f64(greatest / 1e3),
+        })
+    }
+
+    /// The saw from run time `begin` to `end` (s): run times and ages (ms).
+    pub fn saw(&self, begin: f64, end: f64) -> Vec<(f64, f64)> {
+        let first = self.saw.partition_point(|(at, _)| *at < begin);
+        let last = self.saw.partition_point(|(at, _)| *at <= end);
+        self.saw.range(first..last).copied().collect()
+    }
+}
+
+/// Whether the node whose latency matters publishes the states.
+fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
+    let states = system.state().and_then(|name| graph.topic(name));
+    let node = states.and_then(|topic| graph.nodes.get(*topic.publishers.first()?));
+    let pushes = system.latency().map(|(node, _)| node);
+    node.is_some_and(|node| Some(&*node.name) == pushes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    /// Steps of 20 ms until `end`, each on the newest sensing, one every `every` ms.
+    fn steps(every: u64, end: u64) -> PushAges {
+        let mut ages = PushAges::default();
+        for at in (0..=end).step_by(20) {
+            ages.state(ms(at), ms(at / every * every));
+        }
+        ages
+    }
+
+    #[test]
+    fn the_mean_is_over_the_last_second() {
+        let [fresh, old] = [20, 200].map(|every| steps(every, 3_000).recent(Duration::ZERO));
+        let [fresh, old] = [fresh, old].map(|recent| recent.expect("pushes"));
+        assert_eq!(fresh.mean.as_micros(), 10_000);
+        assert_eq!(old.mean.as_micros(), 100_000);
+        assert_eq!(old.greatest, Duration::from_millis(200));
+        // It was fresh, and is not for half a second.
+        let mut turned = steps(20, 1_000);
+        for at in (1_020..=1_500).step_by(20) {
+            turned.state(ms(at), ms(1_000));
+        }
+        let mean = turned.recent(Duration::ZERO).expect("pushes").mean;
+        assert_eq!(mean.as_micros(), (500 * 10 + 500 * 250) / 1_000 * 1_000);
+    }
+
+    #[test]
+    fn two_long_periods_count_whole() {
+        let slow = steps(2_000, 8_000);
+        let mean = |period| slow.recent(Duration::from_secs(period)).map(|age| age.mean);
+        assert_eq!(mean(2), Some(Duration::from_secs(1)));
+        assert_eq!(mean(0), Some(Duration::from_millis(1_500)));
+    }
+
+    #[test]
+    fn before_the_first_push_there_is_no_age() {
+        assert_eq!(PushAges::default().recent(Duration::ZERO), None);
+        assert_eq!(steps(20, 0).recent(Duration::ZERO), None);
+    }
+}

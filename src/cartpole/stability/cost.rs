@@ -1,0 +1,89 @@
+//! What deviations cost on average, under disturbance and random timing.
+
+use nalgebra::DMatrix;
+
+use super::{
+    control_loop::Loop,
+    covariance::{Covariance, Loss, flat, symmetric},
+    criterion::{Noise, Weights},
+    monodromy::StabilityError,
+    passage::{NEWEST, Passage},
+    schedule::{Event, events},
+    timing::Push,
+};
+use crate::runtime::Time;
+
+impl Loop {
+    /// The expected cost of a second of the loop in its steady state, where
+    /// `noise` disturbs it and messages of `/action` are lost at random. `None` if
+    /// it grows without bound.
+    ///
+    /// The covariance of the state is taken through the same product as a
+    /// deviation is in [`Loop::stability`]. Nilsson, *Real-Time Control Systems
+    /// with Delays* (1998); Lincoln and Cervin, *Jitterbug*, CDC 2002.
+    ///
+    /// # Errors
+    /// [`StabilityError`], as for [`Loop::stability`].
+    pub fn expected_cost(
+        &self,
+        noise: &Noise,
+        weights: &Weights,
+        loss: Loss,
+    ) -> Result<Option<f64>, StabilityError> {
+        let (passage, schedule) =
+            Passage::of(self, noise, weights).map_err(|long| self.aperiodic(long))?;
+        if self.mean_square_growth(loss)? >= 0.0 {
+            return Ok(None);
+        }
+        let covariance = Covariance {
+            passage: &passage,
+            loss,
+        };
+        let size = passage.size();
+        // What disturbances add in one period, and the covariance that comes back.
+        let mut added = DMatrix::zeros(size, size);
+        cost_of(&covariance, noise, &mut added);
+        let remembered = covariance.matrix();
+        let identity = DMatrix::identity(remembered.nrows(), remembered.ncols());
+        let steady = (identity - remembered).lu().solve(&flat(&added));
+        Ok(steady.map(|steady| {
+            let cost = cost_of(&covariance, noise, &mut symmetric(&steady, size));
+            cost / schedule.period.as_secs_f64()
+        }))
+    }
+
+    /// The expected cost of a second, from rest until the last of these pushes is
+    /// applied, where `noise` disturbs the loop: for timing that was drawn or
+    /// recorded. In their order, no push is based on an older reading than the one
+    /// before; the loop's own timing is not used.
+    ///
+    /// What JitterTime does: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
+    /// JitterTime to analyze transient performance in adaptive and reconfigurable
+    /// control systems*, ETFA 2019.
+    pub fn cost_along(&self, pushes: &[Push], noise: &Noise, weights: &Weights) -> f64 {
+        let end = pushes.iter().map(|push| push.applied).max();
+        let end = end.unwrap_or(Time::ZERO);
+        let events = events(pushes, self.world, Time::ZERO, Time::ZERO, end);
+        let passage = Passage::through(self, events, noise, weights);
+        let covariance = Covariance {
+            passage: &passage,
+            loss: Loss::NONE,
+        };
+        let mut rest = DMatrix::zeros(passage.size(), passage.size());
+        cost_of(&covariance, noise, &mut rest) / end.as_secs_f64()
+    }
+}
+
+/// Takes `covariance` through the passage. Returns what that costs.
+fn cost_of(through: &Covariance, noise: &Noise, covariance: &mut DMatrix<f64>) -> f64 {
+    let mut cost = 0.0;
+    for event in &through.passage.events {
+        if let Event::Advance(units) = *event {
+            let span = through.passage.span(units);
+            let before = covariance.fixed_view::<NEWEST, NEWEST>(0, 0);
+            cost += (span.cost * before).trace() + span.noise_cost;
+        }
+        through.happen_in(noise, *event, covariance);
+    }
+    cost
+}

@@ -1,0 +1,128 @@
+//! How the covariance of a loop's state goes on while messages are lost.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    criterion::Noise,
+    passage::{ACTION, NEWEST, Passage},
+    schedule::Event,
+};
+
+/// What is in force after a message of `/action` was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lost {
+    /// The action before it.
+    Hold,
+    /// No force.
+    Zero,
+}
+
+/// Each message of `/action` is lost on its own with the same probability.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loss {
+    /// The probability, 0 to 1.
+    pub probability: f64,
+    /// What follows.
+    pub lost: Lost,
+}
+
+impl Loss {
+    /// Every message arrives.
+    pub const NONE: Self = Self {
+        probability: 0.0,
+        lost: Lost::Hold,
+    };
+}
+
+/// A passage with messages that are lost.
+pub(super) struct Covariance<'a> {
+    pub passage: &'a Passage,
+    pub loss: Loss,
+}
+
+impl Covariance<'_> {
+    /// What `event` makes of a covariance, on average over what is lost, without
+    /// any disturbance.
+    pub fn happen(&self, event: Event, covariance: &mut DMatrix<f64>) {
+        let lost = (matches!(event, Event::Apply(_))).then(|| self.without_action(covariance));
+        twice(covariance, |states| self.passage.happen(event, states));
+        if let Some(lost) = lost {
+            let Loss { probability, .. } = self.loss;
+            *covariance *= 1.0 - probability;
+            *covariance += lost * probability;
+        }
+    }
+
+    fn without_action(&self, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut lost = covariance.clone();
+        if self.loss.lost == Lost::Zero {
+            lost.row_mut(ACTION).fill(0.0);
+            lost.column_mut(ACTION).fill(0.0);
+        }
+        lost
+    }
+
+    /// The same with the disturbances that come with it.
+    pub fn happen_in(&self, noise: &Noise, event: Event, covariance: &mut DMatrix<f64>) {
+        self.happen(event, covariance);
+        match event {
+            Event::Advance(units) => {
+                let mut moved = covariance.fixed_view_mut::<NEWEST, NEWEST>(0, 0);
+                moved += self.passage.span(units).noise;
+            }
+            Event::Sense => {
+                let errors = self.passage.gains.iter().zip(noise.reading);
+                let error: f64 = errors.map(|(gain, error)| gain * gain * error).sum();
+                covariance[(NEWEST, NEWEST)] += error;
+            }
+            Event::Apply(_) => {}
+        }
+    }
+
+    /// What the passage makes of a covariance as a matrix that acts on the upper
+    /// triangles of covariances, one below the other.
+    pub fn matrix(&self) -> DMatrix<f64> {
+        let size = self.passage.size();
+        let columns: Vec<_> = triangle(size)
+            .map(|(row, column)| {
+                let mut covariance = DMatrix::zeros(size, size);
+                covariance[(row, column)] = 1.0;
+                covariance[(column, row)] = 1.0;
+                for event in &self.passage.events {
+                    self.happen(*event, &mut covariance);
+                }
+                flat(&covariance)
+            })
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
+}
+
+/// Applies the linear map `map` of states to a covariance: from both sides.
+fn twice(covariance: &mut DMatrix<f64>, map: impl Fn(&mut DMatrix<f64>)) {
+    map(covariance);
+    covariance.transpose_mut();
+    map(covariance);
+}
+
+/// The places of the upper triangle.
+fn triangle(size: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..size).flat_map(|column| (0..=column).map(move |row| (row, column)))
+}
+
+/// The upper triangle as a vector.
+pub(super) fn flat(covariance: &DMatrix<f64>) -> DVector<f64> {
+    let places = triangle(covariance.nrows());
+    let entries: Vec<_> = places.map(|place| covariance[place]).collect();
+    DVector::from_vec(entries)
+}
+
+/// The covariance with this upper triangle.
+pub(super) fn symmetric(flat: &DVector<f64>, size: usize) -> DMatrix<f64> {
+    let mut covariance = DMatrix::zeros(size, size);
+    for ((row, column), entry) in triangle(size).zip(flat.iter()) {
+        covariance[(row, column)] = *entry;
+        covariance[(column, row)] = *entry;
+    }
+    covariance
+}

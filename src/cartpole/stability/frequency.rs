@@ -1,0 +1,97 @@
+//! The continuous loop by its frequency response.
+
+use std::{f64::consts::TAU, time::Duration};
+
+use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
+
+use super::{control_loop::Loop, dynamics::Dynamics};
+
+/// Frequencies that are looked at (rad/s), and how many to a factor of ten.
+const LOWEST: f64 = 1e-3;
+const DECADES: u32 = 8;
+const PER_DECADE: u32 = 2_000;
+
+/// Halvings of an interval of frequencies in which something happens.
+const HALVINGS: u32 = 60;
+
+/// What a loop in continuous time bears, where policy and motor never wait.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContinuousMargins {
+    /// The frequency at which the loop with its longest delay would swing
+    /// (rad/s): there its gain is 1.
+    pub crossover: f64,
+    /// How far the phase is from that swing without a delay (rad).
+    pub phase_margin: f64,
+    /// The shortest constant delay at which small deviations do not shrink.
+    pub delay: Duration,
+}
+
+/// Frequencies from the lowest to the highest, evenly on a logarithmic scale
+/// (rad/s).
+pub(super) fn frequencies() -> impl Iterator<Item = f64> {
+    let steps = 0..=DECADES * PER_DECADE;
+    steps.map(|step| LOWEST * 10.0_f64.powf(f64::from(step) / f64::from(PER_DECADE)))
+}
+
+impl Loop {
+    /// Whether deviations shrink in continuous time where nothing takes time.
+    pub(super) fn shrinks_without_delay(&self) -> bool {
+        let Dynamics { f, g } = self.dynamics;
+        let closed = f + g * RowVector4::from(self.gains);
+        closed
+            .complex_eigenvalues()
+            .iter()
+            .all(|pole| pole.re < 0.0)
+    }
+
+    /// The response of the open loop to `s`: `−K·(s − F)⁻¹·G`. `None` at its
+    /// poles.
+    pub(super) fn open_loop(&self, s: Complex<f64>) -> Option<Complex<f64>> {
+        let complex = |real: f64| Complex::new(real, 0.0);
+        let resolvent = Matrix4::identity() * s - self.dynamics.f.map(complex);
+        let state = resolvent.try_inverse()? * self.dynamics.g.map(complex);
+        Some(-(RowVector4::from(self.gains).map(complex) * state)[0])
+    }
+
+    /// The margins of the loop in continuous time with nothing that takes time.
+    /// `None` if deviations grow without any delay, or shrink with any.
+    ///
+    /// A delay `τ` turns the loop's response at the frequency `ω` by `ωτ` and
+    /// leaves its gain. It swings on its own where the gain is 1 and the turn
+    /// makes up the phase margin: the shortest such delay counts. Åström and
+    /// Murray, *Feedback Systems*, section 10.3.
+    pub fn continuous_margins(&self) -> Option<ContinuousMargins> {
+        if !self.shrinks_without_delay() {
+            return None;
+        }
+        let response = |frequency| self.open_loop(Complex::new(0.0, frequency));
+        let louder = |frequency| response(frequency).is_none_or(|open| open.modulus() > 1.0);
+        let pairs = frequencies().zip(frequencies().skip(1));
+        let crossings = pairs.filter(|(low, high)| louder(*low) != louder(*high));
+        let margins = crossings.filter_map(|(low, high)| {
+            let crossover = edge(low, high, louder);
+            let phase_margin = (-response(crossover)?).argument().rem_euclid(TAU);
+            let delay = Duration::try_from_secs_f64(phase_margin / crossover).ok()?;
+            Some(ContinuousMargins {
+                crossover,
+                phase_margin,
+                delay,
+            })
+        });
+        margins.min_by_key(|margins| margins.delay)
+    }
+}
+
+/// The frequency between two at which `louder` changes.
+fn edge(mut low: f64, mut high: f64, louder: impl Fn(f64) -> bool) -> f64 {
+    let below = louder(low);
+    for _ in 0..HALVINGS {
+        let middle = (low * high).sqrt();
+        *(if louder(middle) == below {
+            &mut low
+        } else {
+            &mut high
+        }) = middle;
+    }
+    low
+}

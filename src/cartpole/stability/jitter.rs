@@ -1,0 +1,138 @@
+//! Delays that change: how old may an action become, whatever the pattern?
+
+use std::{f64::consts::PI, time::Duration};
+
+use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
+
+use super::{
+    control_loop::Loop,
+    criterion::{Noise, Weights},
+    frequency::frequencies,
+    monodromy::StabilityError,
+    span::Span,
+    timing::Timing,
+    world::World,
+};
+
+/// Frequencies of a sampled loop that are looked at, up to half of its rate.
+const FREQUENCIES: u32 = 20_000;
+
+/// The lowest of them as a part of half its rate.
+const LOWEST: f64 = 1e-5;
+
+/// A disturbance of the action of intensity 1.
+const UNIT: Noise = Noise {
+    push: 1.0,
+    reading: [0.0; 4],
+};
+
+/// How much a delay may change and the loop stays stable, whatever the pattern.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JitterMargin {
+    /// The most by which any action may be delayed beyond the constant part,
+    /// each in its own way.
+    pub jitter: Duration,
+    /// The same in terms of age: deviations shrink if no action is applied earlier
+    /// than the constant part after its reading, and none is in force when its
+    /// reading is as old as this, whatever made it old.
+    pub oldest: Duration,
+}
+
+impl Loop {
+    /// The age that no action in force may exceed at any moment, for deviations
+    /// to shrink whatever the timing: rates, delays, losses and their patterns.
+    /// `None` if the continuous loop is unstable without any delay.
+    ///
+    /// A small-gain condition, and only sufficient: the closed loop `T`, from a
+    /// disturbance of the action to the action, has `|ω·T(iω)| < 1 / age` at all
+    /// frequencies `ω`. Kao and Lincoln, *Simple stability criteria for systems
+    /// with time-varying delays*, Automatica 40 (2004), in continuous time.
+    pub fn oldest_push(&self) -> Option<Duration> {
+        if !self.shrinks_without_delay() {
+            return None;
+        }
+        let gain = |frequency: f64| {
+            let open = self.open_loop(Complex::new(0.0, frequency))?;
+            Some(frequency * (open / (open + 1.0)).modulus())
+        };
+        let loudest = frequencies().filter_map(gain).fold(0.0, f64::max);
+        // What it comes to at frequencies without end.
+        let limit = (RowVector4::from(self.gains) * self.dynamics.g)[0].abs();
+        Duration::try_from_secs_f64(1.0 / loudest.max(limit)).ok()
+    }
+
+    /// How much the delay of an action may change, beyond the constant delays of
+    /// this loop, and deviations shrink. `None` if they grow without any jitter.
+    ///
+    /// The plant is continuous here and the loop the one in which each reading of
+    /// the sensor has an action: where the policy answers to fewer of them, the
+    /// actions in between are late ones. So the rates of policy and actuator and
+    /// all that is lost count as jitter.
+    ///
+    /// A small-gain condition, and only sufficient: Kao and Lincoln (2004), for a
+    /// sampled loop, with the constant part as in Cervin, Lincoln, Eker, Årzén
+    /// and Buttazzo, *The jitter margin and its application in the design of
+    /// real-time control systems*, RTCSA 2004.
+    ///
+    /// # Errors
+    /// [`StabilityError`], as for [`Loop::stability`].
+    pub fn jitter_margin(&self) -> Result<Option<JitterMargin>, StabilityError> {
+        let sensor = self.timing.sensor.hz;
+        let constant = self.timing.constant();
+        let mut uniform = Timing::direct(sensor);
+        uniform.action_delay = constant;
+        let sampled = Self {
+            world: World::Continuous,
+            timing: uniform,
+            ..*self
+        };
+        if !sampled.stability()?.is_stable() {
+            return Ok(None);
+        }
+        let period = sensor.period();
+        let jitter = periods(1.0 / sampled.loudest(period, constant)) * period.as_secs_f64();
+        Ok(Duration::try_from_secs_f64(jitter)
+            .ok()
+            .map(|jitter| JitterMargin {
+                jitter,
+                oldest: constant + jitter + period,
+            }))
+    }
+
+    /// The largest gain of the sampled loop from what jitter adds to the force on
+    /// the plant to the change from one action to the next.
+    fn loudest(&self, period: Duration, constant: Duration) -> f64 {
+        let flow = |seconds| Span::flow(&self.dynamics, seconds, &UNIT, &Weights::default());
+        // The action before the newest is in force for the first part of a period.
+        let seconds = period.as_secs_f64();
+        let waits = constant.as_secs_f64() / seconds;
+        let (early, late) = (waits.fract() * seconds, (1.0 - waits.fract()) * seconds);
+        let (first, second, whole) = (flow(early), flow(late), flow(seconds));
+        let newer = second.b();
+        let older = second.a() * first.b();
+        let gain = |angle: f64| {
+            let z = Complex::new(angle.cos(), angle.sin());
+            let resolvent = Matrix4::identity() * z - whole.a().map(complex);
+            let row = RowVector4::from(self.gains).map(complex) * resolvent.try_inverse()?;
+            let pushes = (newer.map(complex) + older.map(complex) / z) / z.powf(waits.floor());
+            let disturbed = (row * whole.disturbance().map(complex) * row.adjoint())[0].re;
+            let closed = (row * pushes)[0] - 1.0;
+            Some((disturbed * seconds).sqrt() * (z - 1.0).modulus() / closed.modulus())
+        };
+        let parts = (0..=FREQUENCIES).map(|part| f64::from(part) / f64::from(FREQUENCIES));
+        let angles = parts.map(|part| PI * LOWEST.powf(part));
+        angles.filter_map(gain).fold(0.0, f64::max)
+    }
+}
+
+fn complex(real: f64) -> Complex<f64> {
+    Complex::new(real, 0.0)
+}
+
+/// How many periods of jitter have the gain `most`: with `n` whole periods and a
+/// part `g`, the change is one of up to `n + 1` differences of actions for the
+/// part `g` of a period and of up to `n` for the rest, `most² = n² + 2ng + g`.
+fn periods(most: f64) -> f64 {
+    let whole = most.floor();
+    whole + (most * most - whole * whole) / (2.0 * whole + 1.0)
+}

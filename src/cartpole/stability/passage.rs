@@ -1,0 +1,89 @@
+//! One linear map for each thing that can happen to a loop.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, RowVector4};
+
+use super::{
+    control_loop::Loop,
+    criterion::{Noise, Weights},
+    schedule::{Event, Schedule, TooLong, readings},
+    span::Span,
+};
+
+/// Row of the action in force, below the plant's state.
+pub(super) const ACTION: usize = 4;
+
+/// Row of the action that belongs to the newest reading; below it those of older
+/// ones.
+pub(super) const NEWEST: usize = 5;
+
+/// A sequence of events and what each does to the loop's whole state: the plant's
+/// state, the action in force and what the policy says to the last few readings.
+#[derive(Clone, Debug)]
+pub(super) struct Passage {
+    pub events: Vec<Event>,
+    pub gains: RowVector4<f64>,
+    spans: BTreeMap<u64, Span>,
+}
+
+impl Passage {
+    /// One hyper-period of `control`.
+    pub fn of(
+        control: &Loop,
+        noise: &Noise,
+        weights: &Weights,
+    ) -> Result<(Self, Schedule), TooLong> {
+        let schedule = Schedule::of(control.timing, control.world)?;
+        let passage = Self::through(control, schedule.events.clone(), noise, weights);
+        Ok((passage, schedule))
+    }
+
+    /// These events in `control`'s world.
+    pub fn through(control: &Loop, events: Vec<Event>, noise: &Noise, weights: &Weights) -> Self {
+        let mut spans = BTreeMap::new();
+        for event in &events {
+            if let Event::Advance(units) = *event {
+                let span = || control.world.span(&control.dynamics, units, noise, weights);
+                spans.entry(units).or_insert_with(span);
+            }
+        }
+        Self {
+            events,
+            gains: control.gains.into(),
+            spans,
+        }
+    }
+
+    /// The size of the loop's state.
+    pub fn size(&self) -> usize {
+        NEWEST + readings(&self.events)
+    }
+
+    /// What so many units do. They are those of an event.
+    pub fn span(&self, units: u64) -> &Span {
+        &self.spans[&units]
+    }
+
+    /// Applies what `event` does to each column of `states`.
+    pub fn happen(&self, event: Event, states: &mut DMatrix<f64>) {
+        match event {
+            Event::Advance(units) => {
+                let moved = self.span(units).motion * states.fixed_rows::<NEWEST>(0);
+                states.fixed_rows_mut::<NEWEST>(0).copy_from(&moved);
+            }
+            Event::Sense => {
+                for row in (NEWEST + 1..states.nrows()).rev() {
+                    let younger = states.row(row - 1).clone_owned();
+                    states.set_row(row, &younger);
+                }
+                let answer = self.gains * states.fixed_rows::<ACTION>(0);
+                states.set_row(NEWEST, &answer);
+            }
+            Event::Apply(ago) => {
+                let action = states.row(NEWEST + ago).clone_owned();
+                states.set_row(ACTION, &action);
+            }
+        }
+    }
+}

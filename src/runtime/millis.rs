@@ -1,0 +1,46 @@
+//! Durations as texts and numbers of milliseconds.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+/// The longest: eleven days and a half, beyond which no run waits.
+const LONGEST_MS: f64 = 1e9;
+
+/// The duration that `text` gives in milliseconds, to the nearest nanosecond.
+///
+/// # Errors
+/// What is wrong with it.
+pub(crate) fn parse(text: &str) -> Result<Duration, String> {
+    let millis: Option<f64> = text.trim().parse().ok();
+    millis.and_then(from_millis).ok_or_else(|| {
+        format!("{text:?} is not a duration: expected milliseconds, 0 to {LONGEST_MS}")
+    })
+}
+
+/// `None` for what is negative, too long, or not a number.
+pub(crate) fn from_millis(millis: f64) -> Option<Duration> {
+    let known = (0.0..=LONGEST_MS).contains(&millis);
+    known.then(|| Duration::from_nanos((millis * 1e6).round() as u64))
+}
+
+/// Milliseconds as a number that reads back to the same nanosecond.
+pub(crate) fn to_millis(duration: Duration) -> f64 {
+    duration.as_nanos() as f64 / 1e6
+}
+
+/// For serde: as a number of milliseconds.
+pub(crate) fn serialize<S: Serializer>(
+    duration: &Duration,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.serialize_f64(to_millis(*duration))
+}
+
+/// For serde.
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Duration, D::Error> {
+    let millis = f64::deserialize(deserializer)?;
+    from_millis(millis).ok_or_else(|| D::Error::custom("expected milliseconds, zero or more"))
+}

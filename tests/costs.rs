@@ -1,0 +1,333 @@
+//! What ticks take, how late they start and when they are due: as knobs, under both
+//! clocks. The virtual clock's bytes are in `time.rs`.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{
+    cartpole::{ACTION, Action, CartPole, POLICY},
+    experiment::{Config, Experiment, Summary},
+    runtime::{
+        Clock, ClockKind, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, RealClock, Time,
+        TimedCommand, Topic, VirtualClock,
+    },
+    system::WorldKind,
+};
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+fn at(millis: u64) -> Time {
+    Time::ZERO + ms(millis)
+}
+
+fn knob(text: &str) -> Knob {
+    text.parse().expect(text)
+}
+
+#[test]
+fn timing_knobs_are_read_back_from_text_and_from_json() {
+    for text in [
+        "takes policy 30",
+        "takes policy 60..110",
+        "takes policy lognormal:30,90",
+        "takes policy busy 12.5",
+        "takes policy busy 0..0.000001",
+        "takes policy none",
+        "takes policy recorded:my runs/real.rrd",
+        "wakes sensor 0.25..3",
+        "wakes sensor none",
+        "offset actuator 7.000001",
+        "offset actuator 0",
+    ] {
+        let knob = knob(text);
+        assert_eq!(knob.to_string(), text);
+        let json = serde_json::to_string(&knob).expect("json");
+        assert_eq!(serde_json::from_str::<Knob>(&json).expect("a knob"), knob);
+    }
+    assert_eq!(knob("takes policy 0"), knob("takes policy none"));
+}
+
+#[test]
+fn what_is_no_duration_is_refused_with_what_to_write() {
+    for (text, part) in [
+        ("takes policy -1", "expected milliseconds such as 30"),
+        ("takes policy soon", "\"soon\" is no duration"),
+        ("takes policy busy", "\"busy\" is no duration"),
+        ("takes policy 9..3", "expected A..B, A first"),
+        ("takes policy lognormal:30", "expected lognormal:MEDIAN,P99"),
+        ("takes policy lognormal:90,30", "in this order"),
+        ("takes policy lognormal:0,30", "above zero"),
+        ("takes policy recorded:", "expected recorded:FILE"),
+        ("takes policy NaN", "is no duration"),
+        ("offset policy 1e300", "is not a duration"),
+        ("offset policy -0.1", "0 to 1000000000"),
+        ("wakes policy busy 3", "is no duration"),
+    ] {
+        let error = text.parse::<Knob>().expect_err(text).to_string();
+        assert!(error.contains(part), "{text}: {error}");
+    }
+}
+
+fn with(knobs: &[&str], config: Config) -> Config {
+    let mut config = config;
+    config.setup.extend(knobs.iter().map(|text| knob(text)));
+    config
+}
+
+fn run(config: &Config) -> Summary {
+    let system = Arc::new(CartPole::default());
+    let experiment = Experiment::new(system, config).expect("an experiment");
+    experiment.run().expect("a run")
+}
+
+fn refusal(config: &Config) -> String {
+    let experiment = Experiment::new(Arc::new(CartPole::default()), config);
+    experiment.err().expect("a refusal").to_string()
+}
+
+/// The knob `text` with durations as if they had been read from its recording.
+fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
+    let mut knob = knob(text);
+    let draw = knob.draw_mut().expect("durations");
+    let recorded = draw.missing().expect("a recording").clone();
+    *draw = recorded.with_durations(durations.to_vec())?.into();
+    Ok(knob)
+}
+
+#[test]
+fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest() {
+    let text = "takes policy recorded:real.rrd";
+    let missing = refusal(&with(&[text], Config::default()));
+    assert!(missing.contains("real.rrd were not loaded"), "{missing}");
+
+    let durations = [ms(7), ms(3), ms(5)];
+    let knob = loaded(text, &durations).expect("loaded");
+    let mut config = Config::default();
+    config.setup.set(knob.clone());
+    let summary = run(&config);
+    let costs = &summary.node(POLICY).expect("a policy").tick_time;
+    let drawn: Vec<Duration> = costs.bars().map(|(duration, _)| duration).collect();
+    // All but the tick that starts at the very end.
+    assert_eq!((drawn, costs.count()), (vec![ms(3), ms(5), ms(7)], 500));
+
+    let pinned = knob.to_string();
+    assert!(
+        pinned.starts_with("takes policy recorded:real.rrd@sha256:"),
+        "{pinned}"
+    );
+    loaded(&pinned, &[ms(3), ms(5), ms(7)]).expect("the same durations in any order");
+    let changed = loaded(&pinned, &[ms(3)]).expect_err("others");
+    assert!(
+        changed.contains("real.rrd has other durations"),
+        "{changed}"
+    );
+    assert!(loaded(text, &[]).is_err());
+}
+
+#[test]
+fn one_knob_moves_no_draw_of_another() {
+    let costs = |knobs: &[&str]| {
+        let summary = run(&with(knobs, Config::default()));
+        let policy = summary.node(POLICY).expect("a policy");
+        policy.tick_time.bars().collect::<Vec<_>>()
+    };
+    let alone = costs(&["takes policy 0..15"]);
+    assert_eq!(
+        costs(&[
+            "takes policy 0..15",
+            "takes sensor 0..15",
+            "wakes actuator 1..2"
+        ]),
+        alone
+    );
+}
+
+#[test]
+fn the_rate_of_the_course_s_actuator_and_the_times_of_the_world_are_no_knobs() {
+    let own = || Config {
+        world: WorldKind::OWN,
+        ..Config::default()
+    };
+    let actuator = refusal(&with(&["rate actuator 25"], Config::default()));
+    assert!(actuator.contains("20 ms of the plant's time"), "{actuator}");
+    for text in [
+        "rate world 10",
+        "takes world 5",
+        "offset world 5",
+        "wakes world 5",
+    ] {
+        let world = refusal(&with(&[text], own()));
+        assert!(
+            world.contains("the world moves by itself"),
+            "{text}: {world}"
+        );
+    }
+    assert_eq!(run(&with(&["rate actuator 25"], own())).nodes[3].ticks, 251);
+}
+
+#[test]
+fn a_live_cost_is_logged_with_what_it_was() {
+    let config = Config {
+        knobs: CartPole::KNOBS
+            .parse_list("1 takes policy 30\n2 offset policy 3.5\n3 takes policy none")
+            .expect("knobs"),
+        ..Config::default()
+    };
+    let events = run(&config).events;
+    let events: Vec<String> = events.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        events,
+        [
+            "1.000 s: policy takes 30 (was none)",
+            "2.000 s: policy offset 3.5 ms (was 0 ms)",
+            "3.000 s: policy takes none (was 30)",
+        ]
+    );
+}
+
+/// A node that publishes when its ticks began, and what it published.
+fn beacon(hz: f64) -> (Graph, Topic<Time>) {
+    let (mut graph, began) = (Graph::new(), Topic::new("/began", Depth::ONE));
+    let added = graph.node("beacon", Hz::new(hz).expect("a rate"), 0, |wiring| {
+        let began = wiring.publisher(&began);
+        move |now| {
+            began.publish(now, now, None);
+            GO_ON
+        }
+    });
+    added.expect("a node");
+    (graph, began)
+}
+
+fn messages(
+    clock: &mut dyn Clock,
+    graph: &mut Graph,
+    topic: &Topic<Time>,
+    commands: &[(u64, Command)],
+    until: Time,
+) -> Vec<Message<Time>> {
+    let tap = graph.tap(topic, 1_000);
+    let timed = commands.iter().map(|(millis, command)| TimedCommand {
+        at: at(*millis),
+        command: command.clone(),
+    });
+    let (_live, mut inbox) = Inbox::new(timed.collect());
+    clock.run(graph, &mut inbox, until).expect("no fault");
+    tap.items()
+        .try_iter()
+        .map(|tapped| tapped.message)
+        .collect()
+}
+
+#[test]
+fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
+    for spec in ["12", "busy 12"] {
+        let (mut graph, topic) = beacon(50.0);
+        let takes = knob(&format!("takes beacon {spec}")).into();
+        let sent = messages(
+            &mut RealClock::default(),
+            &mut graph,
+            &topic,
+            &[(0, takes)],
+            at(100),
+        );
+        assert!(!sent.is_empty());
+        // The first tick may have begun before it was told.
+        for message in sent.iter().skip(1) {
+            assert_eq!(message.origin, Some(message.data));
+            assert!(
+                message.stamp - message.data >= ms(12),
+                "{spec}: {message:?}"
+            );
+        }
+        let beacon = &graph.observer().snapshot().nodes[0];
+        assert_eq!(beacon.ticks + beacon.overruns, 6, "{spec}");
+    }
+}
+
+#[test]
+fn a_tick_goes_on_under_the_other_clock() {
+    let (mut graph, topic) = beacon(1.0);
+    let takes: Command = knob("takes beacon 60").into();
+    let commands = [(0, takes), (20, Command::HandOver(ClockKind::Real))];
+    let first = messages(&mut VirtualClock, &mut graph, &topic, &commands, at(100));
+    assert_eq!(first, []);
+    assert!(graph.observer().snapshot().nodes[0].busy);
+    let back = [(200, Command::HandOver(ClockKind::Virtual))];
+    let rest = messages(
+        &mut RealClock::default(),
+        &mut graph,
+        &topic,
+        &back,
+        at(210),
+    );
+    assert_eq!(rest.len(), 1);
+    assert!(rest[0].stamp >= at(60) && rest[0].data == at(0));
+}
+
+#[test]
+fn what_would_be_released_after_the_end_is_not() {
+    for clock in [
+        &mut VirtualClock as &mut dyn Clock,
+        &mut RealClock::default(),
+    ] {
+        let (mut graph, topic) = beacon(1.0);
+        let takes = [(0, knob("takes beacon 1000").into())];
+        assert_eq!(messages(clock, &mut graph, &topic, &takes, at(30)).len(), 0);
+        assert_eq!(graph.observer().snapshot().nodes[0].ticks, 1);
+    }
+}
+
+#[test]
+fn a_single_step_is_a_tick_and_no_end_of_one() {
+    let (mut graph, _) = beacon(100.0);
+    graph
+        .node("other", Hz::new(100.0).expect("a rate"), 1, |_| |_| GO_ON)
+        .expect("a node");
+    let (live, mut inbox) = Inbox::new(Vec::new());
+    for command in [
+        Command::Pause,
+        knob("takes beacon 5").into(),
+        Command::Step,
+        Command::Step,
+        Command::Step,
+    ] {
+        live.send(command).expect("open");
+    }
+    drop(live);
+    VirtualClock
+        .run(&mut graph, &mut inbox, at(1_000))
+        .expect("no fault");
+    let nodes = graph.observer().snapshot().nodes;
+    // The end of the first tick, at 5 ms, lies between the second step and the third.
+    assert_eq!(
+        nodes.iter().map(|node| node.ticks).collect::<Vec<_>>(),
+        [2, 1]
+    );
+}
+
+#[test]
+fn the_actions_of_a_slow_policy_say_when_was_sensed_what_they_answer() {
+    let config = with(&["takes policy 13", "takes sensor 4"], Config::default());
+    let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("built");
+    let tap = experiment
+        .taps()
+        .messages::<Action>(ACTION, 1_000)
+        .expect("a topic");
+    let summary = experiment.run().expect("a run");
+    let actions: Vec<_> = tap
+        .items()
+        .try_iter()
+        .map(|tapped| tapped.message)
+        .collect();
+    assert!(actions.len() > 400);
+    for action in &actions {
+        // The reading of the tick before: sensed 20 ms before the policy began.
+        assert_eq!(
+            Some(action.stamp),
+            action.origin.map(|sensed| sensed + ms(33))
+        );
+    }
+    assert_eq!(summary.latency.max(), Some(ms(40)));
+}

@@ -1,0 +1,485 @@
+//! What lies between a publisher and its readers, and what goes wrong with nodes: as
+//! knobs, and what becomes of every message. The virtual clock's bytes are in `time.rs`.
+
+mod support;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use proptest::prelude::*;
+use ratelab::{
+    cartpole::{ACTION, CartPole, OBS, POLICY, SENSOR},
+    experiment::{Config, Experiment, Summary},
+    runtime::{ClockKind, Command, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
+    system::WorldKind,
+};
+use support::{depth, hz, run_virtual, secs};
+
+fn knob(text: &str) -> Knob {
+    text.parse().expect(text)
+}
+
+#[test]
+fn knobs_of_links_and_faults_are_read_back_from_text_and_from_json() {
+    for text in [
+        "link /obs delay:30",
+        "link /obs delay:5..40.5,in-order",
+        "link /obs delay:lognormal:10,50,loss:0.2,burst:0.01,4.5,reliable:40",
+        "link /obs none",
+        "read /obs oldest",
+        "read /obs newest",
+        "lose /obs 17",
+        "postpone /obs 17 0.5",
+        "crash policy",
+        "restart policy",
+        "hang policy 90",
+        "clock sensor -12.5 40",
+    ] {
+        let knob = knob(text);
+        assert_eq!(knob.to_string(), text);
+        let json = serde_json::to_string(&Command::Set(knob.clone())).expect("json");
+        let command: Command = serde_json::from_str(&json).expect("a command");
+        assert_eq!(command, Command::Set(knob));
+    }
+    let spec = knob("link /obs burst:0.1,3, delay:lognormal:5,9,loss:0");
+    assert_eq!(
+        spec.to_string(),
+        "link /obs delay:lognormal:5,9,burst:0.1,3"
+    );
+    assert!(!knob("lose /obs 1").is_of(&knob("lose /obs 2")));
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_with_what_is_allowed() {
+    for (text, part) in [
+        ("link /obs", "expected link TOPIC SPEC"),
+        ("link /obs delay:-1", "delay:lognormal:MEDIAN,P99"),
+        ("link /obs delay:NaN", "\"NaN\" is no delay"),
+        ("link /obs delay:9..3", "delay:A..B"),
+        ("link /obs delay:recorded:a.rrd", "is no delay"),
+        ("link /obs loss:1.5", "expected 0 to 1"),
+        ("link /obs loss:NaN", "expected 0 to 1"),
+        ("link /obs loss:-0.1", "expected 0 to 1"),
+        ("link /obs burst:0.1", "expected burst:P,N"),
+        ("link /obs burst:0.1,0.5", "expected 1 to"),
+        ("link /obs loss:0.1,loss:0.2", "loss is there twice"),
+        ("link /obs loss:1,reliable:40", "expected less than 1"),
+        ("link /obs slow", "\"slow\" is no part of a link"),
+        ("link /obs delay:3,,loss:0.1", "\"\" is no part of a link"),
+        ("link /obs none,loss:0.1", "\"none\" is no part"),
+        ("read /obs first", "expected newest or oldest"),
+        ("lose /obs -1", "expected lose TOPIC N"),
+        ("postpone /obs 3", "expected postpone TOPIC N MS"),
+        ("postpone /obs 3 -4", "expected milliseconds"),
+        ("crash policy now", "expected crash NODE"),
+        ("crash", "is not a knob"),
+        ("hang policy long", "expected milliseconds"),
+        ("clock policy 5", "expected OFFSET_MS DRIFT_PPM"),
+        ("clock policy 5 1e9", "500000 ppm"),
+        ("clock policy NaN 0", "is no error of a clock"),
+    ] {
+        let error = text.parse::<Knob>().expect_err(text).to_string();
+        assert!(error.contains(part), "{text}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+/// Parts of specs, right and wrong; `#` is a number, `~` noise.
+const PARTS: [&str; 12] = [
+    "delay:#",
+    "delay:#..#",
+    "delay:lognormal:#,#",
+    "in-order",
+    "loss:#",
+    "loss:0.#",
+    "burst:0.#,#",
+    "burst:#,#",
+    "reliable:#",
+    "none",
+    "~",
+    "~:#~",
+];
+const NUMBERS: [&str; 16] = [
+    "0", "1", "3", "12", "40", "99", "250.5", "0.25", "1e3", "1e400", "-1", "-0", "NaN", "inf", "",
+    "+7",
+];
+const NOISE: [&str; 8] = ["", " ", ",", ":", "..", "delay", "loss:", "é"];
+
+/// Something close to the spec of a link, or one.
+fn almost_link() -> impl Strategy<Value = String> {
+    let part = any::<[u8; 4]>().prop_map(|[part, first, second, noise]| {
+        let choose = |list: &[&'static str], by: u8| list[usize::from(by) % list.len()];
+        let part = choose(&PARTS, part).replacen('#', choose(&NUMBERS, first), 1);
+        let part = part.replacen('#', choose(&NUMBERS, second), 1);
+        part.replace('~', choose(&NOISE, noise))
+    });
+    proptest::collection::vec(part, 1..4).prop_map(|parts| parts.join(","))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100_000))]
+    #[test]
+    fn any_spec_is_refused_in_one_line_or_means_what_is_read_back(spec in almost_link()) {
+        match format!("link /obs {spec}").parse::<Knob>() {
+            Ok(knob) => prop_assert_eq!(knob.to_string().parse::<Knob>(), Ok(knob)),
+            Err(error) => prop_assert_eq!(error.to_string().lines().count(), 1),
+        }
+    }
+}
+
+/// A publisher of 50 Hz for `seconds`, a reader and what it read, with these knobs
+/// turned before the run.
+fn bench(seconds: f64, read_hz: f64, knobs: &[Knob]) -> (Vec<(Time, u64)>, Snapshot) {
+    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
+    graph.set_seed(7);
+    let talker = graph.node("talker", hz(50.0), 0, |wiring| {
+        let publisher = wiring.publisher(&topic);
+        move |now| {
+            if now < secs(seconds) {
+                publisher.publish((), now, None);
+            }
+            GO_ON
+        }
+    });
+    talker.expect("a node");
+    let read = Arc::<Mutex<Vec<(Time, u64)>>>::default();
+    let log = read.clone();
+    let reader = graph.node("reader", hz(read_hz), 1, |wiring| {
+        let mut messages = wiring.subscription(&topic);
+        move |now| {
+            let message = messages.latest(now);
+            let seq = message.map(|message| message.seq);
+            log.lock().expect("log").extend(seq.map(|seq| (now, seq)));
+            GO_ON
+        }
+    });
+    reader.expect("a node");
+    let timed = knobs.iter().cloned().map(|knob| TimedCommand {
+        at: Time::ZERO,
+        command: Command::Set(knob),
+    });
+    run_virtual(&mut graph, timed.collect(), secs(3.0));
+    let read = read.lock().expect("log").clone();
+    (read, graph.observer().snapshot())
+}
+
+/// What becomes of messages 20 ms apart, by the words of the contract alone.
+#[derive(Default)]
+struct Ledger {
+    read: Vec<(Time, u64)>,
+    lost: u64,
+    overtaken: u64,
+    dropped: u64,
+    passed_over: u64,
+    queued: u64,
+    in_flight: u64,
+}
+
+fn expected(
+    published: u64,
+    (read_hz, keeps, oldest): (u64, usize, bool),
+    ways: &BTreeMap<u64, Option<u64>>,
+) -> Ledger {
+    const MS: u64 = 1_000_000;
+    let (mut ledger, mut arrivals) = (Ledger::default(), Vec::new());
+    for seq in 0..published {
+        match ways.get(&seq).copied().unwrap_or(Some(0)) {
+            None => ledger.lost += 1,
+            Some(late) => arrivals.push((seq * 20 * MS + late * MS, seq)),
+        }
+    }
+    arrivals.sort_unstable();
+    let (mut queue, mut last, mut highest) = (Vec::new(), None, None);
+    let mut arrivals = arrivals.into_iter().peekable();
+    for tick in 0..=3 * read_hz {
+        let now = tick * 1_000_000_000 / read_hz;
+        while let Some((_, seq)) = arrivals.next_if(|(at, _)| *at <= now) {
+            if highest > Some(seq) {
+                ledger.overtaken += 1;
+                continue;
+            }
+            highest = Some(seq);
+            queue.push(seq);
+            if queue.len() > keeps {
+                queue.remove(0);
+                ledger.dropped += 1;
+            }
+        }
+        if !queue.is_empty() {
+            let taken = if oldest { 1 } else { queue.len() };
+            ledger.passed_over += taken as u64 - 1;
+            last = queue.drain(..taken).next_back();
+        }
+        ledger
+            .read
+            .extend(last.map(|seq| (Time::from_nanos(now), seq)));
+    }
+    ledger.queued = queue.len() as u64;
+    ledger.in_flight = arrivals.count() as u64;
+    ledger
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn every_message_is_accounted_for_once(
+        ways in proptest::collection::btree_map(0..150u64, proptest::option::of(0..400u64), 0..80),
+        read_hz in 5..120u64,
+        keeps in 1..8usize,
+        oldest: bool,
+    ) {
+        let order = if oldest { "oldest" } else { "newest" };
+        let mut knobs = vec![
+            knob(&format!("depth /test {keeps}")),
+            knob(&format!("read /test {order}")),
+        ];
+        knobs.extend(ways.iter().map(|(seq, way)| knob(&match way {
+            Some(late) => format!("postpone /test {seq} {late}"),
+            None => format!("lose /test {seq}"),
+        })));
+        let (read, snapshot) = bench(9.0, read_hz as f64, &knobs);
+        let topic = snapshot.topic("/test").expect("a topic");
+        let expected = expected(topic.published, (read_hz, keeps, oldest), &ways);
+        prop_assert_eq!(&read, &expected.read);
+        prop_assert_eq!(
+            (topic.lost, topic.overtaken, topic.dropped(), topic.in_flight),
+            (expected.lost, expected.overtaken, expected.dropped, expected.in_flight)
+        );
+        let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
+        let Ledger { passed_over, queued, .. } = expected;
+        let delivered =
+            seen.len() as u64 + passed_over + topic.overtaken + topic.dropped() + queued;
+        prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight);
+    }
+
+    #[test]
+    fn who_reads_fast_and_from_the_old_end_reads_all_that_a_link_delivers(spec in almost_link()) {
+        let Ok(link) = format!("link /test {spec}").parse() else {
+            return Ok(());
+        };
+        let knobs = [link, knob("depth /test 1000"), knob("read /test oldest")];
+        let (read, snapshot) = bench(2.0, 1_000.0, &knobs);
+        let topic = snapshot.topic("/test").expect("a topic");
+        let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
+        let ways = seen.len() as u64 + topic.overtaken + topic.lost + topic.in_flight;
+        prop_assert_eq!((ways, topic.dropped()), (100, 0), "{}", spec);
+        prop_assert!(read.is_sorted_by_key(|(_, seq)| *seq));
+    }
+}
+
+#[test]
+fn a_deep_queue_behind_a_slightly_slower_reader_ages_without_a_drop() {
+    let age = |order: &str| {
+        let knobs = [knob("depth /test 10"), knob(&format!("read /test {order}"))];
+        let (read, snapshot) = bench(9.0, 49.0, &knobs);
+        assert_eq!(snapshot.topic("/test").expect("a topic").dropped(), 0);
+        let (at, seq) = *read.last().expect("read");
+        at - Time::from_nanos(seq * 20_000_000)
+    };
+    assert!(age("newest").as_millis() < 20);
+    assert!(age("oldest").as_millis() >= 60);
+}
+
+fn with(knobs: &[&str], config: Config) -> Config {
+    let mut config = config;
+    config.setup.extend(knobs.iter().map(|text| knob(text)));
+    config
+}
+
+fn own(seed: u64) -> Config {
+    Config {
+        seed,
+        world: WorldKind::OWN,
+        ..Config::default()
+    }
+}
+
+fn run(config: &Config) -> Summary {
+    let experiment = Experiment::new(Arc::new(CartPole::default()), config);
+    experiment.expect("an experiment").run().expect("a run")
+}
+
+fn refusal(knob: &str) -> String {
+    let config = with(&[knob], own(0));
+    let experiment = Experiment::new(Arc::new(CartPole::default()), &config);
+    experiment.err().expect("a refusal").to_string()
+}
+
+#[test]
+fn targets_that_there_are_not_are_refused_with_those_that_there_are() {
+    for (knob, part) in [
+        (
+            "link /state delay:3",
+            "nobody reads /state: expected one of /obs, /action",
+        ),
+        (
+            "read /nothing oldest",
+            "expected one of /state, /obs, /action",
+        ),
+        (
+            "crash nobody",
+            "expected one of world, sensor, policy, actuator",
+        ),
+        ("crash world", "the world moves by itself"),
+        ("clock world 1 0", "the world moves by itself"),
+    ] {
+        let error = refusal(knob);
+        assert!(error.contains(part), "{knob}: {error}");
+    }
+}
+
+#[test]
+fn a_perfect_link_is_no_link() {
+    let plain = run(&own(3));
+    for spec in [
+        "link /action none",
+        "link /action loss:0",
+        "link /obs delay:0,in-order",
+    ] {
+        let linked = run(&with(&[spec], own(3)));
+        assert_eq!(linked.state, plain.state, "{spec}");
+        assert_eq!(linked.topics, plain.topics, "{spec}");
+    }
+}
+
+/// Of six seeds, how many keep the pole up with this delay of actions?
+fn balanced(control_hz: u32, delay_ms: u32) -> usize {
+    let knobs = [
+        format!("rate policy {control_hz}"),
+        format!("link /action delay:{delay_ms}"),
+    ];
+    let knobs = knobs.each_ref().map(String::as_str);
+    let runs = (0..6).map(|seed| run(&with(&knobs, own(seed))));
+    runs.filter(|summary| !summary.verdict.is_lost()).count()
+}
+
+const DELAYS_MS: [u32; 8] = [0, 20, 40, 50, 60, 70, 80, 90];
+
+/// What another program found, by rate.
+const BALANCED: [(u32, [usize; 8]); 4] = [
+    (50, [6, 6, 6, 6, 6, 6, 6, 0]),
+    (25, [6, 6, 6, 6, 6, 0, 0, 0]),
+    (20, [6, 6, 6, 6, 0, 0, 0, 0]),
+    (10, [6, 6, 1, 0, 0, 0, 0, 0]),
+];
+
+#[test]
+fn all_delays_are_as_measured_elsewhere() {
+    for (control_hz, counts) in BALANCED {
+        let found = DELAYS_MS.map(|delay| balanced(control_hz, delay));
+        assert_eq!(found, counts, "{control_hz} Hz");
+    }
+}
+
+#[test]
+fn a_crashed_node_is_quiet_until_it_is_restarted_and_its_ticks_go_on() {
+    let knobs = |text: &str| Config {
+        knobs: CartPole::KNOBS.parse_list(text).expect("knobs"),
+        ..own(1)
+    };
+    let dead = run(&knobs("1.01 crash sensor"));
+    assert!(dead.verdict.is_lost());
+    assert_eq!(dead.node(SENSOR).expect("a sensor").ticks, 51);
+    // The policy goes on with what it read last.
+    assert!(dead.node(POLICY).expect("a policy").ticks > 60);
+
+    let back = run(&knobs("1.01 crash policy\n1.05 restart policy"));
+    assert!(!back.verdict.is_lost());
+    // Due at 1.02 and at 1.04, and dead.
+    assert_eq!(back.node(POLICY).expect("a policy").ticks, 499);
+    assert_eq!(back.node(POLICY).expect("a policy").overruns, 0);
+}
+
+#[test]
+fn a_node_that_hangs_takes_its_time_once() {
+    let config = Config {
+        knobs: CartPole::KNOBS
+            .parse_list("1 hang policy 70")
+            .expect("knobs"),
+        ..own(1)
+    };
+    let policy = run(&config).node(POLICY).expect("a policy").clone();
+    assert_eq!((policy.ticks, policy.overruns), (498, 3));
+    assert_eq!(policy.tick_time.sum().as_millis(), 70);
+}
+
+#[test]
+fn a_node_that_does_not_know_how_is_not_restarted() {
+    let (_, snapshot) = bench(1.0, 10.0, &[knob("crash talker"), knob("restart talker")]);
+    let talker = snapshot.node("talker").expect("a node");
+    assert!(talker.crashed);
+    assert_eq!(talker.ticks, 0);
+}
+
+#[test]
+fn a_clock_that_is_fast_shifts_due_times_and_stamps() {
+    let ticks = |summary: &Summary| summary.node(SENSOR).expect("a sensor").ticks;
+    // As old as a fresh reading from 5 ms before, whose clock is 5 ms slow.
+    let slow = run(&with(&["clock sensor -5 0"], own(0)));
+    assert_eq!(ticks(&slow), 500);
+    assert_eq!(slow.latency.max(), Some(Duration::from_millis(20)));
+    let fast = run(&with(&["clock sensor 1000 0"], own(0)));
+    assert_eq!(ticks(&fast), 501);
+    assert_eq!(fast.latency.max(), Some(Duration::ZERO));
+    // One tick in a hundred is one more.
+    let drifts = run(&with(&["clock sensor 0 10000"], own(0)));
+    assert_eq!(ticks(&drifts), 506);
+}
+
+#[test]
+fn a_delay_is_the_wall_s_under_the_real_clock() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: Time::from_nanos(400_000_000),
+        ..own(0)
+    };
+    let summary = run(&with(
+        &["link /obs delay:80", "link /action loss:1"],
+        config,
+    ));
+    let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
+    assert!(obs.in_flight >= 3 && obs.published > 10, "{obs:?}");
+    assert!(
+        action.published > 0 && action.lost == action.published,
+        "{action:?}"
+    );
+    assert_eq!(summary.latency.count(), 0);
+}
+
+#[test]
+fn a_tap_holds_every_message_with_its_arrival() {
+    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
+    let talker = graph.node("talker", hz(50.0), 0, |wiring| {
+        let publisher = wiring.publisher(&topic);
+        move |now| {
+            publisher.publish((), now, None);
+            GO_ON
+        }
+    });
+    talker.expect("a node");
+    let reader = graph.node("reader", hz(1.0), 1, |wiring| {
+        let mut messages = wiring.subscription(&topic);
+        move |now| {
+            messages.latest(now);
+            GO_ON
+        }
+    });
+    reader.expect("a node");
+    let tap = graph.tap(&topic, 10);
+    let timed = [
+        (0.01, "link /test delay:30"),
+        (0.01, "lose /test 2"),
+        (0.05, "link /test none"),
+    ];
+    let timed = timed.map(|(seconds, text)| support::at(seconds, knob(text).into()));
+    run_virtual(&mut graph, timed.to_vec(), secs(0.06));
+    let tapped: Vec<_> = tap.items().try_iter().collect();
+    let ms = |ms: u64| Some(Time::from_nanos(ms * 1_000_000));
+    let arrivals: Vec<_> = tapped.iter().map(|tapped| tapped.arrives).collect();
+    assert_eq!(arrivals, [ms(0), ms(50), None, ms(60)]);
+    let seqs = tapped.iter().map(|tapped| tapped.message.seq);
+    assert!(seqs.eq(0..4));
+}

@@ -1,0 +1,744 @@
+//! The margins of a loop: against figures of other programs, closed forms and
+//! loops that are run by other code.
+
+use std::time::Duration;
+
+use nalgebra::{Matrix4, SMatrix, Vector4};
+use proptest::prelude::*;
+use rand_pcg::{Pcg64, rand_core::RngCore};
+use ratelab::{
+    cartpole::{LinearPlant, generator},
+    policy::Scripted,
+    runtime::{Hz, Time},
+    stability::{
+        Cadence, Dynamics, Loop, Loss, Lost, Noise, Push, Rates, Timing, Weights, World, age_limit,
+        gains,
+    },
+};
+
+fn hz(hz: f64) -> Hz {
+    Hz::new(hz).expect("a rate")
+}
+
+fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+fn rates(sensor: f64, control: f64) -> Rates {
+    Rates {
+        sensor: hz(sensor),
+        control: hz(control),
+    }
+}
+
+/// The scripted balancer's loop.
+fn scripted(world: World, timing: impl Into<Timing>) -> Loop {
+    Loop::cart_pole(Scripted::GAINS, world, timing).expect("plant")
+}
+
+fn growth(control: &Loop) -> f64 {
+    control.stability().expect("a short hyper-period").growth()
+}
+
+fn shortest_unstable_delay(control: &Loop) -> Duration {
+    let margin = control.delay_margin().expect("a short hyper-period");
+    margin.expect("a margin").delay
+}
+
+/// `dx/dt = rate·x + u` for one coordinate, `u = −gain·x`; the others shrink.
+fn scalar(rate: f64, gain: f64, timing: Timing) -> Loop {
+    let mut f = -Matrix4::identity();
+    f[(2, 2)] = rate;
+    Loop {
+        dynamics: Dynamics { f, g: Vector4::z() },
+        gains: [0.0, 0.0, -gain, 0.0],
+        world: World::Continuous,
+        timing,
+    }
+}
+
+/// `d²x/dt² = u`, `u = −stiffness·x − damping·dx/dt`; the other coordinates shrink.
+fn double_integrator(stiffness: f64, damping: f64, timing: Timing) -> Loop {
+    let mut f = -Matrix4::identity();
+    (f[(0, 0)], f[(0, 2)], f[(2, 2)]) = (0.0, 1.0, 0.0);
+    Loop {
+        dynamics: Dynamics { f, g: Vector4::z() },
+        gains: [-stiffness, 0.0, -damping, 0.0],
+        world: World::Continuous,
+        timing,
+    }
+}
+
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+fn near(ours: f64, expected: f64, relative: f64) {
+    let apart = (ours / expected - 1.0).abs();
+    assert!(apart < relative, "{ours}, expected {expected}");
+}
+
+#[test]
+fn both_worlds_are_one_where_a_step_of_10_ms_meets_every_tick() {
+    for sensor in [50.0, 25.0, 12.5, 10.0] {
+        for control in 5..=50 {
+            let rates = rates(sensor, f64::from(control));
+            let course = growth(&scripted(World::Course, rates));
+            let own = growth(&scripted(World::Own(ms(10)), rates));
+            assert!((course - own).abs() < 1e-9, "{rates:?}: {course}, {own}");
+        }
+    }
+}
+
+/// The graph as a clock runs it, every time a whole number of milliseconds, around
+/// the linear plant: releases, deliveries, ticks, then a physics step.
+struct Graph {
+    plant: LinearPlant,
+    sensor: [u64; 2],
+    policy: [u64; 2],
+    actuator: [u64; 2],
+    takes: u64,
+    delays: [u64; 2],
+}
+
+type States = SMatrix<f64, 4, 4>;
+type Answers = SMatrix<f64, 1, 4>;
+
+impl Graph {
+    fn timing(&self) -> Timing {
+        let cadence = |[period, offset]: [u64; 2]| Cadence {
+            hz: hz(1e3 / period as f64),
+            offset: ms(offset),
+        };
+        Timing {
+            sensor: cadence(self.sensor),
+            policy: cadence(self.policy),
+            actuator: Some(cadence(self.actuator)),
+            policy_takes: ms(self.takes),
+            obs_delay: ms(self.delays[0]),
+            action_delay: ms(self.delays[1]),
+        }
+    }
+
+    /// The growth from one time to another (ms).
+    fn growth(&self, from: u64, to: u64) -> f64 {
+        let gains = Answers::from(Scripted::GAINS);
+        let mut x = States::identity();
+        let (mut force, mut heard, mut seen) = (Answers::zeros(), None, None);
+        let (mut readings, mut actions) = (Vec::new(), Vec::new());
+        let (mut free_at, mut log_scale, mut begin) = (0, 0.0, 0.0);
+        let due = |[period, offset]: [u64; 2], now: u64| {
+            now >= offset && (now - offset).is_multiple_of(period)
+        };
+        for now in 0..to {
+            let deliver = |queue: &mut Vec<(u64, States)>| {
+                let newest = queue
+                    .iter()
+                    .rev()
+                    .find(|(at, _)| *at <= now)
+                    .map(|(_, x)| *x);
+                queue.retain(|(at, _)| *at > now);
+                newest
+            };
+            if due(self.sensor, now) {
+                readings.push((now + self.delays[0], x));
+            }
+            seen = deliver(&mut readings).or(seen);
+            if due(self.policy, now) && now >= free_at {
+                free_at = now + self.takes;
+                if let Some(seen) = seen {
+                    actions.push((free_at + self.delays[1], seen));
+                }
+            }
+            heard = deliver(&mut actions).or(heard);
+            if let Some(heard) = heard.filter(|_| due(self.actuator, now)) {
+                force = gains * heard;
+            }
+            x = self.plant.a * x + self.plant.b * force;
+            let size = x.amax();
+            if !(1e-50..1e50).contains(&size) {
+                let scaled = |queue: &mut Vec<(u64, States)>| {
+                    queue.iter_mut().for_each(|(_, x)| *x /= size);
+                };
+                scaled(&mut readings);
+                scaled(&mut actions);
+                (x, force) = (x / size, force / size);
+                (heard, seen) = (heard.map(|x| x / size), seen.map(|x| x / size));
+                log_scale += size.ln();
+            }
+            if now == from {
+                begin = log_scale + x.norm().ln();
+            }
+        }
+        (log_scale + x.norm().ln() - begin) / (to - from) as f64 * 1e3
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(16))]
+
+    #[test]
+    fn theory_grows_as_a_graph_that_is_run_does(
+        periods in [0_usize..6, 0..6, 0..5],
+        offsets in [0_u64..30, 0..30, 0..30],
+        takes in 0_u64..60,
+        delays in [0_u64..50, 0..50],
+    ) {
+        const PERIODS: [u64; 6] = [5, 10, 20, 25, 40, 50];
+        let plant = Dynamics::cart_pole().expect("plant").step(ms(1));
+        let graph = Graph {
+            plant,
+            sensor: [PERIODS[periods[0]], offsets[0]],
+            policy: [PERIODS[periods[1]], offsets[1]],
+            actuator: [PERIODS[periods[2]], offsets[2]],
+            takes,
+            delays,
+        };
+        let theory = growth(&scripted(World::Own(ms(1)), graph.timing()));
+        let run = graph.growth(60_000, 240_000);
+        prop_assert!((theory - run).abs() < 0.03, "{theory}, run {run}");
+    }
+}
+
+#[test]
+fn the_continuous_loop_has_the_margins_of_another_program() {
+    let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+    let margins = control.continuous_margins().expect("margins");
+    near(margins.crossover, 21.1, 0.005);
+    near(margins.phase_margin.to_degrees(), 72.0, 0.01);
+    near(margins.delay.as_secs_f64(), 0.0598, 0.005);
+}
+
+#[test]
+fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
+    // Found beforehand by another program: the first delay, in whole milliseconds,
+    // at which deviations grow, and half a period.
+    const KNOWN: [(f64, f64); 5] = [
+        (500.0, 60.0),
+        (100.0, 60.0),
+        (50.0, 61.0),
+        (25.0, 60.0),
+        (20.0, 62.0),
+    ];
+    for (rate, expected) in KNOWN {
+        let continuous = scripted(World::Continuous, Timing::direct(hz(rate)));
+        let delay = shortest_unstable_delay(&continuous).as_secs_f64() * 1e3;
+        assert_eq!(delay.ceil() + 500.0 / rate, expected, "{rate} Hz: {delay}");
+        // In a world of steps an action waits for the next of them.
+        let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
+        let stepped = shortest_unstable_delay(&own).as_secs_f64() * 1e3;
+        assert!(
+            (stepped - delay.floor()).abs() < 1e-3,
+            "{rate} Hz: {stepped}"
+        );
+        let margin = continuous.delay_margin().expect("short").expect("margin");
+        let age = margin.there.mean_push_age.as_secs_f64() * 1e3;
+        assert!(
+            (age - delay - 500.0 / rate).abs() < 1e-5,
+            "{rate} Hz: {age}"
+        );
+    }
+}
+
+#[test]
+fn a_faster_loop_comes_near_the_continuous_one() {
+    let control = scripted(World::Continuous, Timing::direct(hz(2_000.0)));
+    let margins = control.continuous_margins().expect("margins");
+    let delay = shortest_unstable_delay(&control) + Duration::from_micros(250);
+    near(delay.as_secs_f64(), margins.delay.as_secs_f64(), 1e-3);
+}
+
+#[test]
+fn a_double_integrator_has_the_delay_margin_of_its_closed_form() {
+    let (stiffness, damping) = (4.0_f64, 3.0_f64);
+    let control = double_integrator(stiffness, damping, Timing::direct(hz(10.0)));
+    let margins = control.continuous_margins().expect("margins");
+    let squared = (damping.powi(2) + (damping.powi(4) + 4.0 * stiffness.powi(2)).sqrt()) / 2.0;
+    let crossover = squared.sqrt();
+    near(margins.crossover, crossover, 1e-9);
+    let phase = (damping * crossover / stiffness).atan();
+    near(margins.phase_margin, phase, 1e-9);
+    near(margins.delay.as_secs_f64(), phase / crossover, 1e-7);
+}
+
+#[test]
+fn a_sampled_integrator_bears_the_gain_of_its_closed_form() {
+    // z^(n+1) − z^n + kT has its roots within the circle up to
+    // kT = 2·sin(π / (4n + 2)).
+    for periods in 0..6_u32 {
+        let mut timing = Timing::direct(hz(10.0));
+        timing.action_delay = ms(100) * periods;
+        let most = 20.0 * (std::f64::consts::PI / f64::from(4 * periods + 2)).sin();
+        assert!(
+            growth(&scalar(0.0, most * 0.999, timing)) < 0.0,
+            "{periods}"
+        );
+        assert!(
+            growth(&scalar(0.0, most * 1.001, timing)) > 0.0,
+            "{periods}"
+        );
+    }
+}
+
+#[test]
+fn an_action_is_as_old_on_average_as_its_delay_and_half_a_period() {
+    for (rate, delay) in [(50.0, 0), (50.0, 35), (12.5, 7), (3.0, 400)] {
+        let mut timing = Timing::direct(hz(rate));
+        timing.action_delay = ms(delay);
+        let stability = scripted(World::Continuous, timing)
+            .stability()
+            .expect("short");
+        let age = stability.mean_push_age.as_secs_f64();
+        assert!(
+            (age - (delay as f64 * 1e-3 + 0.5 / rate)).abs() < 2e-9,
+            "{age}"
+        );
+    }
+}
+
+#[test]
+fn a_policy_that_overruns_is_a_slower_one_with_a_delay() {
+    let mut busy = Timing::from(rates(100.0, 100.0));
+    busy.policy_takes = ms(35);
+    let mut slower = Timing::from(rates(100.0, 25.0));
+    slower.action_delay = ms(35);
+    let [busy, slower] = [busy, slower].map(|timing| growth(&scripted(World::Own(ms(1)), timing)));
+    assert!((busy - slower).abs() < 1e-9, "{busy}, {slower}");
+}
+
+#[test]
+fn the_limit_of_age_is_told_or_the_reason_why_not() {
+    let limit = |policy: &str, control: f64| {
+        let limit = age_limit(&policy.parse().expect("policy"), rates(control, control));
+        limit
+            .map(|age| age.as_secs_f64() * 1e3)
+            .map_err(|error| error.to_string())
+    };
+    assert!((59.0..=62.0).contains(&limit("scripted", 50.0).expect("limit")));
+    // At 10 Hz holding alone is too much.
+    near(limit("scripted", 10.0).expect("limit"), 50.0, 1e-6);
+    assert_eq!(
+        limit("zero", 50.0).expect_err("no theory"),
+        "the policy zero does not answer to readings: their age is nothing to it"
+    );
+    assert!(limit("random", 50.0).is_err());
+    assert_eq!(
+        limit("policies/any.safetensors", 50.0).expect_err("no theory"),
+        "the network any.safetensors has no gains: measure what it bears by a sweep of delays"
+    );
+}
+
+#[test]
+fn the_jitter_margins_of_an_integrator_are_those_of_their_closed_forms() {
+    // Continuous: sup |ω·k/(iω + k)| = k. Sampled: the largest gain is at half the
+    // rate, 2kT / (2 − kT).
+    for gain in [0.5, 2.0, 8.0] {
+        let control = scalar(0.0, gain, Timing::direct(hz(10.0)));
+        near(
+            control.oldest_push().expect("stable").as_secs_f64(),
+            1.0 / gain,
+            1e-6,
+        );
+        let kt = gain * 0.1;
+        let most = (2.0 - kt) / (2.0 * kt);
+        let whole = most.floor();
+        let periods = whole + (most * most - whole * whole) / (2.0 * whole + 1.0);
+        let margin = control.jitter_margin().expect("short").expect("stable");
+        near(margin.jitter.as_secs_f64(), periods * 0.1, 1e-6);
+        assert_eq!(margin.oldest, margin.jitter + ms(100));
+    }
+}
+
+#[test]
+fn the_jitter_margins_are_those_of_another_program() {
+    // Sensor (Hz), constant delay (ms), jitter (ms): masses and lengths from the
+    // model, aliases of the response added one by one.
+    const KNOWN: [(f64, u64, f64); 6] = [
+        (50.0, 0, 36.808),
+        (50.0, 10, 29.340),
+        (50.0, 30, 11.459),
+        (20.0, 20, 3.713),
+        (100.0, 20, 25.808),
+        (25.0, 10, 15.172),
+    ];
+    for (rate, constant, jitter) in KNOWN {
+        let mut timing = Timing::direct(hz(rate));
+        timing.action_delay = ms(constant);
+        let control = scripted(World::Continuous, timing);
+        let margin = control.jitter_margin().expect("short").expect("stable");
+        near(margin.jitter.as_secs_f64() * 1e3, jitter, 2e-4);
+    }
+    let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+    near(
+        control.oldest_push().expect("stable").as_secs_f64() * 1e3,
+        47.5245,
+        1e-5,
+    );
+}
+
+#[test]
+fn jitter_is_never_borne_beyond_the_delay_that_is() {
+    for rate in [20.0, 25.0, 50.0, 100.0, 500.0] {
+        let mut last = Duration::MAX;
+        for constant in [0, 10, 20, 30, 40, 50] {
+            let mut timing = Timing::direct(hz(rate));
+            let margin = shortest_unstable_delay(&scripted(World::Continuous, timing));
+            timing.action_delay = ms(constant);
+            let control = scripted(World::Continuous, timing);
+            let jitter = control.jitter_margin().expect("short");
+            assert_eq!(jitter.is_some(), ms(constant) < margin);
+            if let Some(jitter) = jitter {
+                assert!(ms(constant) + jitter.jitter < margin);
+                assert!(jitter.jitter < last);
+                last = jitter.jitter;
+            }
+        }
+    }
+}
+
+/// How much of a deviation is left after 15 s, where the action in force is based
+/// on what was sensed at `pushes`, in steps of 0.1 ms.
+fn left(pushes: impl IntoIterator<Item = (u64, u64)>) -> f64 {
+    const STEPS: usize = 150_000;
+    let plant = Dynamics::cart_pole()
+        .expect("plant")
+        .step(Duration::from_micros(100));
+    let gains = Answers::from(Scripted::GAINS);
+    let mut starts: Vec<Vec<u64>> = vec![Vec::new(); STEPS];
+    for (sensed, applied) in pushes {
+        if let Some(start) = starts.get_mut(applied as usize) {
+            start.push(sensed);
+        }
+    }
+    let mut past = vec![States::identity()];
+    let mut newest = 0;
+    for start in starts {
+        // Of actions that overtake each other the newest counts.
+        newest = start.into_iter().fold(newest, u64::max);
+        let x = past[past.len() - 1];
+        past.push(plant.a * x + plant.b * (gains * past[newest as usize]));
+    }
+    past[STEPS].amax()
+}
+
+#[test]
+fn a_deviation_grows_where_the_delay_is_beyond_the_margin() {
+    let late = |delay| left((0..750).map(|tick| (tick * 200, tick * 200 + delay)));
+    assert!(late(490) < 1.0);
+    assert!(late(515) > 1.0);
+}
+
+proptest! {
+    #![proptest_config(cases(32))]
+
+    #[test]
+    fn no_pattern_of_delays_within_the_jitter_margin_makes_a_deviation_grow(
+        rate in 0_usize..3,
+        pattern in prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), 0.0..1.0], 1..14),
+    ) {
+        let rate = [25.0, 50.0, 100.0][rate];
+        let control = scripted(World::Continuous, Timing::direct(hz(rate)));
+        let margin = control.jitter_margin().expect("short").expect("stable");
+        let most = margin.jitter.as_secs_f64() * 1e4 - 1.0;
+        let period = (1e4 / rate) as u64;
+        let sensed = (0..).map(|tick| tick * period).take_while(|sensed| *sensed < 150_000);
+        let pushes = sensed.zip(pattern.iter().cycle());
+        let left = left(pushes.map(|(sensed, part)| (sensed, sensed + (part * most) as u64)));
+        prop_assert!(left < 0.1, "{left}");
+    }
+
+    #[test]
+    fn no_timing_makes_a_deviation_grow_while_no_push_is_too_old(
+        pattern in prop::collection::vec((0.02_f64..1.0, prop_oneof![Just(0.0), Just(1.0), 0.0..1.0]), 1..14),
+    ) {
+        let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+        let most = control.oldest_push().expect("stable").as_secs_f64() * 1e4 - 1.0;
+        // Sensed a gap after the one before, applied before that one is too old.
+        let (mut sensed, mut applied) = (0.0_f64, 0.0_f64);
+        let pushes = pattern.iter().cycle().map(|(gap, wait)| {
+            let gap = gap * most;
+            sensed += gap;
+            applied = applied.max(sensed + wait * (most - gap));
+            (sensed as u64, applied as u64)
+        });
+        let pushes: Vec<_> = pushes.take_while(|(sensed, _)| *sensed < 150_000).collect();
+        let left = left(pushes);
+        prop_assert!(left < 0.1, "{left}");
+    }
+}
+
+#[test]
+fn random_loss_is_borne_up_to_the_share_that_another_program_found() {
+    for (lost, expected) in [(Lost::Hold, 0.58), (Lost::Zero, 0.78)] {
+        for world in [World::Continuous, World::Own(ms(1))] {
+            let control = scripted(world, Timing::direct(hz(50.0)));
+            let margin = control.loss_margin(lost).expect("short");
+            // The first that is unstable, in steps of 0.02.
+            assert!(
+                (expected - 0.02..=expected).contains(&margin),
+                "{lost:?}: {margin}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_lost_without_force_may_be_as_much_as_one_step_leaves_to_it() {
+    // A decision that makes up for everything, once every 1/p steps: p·a² < 1.
+    let (rate, hz) = (3.0_f64, hz(10.0));
+    let step = (rate * 0.1).exp();
+    let gain = step * rate / (step - 1.0);
+    let control = scalar(rate, gain, Timing::direct(hz));
+    let margin = control.loss_margin(Lost::Zero).expect("short");
+    near(margin, step.powi(-2), 1e-6);
+}
+
+#[test]
+fn without_loss_the_square_of_a_deviation_grows_twice_as_fast() {
+    for delay in [0, 30, 70] {
+        let mut timing = Timing::direct(hz(50.0));
+        timing.action_delay = ms(delay);
+        let control = scripted(World::Own(ms(1)), timing);
+        let square = control.mean_square_growth(Loss::NONE).expect("short");
+        assert!(
+            (square - 2.0 * growth(&control)).abs() < 1e-6,
+            "{delay} ms: {square}"
+        );
+    }
+}
+
+/// Noise on the action alone.
+const PUSHED: Noise = Noise {
+    push: 0.3,
+    reading: [0.0; 4],
+};
+
+#[test]
+fn a_sampled_integrator_costs_what_its_closed_form_does() {
+    let (gain, period) = (4.0, 0.1);
+    let control = scalar(0.0, gain, Timing::direct(hz(10.0)));
+    let weights = Weights {
+        state: [0.0, 0.0, 2.0, 0.0],
+        action: 0.5,
+    };
+    let noise = Noise {
+        push: 0.3,
+        reading: [0.0, 0.0, 0.01, 0.0],
+    };
+    let left = 1.0 - gain * period;
+    let error = gain * gain * 0.01;
+    let square = (0.3 * period + error * period * period) / (1.0 - left * left);
+    // x(t) = (1 − kt)·x − kt·e + w(t) until the next decision.
+    let kt = gain * period;
+    let between = square * (1.0 - left.powi(3)) / (3.0 * kt)
+        + error * period * period / 3.0
+        + 0.3 * period / 2.0;
+    let expected = 2.0 * between + 0.5 * (gain * gain * square + error);
+    let cost = control
+        .expected_cost(&noise, &weights, Loss::NONE)
+        .expect("short");
+    near(cost.expect("bounded"), expected, 1e-9);
+}
+
+#[test]
+fn a_double_integrator_costs_what_its_closed_form_does() {
+    let (stiffness, damping) = (4.0, 3.0);
+    let control = double_integrator(stiffness, damping, Timing::direct(hz(10_000.0)));
+    let weights = Weights {
+        state: [1.0, 0.0, 2.0, 0.0],
+        action: 0.5,
+    };
+    let (velocity, position) = (0.3 / (2.0 * damping), 0.3 / (2.0 * damping * stiffness));
+    let action = stiffness.powi(2) * position + damping.powi(2) * velocity;
+    let cost = control
+        .expected_cost(&PUSHED, &weights, Loss::NONE)
+        .expect("short");
+    near(
+        cost.expect("bounded"),
+        position + 2.0 * velocity + 0.5 * action,
+        1e-3,
+    );
+}
+
+#[test]
+fn a_loop_that_grows_has_no_bound_to_its_cost() {
+    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    let cost = |probability, lost| {
+        let loss = Loss { probability, lost };
+        control
+            .expected_cost(&PUSHED, &Weights::default(), loss)
+            .expect("short")
+    };
+    assert_eq!(cost(0.6, Lost::Hold), None);
+    let costs = [0.0, 0.2, 0.4, 0.5].map(|probability| cost(probability, Lost::Hold));
+    assert!(costs.is_sorted_by(|a, b| a.is_some() && a < b));
+}
+
+fn unit(random: &mut Pcg64) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Mean zero, variance 1. What is squared on average depends on no more.
+fn disturbance(random: &mut Pcg64) -> f64 {
+    (2.0 * unit(random) - 1.0) * 3.0_f64.sqrt()
+}
+
+/// What a second costs in a run of 10 ms steps; `force` says which is in force
+/// before each, of the states so far and the force before.
+fn run_cost(
+    steps: usize,
+    random: &mut Pcg64,
+    mut force: impl FnMut(&[Vector4<f64>], f64) -> f64,
+) -> f64 {
+    let LinearPlant { a, b } = Dynamics::cart_pole().expect("plant").step(ms(10));
+    let weights = Weights::default();
+    let mut states = vec![Vector4::zeros()];
+    let (mut action, mut cost) = (0.0, 0.0);
+    for step in 0..steps {
+        action = force(&states, action);
+        let x = states[step];
+        let squares = x.component_mul(&x).dot(&Vector4::from(weights.state));
+        cost += squares + weights.action * action * action;
+        let push = disturbance(random) * (PUSHED.push / 0.01_f64).sqrt();
+        states.push(a * x + b * (action + push));
+    }
+    cost / steps as f64
+}
+
+fn scripted_force(x: &Vector4<f64>) -> f64 {
+    Vector4::from(Scripted::GAINS).dot(x)
+}
+
+#[test]
+fn random_loss_costs_what_many_seconds_cost_on_average() {
+    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    for (lost, seed) in [(Lost::Hold, 1), (Lost::Zero, 2)] {
+        let loss = Loss {
+            probability: 0.3,
+            lost,
+        };
+        let cost = control.expected_cost(&PUSHED, &Weights::default(), loss);
+        let cost = cost.expect("short").expect("bounded");
+        let mut random = generator(&[seed]);
+        let mut lottery = generator(&[seed, 1]);
+        let run = run_cost(2_000_000, &mut random, |states, before| {
+            let x = &states[states.len() - 1];
+            match (states.len() % 2 == 1, unit(&mut lottery) < 0.3) {
+                (false, _) => before,
+                (true, false) => scripted_force(x),
+                (true, true) if lost == Lost::Hold => before,
+                (true, true) => 0.0,
+            }
+        });
+        near(run, cost, 0.04);
+    }
+}
+
+#[test]
+fn drawn_delays_cost_what_many_runs_with_them_cost_on_average() {
+    const TICKS: u64 = 500;
+    let mut random = generator(&[3]);
+    // Sensed every 20 ms, applied 0 to 40 ms later, never before an earlier one.
+    let mut last = 0;
+    let pushes: Vec<_> = (0..TICKS)
+        .map(|tick| {
+            last = last.max(2 * tick + (unit(&mut random) * 5.0) as u64);
+            (2 * tick, last)
+        })
+        .collect();
+    let at = |step: u64| Time::ZERO + ms(10) * step as u32;
+    let timed = pushes.iter().map(|(sensed, applied)| Push {
+        sensed: at(*sensed),
+        applied: at(*applied),
+    });
+    let timed: Vec<_> = timed.collect();
+    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    let cost = control.cost_along(&timed, &PUSHED, &Weights::default());
+    let runs = (0..4_000).map(|_| {
+        run_cost(last as usize, &mut random, |states, before| {
+            let now = states.len() as u64 - 1;
+            let newest = pushes.iter().rev().find(|(_, applied)| *applied <= now);
+            newest.map_or(before, |(sensed, _)| {
+                scripted_force(&states[*sensed as usize])
+            })
+        })
+    });
+    let run = runs.sum::<f64>() / 4_000.0;
+    near(run, cost, 0.04);
+}
+
+#[test]
+fn a_long_uniform_run_costs_what_its_steady_state_does() {
+    let control = scripted(World::Own(ms(1)), Timing::direct(hz(50.0)));
+    let steady = control.expected_cost(&PUSHED, &Weights::default(), Loss::NONE);
+    let pushes: Vec<_> = (0..20_000_u32)
+        .map(|tick| Time::ZERO + ms(20) * tick)
+        .map(|at| Push {
+            sensed: at,
+            applied: at,
+        })
+        .collect();
+    let along = control.cost_along(&pushes, &PUSHED, &Weights::default());
+    near(along, steady.expect("short").expect("bounded"), 0.01);
+}
+
+/// The table of figures on the page about theory.
+fn table() -> Vec<String> {
+    let rates = rates(50.0, 50.0);
+    let policies = ["scripted", "lqr"].map(|policy| policy.parse().expect("policy"));
+    let loops = policies.each_ref().map(|policy| {
+        let gains = gains(policy, rates.control).expect("gains");
+        let timing = Timing::direct(rates.control);
+        Loop::cart_pole(gains, World::Continuous, timing).expect("plant")
+    });
+    let margins = loops.map(|control| control.continuous_margins().expect("margins"));
+    let jitter = loops.map(|control| control.jitter_margin().expect("short").expect("stable"));
+    let loss = |lost| loops.map(|control| control.loss_margin(lost).expect("short"));
+    let age = policies.map(|policy| age_limit(&policy, rates).expect("limit"));
+    let oldest = loops.map(|control| control.oldest_push().expect("stable"));
+    let milliseconds = |age: Duration| format!("{:.1} ms", age.as_secs_f64() * 1e3);
+    let share = |share: f64| format!("{:.1} %", share * 100.0);
+    let row = |name: &str, [scripted, lqr]: [String; 2]| format!("| {name} | {scripted} | {lqr} |");
+    vec![
+        row(
+            "crossover, in continuous time",
+            margins.map(|margins| format!("{:.1} rad/s", margins.crossover)),
+        ),
+        row(
+            "phase margin",
+            margins.map(|margins| format!("{:.0}°", margins.phase_margin.to_degrees())),
+        ),
+        row(
+            "delay margin",
+            margins.map(|margins| milliseconds(margins.delay)),
+        ),
+        row(
+            "mean push age where deviations grow, at 50 Hz",
+            age.map(milliseconds),
+        ),
+        row("oldest push, whatever the timing", oldest.map(milliseconds)),
+        row(
+            "jitter margin, at 50 Hz",
+            jitter.map(|margin| milliseconds(margin.jitter)),
+        ),
+        row(
+            "random loss where squares grow, held",
+            loss(Lost::Hold).map(share),
+        ),
+        row(
+            "random loss where squares grow, no force",
+            loss(Lost::Zero).map(share),
+        ),
+    ]
+}
+
+#[test]
+fn the_figures_of_the_page_are_those_of_the_theory() {
+    let page = include_str!("../docs/theory.md");
+    let table = table().join("\n");
+    assert!(page.contains(&table), "docs/theory.md should have\n{table}");
+}
