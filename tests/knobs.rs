@@ -158,7 +158,8 @@ fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
     let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let time = "is not a time: expected seconds, zero or more";
     let name = "is not a knob: expected control-hz, sensor-hz, queue-depth, policy, \
-                rate, depth, send, takes, offset or wakes";
+                rate, depth, send, takes, offset, wakes, link, read, lose, postpone, crash, \
+                restart, hang or clock";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let cases = [
