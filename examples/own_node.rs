@@ -21,8 +21,8 @@ impl Node for Smooth {
     fn tick(&mut self, now: Time) -> Tick {
         if let Some(reading) = self.input.latest(now) {
             self.value += (reading.data - self.value) / 4.0;
-            // The reading's stamp goes along, so that latency can be measured.
-            let origin = Some(reading.stamp);
+            // The instant of the reading goes along, so that latency can be measured.
+            let origin = Some(reading.sensed());
             self.output.publish(self.value, now, origin);
         }
         GO_ON

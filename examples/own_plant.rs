@@ -63,7 +63,7 @@ impl System for Drone {
                 if let Some(seen) = states.latest(now) {
                     let State { height, climb } = seen.data;
                     let newton = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
-                    thrusts.publish(Thrust { newton }, now, Some(seen.stamp));
+                    thrusts.publish(Thrust { newton }, now, Some(seen.sensed()));
                 }
                 GO_ON
             }

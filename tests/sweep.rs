@@ -217,7 +217,6 @@ fn a_sweep_that_is_cut_short_keeps_what_is_done() {
 fn a_sweep_runs_on_the_virtual_clock_whatever_its_base_says() {
     let sweep = of(Config {
         clock: ClockKind::Real,
-        think: std::time::Duration::from_secs(3_600),
         ..Config::default()
     });
     let swept = run(&sweep, threads(1));

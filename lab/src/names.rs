@@ -19,11 +19,10 @@ pub fn key(name: &str) -> String {
 /// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
-        Some(("depth", topic)) => format!("{topic} depth"),
+        Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
-        Some(("offset", node)) => format!("{node} offset"),
         Some(("wakes", node)) => format!("{node} delay"),
-        Some((_, target)) => target.to_owned(),
+        Some((kind, target)) => format!("{target} {kind}"),
         None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
     }
 }

@@ -6,9 +6,7 @@ use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
-    policy::{
-        DelayedPolicy, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
-    },
+    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
 use crate::{
@@ -233,10 +231,7 @@ impl System for CartPole {
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let context = context(builder.seed(), builder.setup())?;
-        let mut policy = self.policy(builder.message(POLICY), context)?;
-        if !builder.think().is_zero() {
-            policy = Box::new(DelayedPolicy::new(policy, builder.think()));
-        }
+        let policy = self.policy(builder.message(POLICY), context)?;
         let topics = Topics {
             observations: builder.topic(OBS),
             actions: builder.topic(ACTION),

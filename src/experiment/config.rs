@@ -1,7 +1,5 @@
 //! The configuration of a run.
 
-use std::time::Duration;
-
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -37,8 +35,6 @@ pub struct Config {
     pub world: WorldKind,
     /// Knobs turned before the run begins.
     pub setup: Setup,
-    /// How much longer the policy thinks, in wall time.
-    pub think: Duration,
     /// Knobs to be turned during the run.
     pub knobs: Vec<TimedKnob>,
 }
@@ -82,7 +78,6 @@ impl Default for Config {
             end: Time::from_nanos(10_000_000_000),
             world: WorldKind::Course,
             setup: Setup::default(),
-            think: Duration::ZERO,
             knobs: Vec::new(),
         }
     }

@@ -56,7 +56,7 @@ impl Experiment {
 
     /// The same of a configuration whose messages are resolved.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(config.seed, &config.setup, config.think, config.world);
+        let mut builder = Builder::new(config.seed, &config.setup, config.world);
         system.build(&mut builder)?;
         let Built {
             mut graph,

@@ -211,10 +211,11 @@ impl Graph {
         self.control.now()
     }
 
-    /// Sets under which clock the graph is about to run, for those who observe
-    /// it before it does.
+    /// Sets under which clock the graph runs from now on. Its observers see it, and
+    /// taps wait in virtual time only.
     pub fn set_clock(&mut self, clock: ClockKind) {
         self.control.update(|status| status.clock = clock);
+        self.control.backpressure.set(clock == ClockKind::Virtual);
     }
 
     /// Sets how fast the virtual clock will run the graph.

@@ -242,16 +242,20 @@ impl ScheduledNode {
 
     /// Lets the node work in a tick that takes no time.
     pub(crate) fn tick(&mut self, now: Time) -> Tick {
-        let panicked = self.panicked.take();
-        let outcome = self.guarded(|node| {
-            if let Some(panicked) = panicked {
-                return Err(panicked.into());
-            }
+        let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
             Ok(end_of(flow, node.apply(now)?))
         });
         bump(&self.entry.ticks);
         outcome
+    }
+
+    /// Begins a tick with `work`, unless the node panicked over a text before.
+    fn begin(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
+        match self.panicked.take() {
+            Some(panicked) => Err(panicked.into()),
+            None => self.guarded(work),
+        }
     }
 
     /// Runs `work`. A panic in it is an error like any other.
@@ -297,12 +301,8 @@ impl ScheduledNode {
         cost: Duration,
         lateness: Option<Duration>,
     ) -> Result<Time, Box<dyn Error + Send + Sync>> {
-        let panicked = self.panicked.take();
         self.outbox.hold(true);
-        let outcome = self.guarded(|node| match panicked {
-            Some(panicked) => Err(panicked.into()),
-            None => node.tick(now),
-        });
+        let outcome = self.begin(|node| node.tick(now));
         self.outbox.hold(false);
         bump(&self.entry.ticks);
         let running = Running {

@@ -1,6 +1,6 @@
 //! From what a system says of its graph to the graph.
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use super::{BuildError, Setup, SharedWorld, World, WorldKind};
 use crate::runtime::{
@@ -15,7 +15,6 @@ pub const WORLD: &str = "world";
 pub struct Builder<'a> {
     seed: u64,
     setup: &'a Setup,
-    think: Duration,
     world: WorldKind,
     /// Whether the system looked at which world it is.
     knows_worlds: bool,
@@ -34,13 +33,12 @@ pub(crate) struct Built {
 
 impl<'a> Builder<'a> {
     /// An empty graph for a run with `seed`.
-    pub(crate) fn new(seed: u64, setup: &'a Setup, think: Duration, world: WorldKind) -> Self {
+    pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
         let mut graph = Graph::new();
         graph.set_seed(seed);
         Self {
             seed,
             setup,
-            think,
             world,
             knows_worlds: false,
             graph,
@@ -57,12 +55,6 @@ impl<'a> Builder<'a> {
     /// The knobs that are turned before the run begins.
     pub fn setup(&self) -> &'a Setup {
         self.setup
-    }
-
-    /// How much longer a decision is to take, in wall time, for a system that has a
-    /// node that decides.
-    pub fn think(&self) -> Duration {
-        self.think
     }
 
     /// Whether the plant waits for the robot. A system that does not ask has one

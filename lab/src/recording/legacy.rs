@@ -57,7 +57,6 @@ struct OldConfig {
     control_hz: Hz,
     queue_depth: Depth,
     policy: PolicySpec,
-    think: Duration,
     knobs: Vec<OldTimedKnob>,
 }
 
@@ -112,7 +111,6 @@ impl OldConfig {
             speed: self.speed,
             end: self.end,
             setup: setup?.into_iter().flatten().collect(),
-            think: self.think,
             world: WorldKind::Course,
             knobs,
         })

@@ -115,7 +115,6 @@ struct ConfigRecord {
     speed: Speed,
     end: Time,
     setup: Setup,
-    think: Duration,
     #[serde(default, skip_serializing_if = "WorldKind::is_course")]
     world: WorldKind,
     knobs: Vec<TimedKnob>,

@@ -86,22 +86,19 @@ impl Column {
 
     /// The label, and the unit of what is counted in one.
     pub fn heading(&self) -> String {
-        let unit = if self.kind == KnobKind::Rate {
-            " Hz"
-        } else {
-            ""
-        };
-        self.label() + unit
+        self.label() + self.unit()
     }
 
     /// A value in words, with its unit.
     pub fn with_unit(&self, value: &str) -> String {
-        let unit = if self.kind == KnobKind::Rate {
-            " Hz"
-        } else {
-            ""
-        };
-        format!("{value}{unit}")
+        value.to_owned() + self.unit()
+    }
+
+    fn unit(&self) -> &'static str {
+        match self.kind {
+            KnobKind::Rate => " Hz",
+            _ => "",
+        }
     }
 
     /// What its values are called: `control rate`, `depth`, `policy`.
@@ -116,7 +113,6 @@ impl Column {
     /// A value with as much of the name as is needed beside others.
     pub fn tag(&self, value: &str) -> String {
         match self.kind {
-            KnobKind::Rate => format!("{} {value}", self.label()),
             KnobKind::Depth => format!("{} {value}", self.noun()),
             KnobKind::Send => value.to_owned(),
             _ => format!("{} {value}", self.label()),

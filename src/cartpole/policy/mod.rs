@@ -5,7 +5,6 @@
 
 mod cache;
 mod constant;
-mod delayed;
 mod error;
 mod feedback;
 mod file;
@@ -22,7 +21,6 @@ mod swappable;
 
 pub use cache::PolicyCache;
 pub use constant::Zero;
-pub use delayed::DelayedPolicy;
 pub use error::{PolicyError, PolicyErrorKind};
 pub use file::PolicyFile;
 pub use interface::Policy;

@@ -42,7 +42,6 @@ impl SweepAxis {
         let texts = match kind {
             KnobKind::Rate => texts::<Hz>(list, |hz| hz.get().to_string())?,
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
-            KnobKind::Offset => list.split(',').map(|text| text.trim().to_owned()).collect(),
             _ => messages(list),
         };
         Self::of(knobs, name, texts)

@@ -21,7 +21,7 @@ mod knobs;
 mod result;
 mod work;
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use thiserror::Error;
 
@@ -46,8 +46,8 @@ pub const MAX_CELLS: usize = 2_000_000;
 pub struct Sweep {
     /// The system to run.
     pub system: Arc<dyn System>,
-    /// Everything that no list says. Its clock and thinking time do not count:
-    /// a sweep runs on the virtual clock, without pacing.
+    /// Everything that no list says. Its clock does not count: a sweep runs on the
+    /// virtual clock, without pacing.
     pub base: Config,
     /// Knobs, the slowest to change first.
     pub axes: Vec<SweepAxis>,
@@ -169,7 +169,6 @@ impl Sweep {
             seed: cell.seed,
             clock: ClockKind::Virtual,
             speed: Speed::Unlimited,
-            think: Duration::ZERO,
             ..self.base.clone()
         };
         let knobs = cell.values.iter().flat_map(|value| &value.knobs);

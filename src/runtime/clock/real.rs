@@ -70,10 +70,7 @@ impl Clock for RealClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<ClockExit, Fault> {
-        graph
-            .control
-            .update(|status| status.clock = ClockKind::Real);
-        graph.control.backpressure.set(false);
+        graph.set_clock(ClockKind::Real);
         let end = loop {
             let end = if graph.control.status.paused {
                 Ok(rest(graph, inbox))

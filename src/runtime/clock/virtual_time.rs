@@ -57,10 +57,7 @@ impl Clock for VirtualClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<ClockExit, Fault> {
-        graph
-            .control
-            .update(|status| status.clock = ClockKind::Virtual);
-        graph.control.backpressure.set(true);
+        graph.set_clock(ClockKind::Virtual);
         let end = Scheduler::new(graph, inbox, until).run();
         note_end(graph, &end);
         end

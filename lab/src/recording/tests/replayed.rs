@@ -1,7 +1,5 @@
 //! A recording tells what the run did.
 
-use std::time::Duration;
-
 use ratelab::{
     cartpole::{CartPole, STATE},
     experiment::Config,
@@ -99,9 +97,8 @@ fn a_real_clock_run_is_told_and_not_verified() {
     let config = Config {
         clock: ClockKind::Real,
         end: Time::from_nanos(1_200_000_000),
-        // Too long for its rate: it overruns.
-        think: Duration::from_millis(50),
-        ..Config::default()
+        // Ticks too long for their rate: the policy overruns.
+        ..CartPole::config("takes policy 50").expect("a setup")
     };
     let (outcome, snapshot) = record(&config, &path);
     let recording = read(&path);

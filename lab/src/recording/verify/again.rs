@@ -170,7 +170,6 @@ fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     Config {
         clock: ClockKind::Virtual,
         speed: Speed::Unlimited,
-        think: Duration::ZERO,
         knobs: Vec::new(),
         end: match whole {
             Some(outcome) => given.end.min(outcome.at.min(last + SILENCE) + GRACE),
