@@ -200,8 +200,7 @@ impl<T: Payload> Topic<T> {
         Ok(())
     }
 
-    /// Delays message number `seq` by a further `delay`; returns the previous extra
-    /// delay.
+    /// Sets an extra `delay` for message number `seq`; returns the previous one.
     ///
     /// # Errors
     ///

@@ -67,8 +67,7 @@ impl<T: Clone> Transit<T> {
         self.lose.insert(seq);
     }
 
-    /// Adds `delay` to the delivery of message number `seq`; returns the previous extra
-    /// delay.
+    /// Sets an extra `delay` for message number `seq`; returns the previous one.
     pub(crate) fn postpone(&mut self, seq: u64, delay: Duration) -> Duration {
         self.postpone.insert(seq, delay).unwrap_or_default()
     }
