@@ -25,7 +25,6 @@ pub enum FileError {
 /// Reads the file at `path`, up to `most` bytes.
 ///
 /// # Errors
-///
 /// [`FileError`] for a larger, special or unreadable file. Pipes and devices are never
 /// opened, because reading them may block or never end.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {

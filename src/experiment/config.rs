@@ -44,7 +44,6 @@ impl Config {
     /// [`System::resolve`].
     ///
     /// # Errors
-    ///
     /// [`BuildError::Setting`] if the system refuses a message.
     pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
         let mut resolved = self.clone();

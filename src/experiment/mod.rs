@@ -48,7 +48,6 @@ impl Experiment {
     /// Builds the graph of `system` with the settings of `config`.
     ///
     /// # Errors
-    ///
     /// [`BuildError`] if the graph cannot be built or a setting is invalid.
     pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
@@ -114,7 +113,6 @@ impl Experiment {
     /// with it.
     ///
     /// # Errors
-    ///
     /// [`Fault`] if a node failed.
     pub fn run(self) -> Result<Summary, Fault> {
         self.run_with(&mut RealClock::default())
@@ -124,7 +122,6 @@ impl Experiment {
     /// the run is on the real clock.
     ///
     /// # Errors
-    ///
     /// [`Fault`] if a node failed.
     pub fn run_with(self, real: &mut RealClock) -> Result<Summary, Fault> {
         let Self {

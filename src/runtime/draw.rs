@@ -184,7 +184,6 @@ impl Recorded {
     /// Returns the same draw with the durations of the recording, pinned to their digest.
     ///
     /// # Errors
-    ///
     /// If there are no durations, or they differ from the pinned ones.
     pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, String> {
         let file = &self.file;

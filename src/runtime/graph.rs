@@ -151,7 +151,6 @@ impl Graph {
     /// topics.
     ///
     /// # Errors
-    ///
     /// [`GraphError`] if the name is taken, or if two different topics share a name. The
     /// graph is then unchanged.
     pub fn node<N: Node + 'static>(
@@ -233,7 +232,6 @@ impl Graph {
     /// Checks that the knob exists and that everything its value needs is loaded.
     ///
     /// # Errors
-    ///
     /// The reason, with the available alternatives.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         match knob {
@@ -284,7 +282,6 @@ impl ControlPlane {
     /// Changes a knob of a topic at run time `now`; returns the value before.
     ///
     /// # Errors
-    ///
     /// The reason, with the available alternatives.
     pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
         self.check(knob)?;

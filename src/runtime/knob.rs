@@ -293,7 +293,6 @@ impl KnobKind {
     /// Returns the knob of this kind for `target`, a node or a topic, set to `value`.
     ///
     /// # Errors
-    ///
     /// [`KnobError`] if the value is invalid for it.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
         if self.has_no_value() && !value.is_empty() {

@@ -10,7 +10,6 @@ const LONGEST_MS: f64 = 1e9;
 /// Parses a duration in milliseconds, rounded to the nearest nanosecond.
 ///
 /// # Errors
-///
 /// A message for an invalid text.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     let millis: Option<f64> = text.trim().parse().ok();

@@ -56,7 +56,6 @@ pub trait Node: Send {
     /// Does one period's work at run time `now`.
     ///
     /// # Errors
-    ///
     /// Any failure of the node. The run ends with a [`Fault`].
     fn tick(&mut self, now: Time) -> Tick;
 
@@ -65,7 +64,6 @@ pub trait Node: Send {
     /// the end of the tick automatically; see [`Knob::Takes`](super::Knob::Takes).
     ///
     /// # Errors
-    ///
     /// Any failure of the node. The run ends with a [`Fault`].
     fn apply(&mut self, now: Time) -> Tick {
         let _ = now;
@@ -75,7 +73,6 @@ pub trait Node: Send {
     /// Returns to the state after construction, like a program that was started again.
     ///
     /// # Errors
-    ///
     /// The reason if the node cannot restart. The default refuses, because the initial
     /// state is unknown.
     fn restart(&mut self) -> Result<(), String> {
@@ -87,7 +84,6 @@ pub trait Node: Send {
     /// that a run can be repeated exactly.
     ///
     /// # Errors
-    ///
     /// The reason and a remedy; the node is then unchanged. The default refuses every
     /// text.
     fn on_message(&mut self, text: &str) -> Result<String, String> {

@@ -108,7 +108,6 @@ impl ScheduledNode {
     /// replaced.
     ///
     /// # Errors
-    ///
     /// The reason and a remedy.
     pub(crate) fn obey(&mut self, command: &Command, at: Time) -> Result<String, String> {
         let Command::Set(knob) = command else {
@@ -186,7 +185,6 @@ impl ScheduledNode {
     /// Checks that the node has this knob and that everything its value needs is loaded.
     ///
     /// # Errors
-    ///
     /// The reason.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         if self.fixed.kinds.contains(&knob.kind()) {

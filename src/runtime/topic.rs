@@ -191,7 +191,6 @@ impl<T: Payload> Topic<T> {
     /// Loses message number `seq` on the link.
     ///
     /// # Errors
-    ///
     /// If it is already published.
     pub(crate) fn lose(&self, seq: u64, seed: u64) -> Result<(), String> {
         let mut queue = lock(&self.0.queue);
@@ -203,7 +202,6 @@ impl<T: Payload> Topic<T> {
     /// Sets an extra `delay` for message number `seq`; returns the previous one.
     ///
     /// # Errors
-    ///
     /// If it is already published.
     pub(crate) fn postpone(
         &self,

@@ -27,7 +27,6 @@ impl Alias {
     /// Returns the knobs, set to `value`.
     ///
     /// # Errors
-    ///
     /// [`KnobError`] for an invalid value.
     pub fn set(&self, value: &str) -> Result<Vec<Knob>, KnobError> {
         let knobs = self.knobs.iter();

@@ -69,7 +69,6 @@ impl<'a> Builder<'a> {
     /// `look`. Must be added before all other nodes.
     ///
     /// # Errors
-    ///
     /// [`BuildError`] for an invalid `hz` or a name that is taken.
     pub fn own_world<W: World, F>(
         &mut self,
@@ -119,7 +118,6 @@ impl<'a> Builder<'a> {
     /// The initial rate of `node`: as set, or else `hz`.
     ///
     /// # Errors
-    ///
     /// [`BuildError`] for an invalid `hz`.
     pub fn rate(&self, node: &str, hz: f64) -> Result<Hz, BuildError> {
         match self.setup.rate(node) {
@@ -139,7 +137,6 @@ impl<'a> Builder<'a> {
     /// Adds a node that ticks at `hz` unless another rate is set; see [`Graph::node`].
     ///
     /// # Errors
-    ///
     /// [`BuildError`] for an invalid `hz`, or if the name of the node or of one of its
     /// topics is taken.
     pub fn node<N: Node + 'static>(
@@ -156,7 +153,6 @@ impl<'a> Builder<'a> {
     /// Sends the configured messages and returns the graph.
     ///
     /// # Errors
-    ///
     /// [`BuildError::Setting`] if a setting, or a later one in `timed`, has no
     /// counterpart in the graph, or if a node refuses its message.
     pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {

@@ -33,7 +33,6 @@ impl KnobText {
     /// Parses a knob, such as `rate planner 10`, or an alias and a value.
     ///
     /// # Errors
-    ///
     /// [`KnobTextError`] for an unknown knob or an invalid value.
     pub fn parse(&self, text: &str) -> Result<Vec<Knob>, KnobTextError> {
         let text = text.trim();
@@ -58,7 +57,6 @@ impl KnobText {
     /// A `#` that would begin a comment is written `\#`.
     ///
     /// # Errors
-    ///
     /// [`KnobTextError`] for an invalid line.
     pub fn parse_timed(&self, line: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
         let line = unescaped(line.trim());
@@ -76,7 +74,6 @@ impl KnobText {
     /// at the start of a line or after white space to its end.
     ///
     /// # Errors
-    ///
     /// [`KnobTextError::Line`] with the first invalid line.
     pub fn parse_list(&self, text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
         let mut knobs = Vec::new();
@@ -118,7 +115,6 @@ impl KnobText {
     /// The kind of the knob called `name`: an alias, or a kind and a target.
     ///
     /// # Errors
-    ///
     /// [`KnobTextError::Name`] for an unknown knob.
     pub fn kind(&self, name: &str) -> Result<KnobKind, KnobTextError> {
         let word = name.split_whitespace().next().unwrap_or_default();

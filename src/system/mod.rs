@@ -89,7 +89,6 @@ pub trait System: Send + Sync + 'static {
     /// the same graph for the same [`Setup`].
     ///
     /// # Errors
-    ///
     /// [`BuildError`] if the graph cannot be built.
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError>;
 
@@ -110,7 +109,6 @@ pub trait System: Send + Sync + 'static {
     /// `setup` are those of the run.
     ///
     /// # Errors
-    ///
     /// The reason why the node would refuse the message, with a remedy.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
         let _ = (seed, setup, node);

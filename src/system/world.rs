@@ -25,7 +25,6 @@ impl WorldKind {
     /// Parses a kind of world: `course`, or `own` with a step (ms).
     ///
     /// # Errors
-    ///
     /// [`WorldError`] for an unknown world or an invalid step.
     pub fn parse(name: &str, step_ms: Option<u64>) -> Result<Self, WorldError> {
         match (name, step_ms) {

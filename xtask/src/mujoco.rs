@@ -45,7 +45,6 @@ pub enum SetupResult {
 /// run at once. No network is touched when it is in place.
 ///
 /// # Errors
-///
 /// Says what was wrong and what to do about it.
 pub fn ensure(folder: &Path, platform: &Platform) -> Result<SetupResult, Error> {
     if is_in_place(folder, platform) {
@@ -98,7 +97,6 @@ fn fetch(folder: &Path, platform: &Platform, requirements: &File) -> Result<(), 
 /// is downloaded again, or comes out of pip's cache.
 ///
 /// # Errors
-///
 /// Says what was wrong and what to do about it.
 pub fn licences(folder: &Path, platform: &Platform) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let requirements = folder.join(REQUIREMENTS);

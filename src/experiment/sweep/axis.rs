@@ -45,7 +45,6 @@ pub trait Quantity: Copy {
     /// Parses a value.
     ///
     /// # Errors
-    ///
     /// A message with the invalid text and the expected form.
     fn read(text: &str) -> Result<Self, String>;
 

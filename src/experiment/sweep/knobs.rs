@@ -36,7 +36,6 @@ impl SweepAxis {
     /// commas; a comma within a message is escaped with a backslash.
     ///
     /// # Errors
-    ///
     /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn parse(knobs: KnobText, name: &str, list: &str) -> Result<Self, AxisError> {
         let kind = knobs.kind(name).map_err(refused)?;
@@ -51,7 +50,6 @@ impl SweepAxis {
     /// The same with `texts` as its values.
     ///
     /// # Errors
-    ///
     /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn of(
         knobs: KnobText,

@@ -133,7 +133,6 @@ impl Sweep {
     /// Number of runs.
     ///
     /// # Errors
-    ///
     /// [`SweepError`] if it is zero or above [`MAX_CELLS`], or if the runs have no end.
     pub fn cells(&self) -> Result<usize, SweepError> {
         let axes = self.axes.iter();

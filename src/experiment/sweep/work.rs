@@ -36,7 +36,6 @@ impl Sweep {
     /// breaks, no further cell begins, and the finished ones are kept.
     ///
     /// # Errors
-    ///
     /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
     pub fn run(
         &self,

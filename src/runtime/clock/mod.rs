@@ -38,7 +38,6 @@ pub trait Clock {
     /// out the commands in `inbox`.
     ///
     /// # Errors
-    ///
     /// [`Fault`] if a node failed; all other nodes have stopped by then.
     fn run(
         &mut self,
@@ -69,7 +68,6 @@ pub enum ClockExit {
 /// Runs a graph to its end, with handovers between the clocks.
 ///
 /// # Errors
-///
 /// [`Fault`] if a node failed.
 pub fn run(
     graph: &mut Graph,

@@ -40,7 +40,6 @@ mod system {
         /// that neither another program nor a page fault delays a tick.
         ///
         /// # Errors
-        ///
         /// [`RealtimeError`] with the refused request. The run can still go on without
         /// it.
         pub fn request() -> Result<Self, RealtimeError> {
@@ -99,7 +98,6 @@ mod system {
         /// Requests real-time scheduling, which has no common interface on this system.
         ///
         /// # Errors
-        ///
         /// Always, on this system.
         pub fn request() -> Result<Self, RealtimeError> {
             Err(RealtimeError {

@@ -28,7 +28,6 @@ impl Machine {
     /// environment replaces the date of the commit.
     ///
     /// # Errors
-    ///
     /// When there is no rustc.
     pub fn ask(root: &Path) -> Result<Self, Error> {
         let silent = |what| Error::Silent {

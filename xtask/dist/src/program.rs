@@ -28,7 +28,6 @@ impl Linker {
     /// Checks that its tools are installed.
     ///
     /// # Errors
-    ///
     /// Names the one that is missing, and how to get it.
     pub fn check(self) -> Result<(), Error> {
         if self == Self::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
@@ -54,7 +53,6 @@ impl Program {
     /// of other builds. The first time takes minutes.
     ///
     /// # Errors
-    ///
     /// Says how cargo ended, and what is wrong with the program that it built.
     pub fn build(machine: &Machine, linker: Linker) -> Result<Self, Error> {
         let folder = machine.packages().join("build");

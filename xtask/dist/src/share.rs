@@ -29,7 +29,6 @@ const COMPLETIONS: [(&str, &str); 3] = [
 /// clone's library, before anybody gets it.
 ///
 /// # Errors
-///
 /// When the program does not run, or a file cannot be read or written.
 pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> {
     let program = unpack(tree, scratch)?;

@@ -11,7 +11,6 @@ use crate::{File, Tree};
 /// seconds since 1970.
 ///
 /// # Errors
-///
 /// When a path is not one that a tarball can hold.
 pub fn tarball(tree: &Tree, name: &str, time: u64) -> io::Result<Vec<u8>> {
     let gzip = GzBuilder::new().write(Vec::new(), Compression::best());

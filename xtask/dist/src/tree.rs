@@ -51,7 +51,6 @@ impl Tree {
     /// out: they are as their makers built them, whose folders may have such names.
     ///
     /// # Errors
-    ///
     /// Names the first file that does, and the folder.
     pub fn check_names_none_of(&self, folders: &[String]) -> Result<(), Error> {
         let built_here = |path: &str| !path.starts_with("lib/");

@@ -89,7 +89,6 @@ impl Wheel {
 /// Packs `tree` as the wheel that `about` describes.
 ///
 /// # Errors
-///
 /// When a path is not one that a zip file can hold.
 pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     let mut packed = Tree::default();

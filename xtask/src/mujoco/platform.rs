@@ -48,7 +48,6 @@ impl Platform {
     /// cargo's words.
     ///
     /// # Errors
-    ///
     /// When no wheel is pinned for it.
     pub fn of(os: &str, arch: &str, libc: &str) -> Result<&'static Self, Error> {
         match (os, arch, libc) {
@@ -62,7 +61,6 @@ impl Platform {
     /// The platform this program runs on.
     ///
     /// # Errors
-    ///
     /// When no wheel is pinned for it.
     pub fn host() -> Result<&'static Self, Error> {
         let libc = if cfg!(target_env = "gnu") { "gnu" } else { "" };
@@ -72,7 +70,6 @@ impl Platform {
     /// The platform a build script builds for, which need not be the host.
     ///
     /// # Errors
-    ///
     /// When no wheel is pinned for it.
     pub fn of_build() -> Result<&'static Self, Error> {
         let cfg = |name| env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();

@@ -42,7 +42,6 @@ out. A text is a standard one where the crate brings none.
 /// once.
 ///
 /// # Errors
-///
 /// When cargo fails, or a crate has no licence.
 pub fn list(machine: &Machine) -> Result<String, Error> {
     let mut texts: Vec<String> = Vec::new();
@@ -83,7 +82,6 @@ fn entry(package: &Package, numbers: &BTreeSet<usize>) -> String {
 /// The version of the rerun viewer that recordings are made for: that of the crate.
 ///
 /// # Errors
-///
 /// When cargo fails.
 pub fn viewer(machine: &Machine) -> Result<String, Error> {
     let metadata = metadata(machine)?;

@@ -18,7 +18,6 @@ pub const FOLDER: &str = "share/licenses/ratelab";
 /// compiler and the linker add by themselves.
 ///
 /// # Errors
-///
 /// When one of them is not found: without its licence nothing is handed out.
 pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Error> {
     let mut add = |path: &str, text: Vec<u8>| tree.add(format!("{FOLDER}/{path}"), text);
