@@ -3,13 +3,13 @@
 //! # The rule
 //!
 //! 1. **Slowed**: at some moment the policy's rate was 5 Hz or less, which no start
-//!   survives. From there until the rate is above 5 Hz again is a *slow phase*.
+//!    survives. From there until the rate is above 5 Hz again is a *slow phase*.
 //! 2. **In danger**: after the slow phase began, and no later than a second after it
-//!   ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays within 3°, so
-//!   the slow phase was the cause.
+//!    ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays within 3°, so
+//!    the slow phase was the cause.
 //! 3. **Brought back**: the slow phase ended with a higher rate of the policy.
 //! 4. **Held**: after both, the pole stayed within 4° for five consecutive seconds,
-//!   before the next slow phase and with no control step missing from the record.
+//!    before the next slow phase and with no control step missing from the record.
 //!
 //! Later events leave a rescue valid. If a session has several slow phases, one that was
 //! survived is enough.
