@@ -42,6 +42,6 @@ pub trait Policy: Send {
     /// # Errors
     /// The reason: the default refuses, because the initial state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err(format!("the {} policy cannot begin anew", self.name()))
+        Err(format!("the {} policy cannot restart", self.name()))
     }
 }
