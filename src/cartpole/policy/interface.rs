@@ -10,7 +10,7 @@ use crate::cartpole::{Action, Observation};
 ///
 /// let mut plant = Plant::new(0)?;
 /// for _ in 0..500 {
-///     // One loop, in lockstep: what a graph of nodes is not.
+///     // One loop, in lockstep, unlike a graph of nodes.
 ///     plant.step(Scripted.act(&plant.observe()));
 /// }
 /// assert_eq!(plant.fall(), None);
