@@ -313,7 +313,7 @@ fn unknown_targets_are_refused_with_the_known_ones() {
     for (knob, part) in [
         (
             "link /state delay:3",
-            "nobody reads /state: expected one of /obs, /action",
+            "/state has no reader: expected one of /obs, /action",
         ),
         (
             "read /nothing oldest",

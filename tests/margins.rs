@@ -328,7 +328,7 @@ fn the_age_limit_is_given_or_the_reason_for_its_absence() {
     assert!(limit("random", 50.0).is_err());
     assert_eq!(
         limit("policies/any.safetensors", 50.0).expect_err("no theory"),
-        "the network any.safetensors has no gains: measure what it bears by a sweep of delays"
+        "the network any.safetensors has no gains: measure its limit by a sweep of delays"
     );
 }
 

@@ -75,7 +75,7 @@ pub enum Error {
     #[error("{0}")]
     Answers(#[from] AnswersError),
     /// Measurements differ from the promises of the exercises; contains their number.
-    #[error("{0} measurements do not hold: the runtime is not what the exercises are about")]
+    #[error("{0} measurements do not hold: the runtime differs from that of the exercises")]
     Broken(usize),
     /// The rerun viewer could not be opened.
     #[error("{0}")]

@@ -52,7 +52,7 @@ impl LinearPlant {
         let mut b = Vector4::zeros();
         // SAFETY: the data was made from the model, and both outlive the call.
         // MuJoCo writes 4×4 and 4×1 numbers for two degrees of freedom, no
-        // activation and one control, and leaves out what is null.
+        // activation and one control, and skips null outputs.
         unsafe {
             mjd_transitionFD(
                 model,

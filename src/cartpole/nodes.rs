@@ -221,7 +221,7 @@ impl Node for Actuator {
         self.input.set_on_stale(text)
     }
 
-    /// The node keeps no state between ticks.
+    /// Between ticks the node keeps its settings only.
     fn restart(&mut self) -> Result<(), String> {
         Ok(())
     }
@@ -253,7 +253,7 @@ impl Node for FreeActuator {
         self.input.set_on_stale(text)
     }
 
-    /// The node keeps no state between ticks.
+    /// Between ticks the node keeps its settings only.
     fn restart(&mut self) -> Result<(), String> {
         Ok(())
     }

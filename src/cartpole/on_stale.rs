@@ -46,8 +46,8 @@ impl FromStr for OnStale {
         match limit {
             Some(Ok(Draw::Constant(limit))) => Ok(Self::Zero(limit)),
             _ => Err(format!(
-                "{text:?} is nothing to do with a stale action: expected hold or zero:MS, such \
-                 as zero:50"
+                "{text:?} is no setting for stale actions: expected hold or zero:MS, such as \
+                 zero:50"
             )),
         }
     }

@@ -303,7 +303,7 @@ impl ControlPlane {
         let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
         let names = names.join(", ");
         Err(format!(
-            "nobody reads {}: expected one of {names}",
+            "{} has no reader: expected one of {names}",
             topic.entry.name
         ))
     }

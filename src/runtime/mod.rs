@@ -50,7 +50,7 @@
 //!     }
 //! })?;
 //!
-//! // Nobody commands it, so its inbox stays empty.
+//! // The run has no commands, so its inbox stays empty.
 //! let end = Time::from_secs_f64(10.0)?;
 //! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }

@@ -76,7 +76,7 @@ pub trait Node: Send {
     /// The reason if the node cannot restart. The default refuses, because the initial
     /// state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err("this node cannot begin anew: it does not implement Node::restart".to_owned())
+        Err("this node cannot restart: it does not implement Node::restart".to_owned())
     }
 
     /// Handles a text sent to the node, between two ticks, and returns the value before,

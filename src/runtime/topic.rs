@@ -7,7 +7,7 @@
 //!
 //! | case | effect |
 //! |---|---|
-//! | publish, room in the buffer | nobody drops |
+//! | publish, room in the buffer | no drop |
 //! | publish into a full buffer, oldest message unread by a subscription | that subscription counts one drop |
 //! | publish into a full buffer, oldest message already read or passed over | no drop |
 //! | `latest()` on a topic that never carried a message | `None` |
@@ -368,7 +368,7 @@ impl<T> Queue<T> {
 /// let (sensed, decided) = (Time::from_nanos(10), Time::from_nanos(30));
 /// obs.publisher().publish(0.02, sensed, None);
 ///
-/// // What is derived from a reading says when that was taken.
+/// // The origin of an action is the time of the reading behind it.
 /// let reading = obs.subscribe().latest(decided).expect("published");
 /// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.sensed()));
 /// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));

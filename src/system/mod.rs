@@ -9,7 +9,7 @@
 //! use ratelab::runtime::{END, GO_ON};
 //! use ratelab::system::{BuildError, Builder, System};
 //!
-//! /// A counter, and somebody who looks at it now and then.
+//! /// A counter with an occasional reader.
 //! struct Counter;
 //!
 //! impl System for Counter {

@@ -101,7 +101,7 @@ fn in_a_line(text: &str, error: &toml::de::Error) -> String {
 #[derive(Debug, Error)]
 pub enum AnswersError {
     /// Invalid content.
-    #[error("{path}: {cause}; mend the file, or remove it to begin anew")]
+    #[error("{path}: {cause}; fix the file, or remove it to start again")]
     Content {
         /// Path of the file.
         path: String,

@@ -241,14 +241,14 @@ impl fmt::Display for RescueFailure {
             Self::Slowness => write!(f, "the policy was never slowed to {BROKEN_HZ} Hz or less"),
             Self::Danger { worst_deg } => write!(
                 f,
-                "the pole came to {worst_deg:.1}° and must come from within {DANGER_DEG}° to \
+                "the pole reached {worst_deg:.1}° and must go from within {DANGER_DEG}° to \
                  beyond: leave the policy slow for longer"
             ),
             Self::Return => f.write_str("the policy was left slow: speed it up before it is late"),
             Self::Survival { at } => write!(f, "it fell at {at}: speed the policy up sooner"),
             Self::Calm { held } => write!(
                 f,
-                "the pole was out of danger for {:.1} s on end: {} s are asked for",
+                "the pole was out of danger for {:.1} s without a break: {} s are required",
                 held.as_secs_f64(),
                 HELD.as_secs(),
             ),

@@ -16,7 +16,7 @@ pub struct ExerciseArgs {
     #[arg(value_name = "N", hide = true, value_parser = number)]
     pub number: Option<u32>,
 
-    /// Your prediction, such as "30 because …", where nobody can type it.
+    /// Your prediction, such as "30 because …", for scripts.
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     pub predict: Option<String>,
 

@@ -39,7 +39,7 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
             | ErrorKind::InvalidSubcommand
             | ErrorKind::MissingRequiredArgument
     );
-    let help = || usage.map(|usage| format!("{} --help tells what there is", command(usage)));
+    let help = || usage.map(|usage| format!("see {} --help", command(usage)));
     match tip.or_else(|| unknown.then(help).flatten()) {
         Some(tip) => format!("{said}; {tip}"),
         None => said.to_owned(),

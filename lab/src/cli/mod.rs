@@ -52,11 +52,11 @@ pub enum Command {
     Lab(LabArgs),
     /// Run the graph without a dashboard and print a summary.
     Run(RunArgs),
-    /// Run rates, depths and seeds on all cores: how often does it go well?
+    /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
-    /// Print what is in a recording.
+    /// Print the content of a recording.
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
     Verify(VerifyArgs),

@@ -21,19 +21,13 @@ const SECTIONS: [Section; 3] = [
     (
         "EXIT STATUS",
         &[
-            (
-                "0",
-                "What was asked for was done. A run that is lost is a result.",
-            ),
+            ("0", "Success. A lost run is a result, too."),
             (
                 "1",
-                "It could not be finished: a node failed, a file could not be written, or a \
-                 recording is not what comes of running it again.",
+                "An unfinished command: a node failed, a file could not be written, or a \
+                 recording differs from a repetition of its run.",
             ),
-            (
-                "2",
-                "The input is bad: an option, a value, or a file that is not what it should be.",
-            ),
+            ("2", "Bad input: an invalid option, value or file."),
             (
                 "128 + n",
                 "Signal n ended it: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. At \

@@ -72,7 +72,7 @@ fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
         lines.insert(0, line("graph", &fixed));
     }
     if summary.runs < summary.cells {
-        let done = format!("only {} of these runs were made", summary.runs);
+        let done = format!("only {} of these runs finished", summary.runs);
         lines.push(line("stopped", &done));
     }
     lines

@@ -10,7 +10,7 @@ use crate::cartpole::{Action, Observation};
 ///
 /// let mut plant = Plant::new(0)?;
 /// for _ in 0..500 {
-///     // One loop, in lockstep: what a graph of nodes is not.
+///     // One loop, in lockstep, unlike a graph of nodes.
 ///     plant.step(Scripted.act(&plant.observe()));
 /// }
 /// assert_eq!(plant.fall(), None);
@@ -42,6 +42,6 @@ pub trait Policy: Send {
     /// # Errors
     /// The reason: the default refuses, because the initial state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err(format!("the {} policy cannot begin anew", self.name()))
+        Err(format!("the {} policy cannot restart", self.name()))
     }
 }

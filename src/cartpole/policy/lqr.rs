@@ -51,7 +51,7 @@ pub enum LqrError {
     Plant(#[from] PlantError),
     /// Solving the Riccati equation failed.
     #[error(
-        "the Riccati equation for a policy at {0} has no solution that was found: \
+        "no solution of the Riccati equation was found for a policy at {0}: \
          try a higher control rate"
     )]
     Riccati(Hz),

@@ -23,7 +23,7 @@ pub enum NoLimit {
     #[error(transparent)]
     Stability(#[from] StabilityError),
     /// Deviations shrink at every tested delay.
-    #[error("the policy {0} bears every delay that was tried")]
+    #[error("the policy {0} is stable at every tested delay")]
     Boundless(String),
 }
 

@@ -14,7 +14,7 @@ pub enum NoTheory {
     #[error("the policy {0} does not answer to readings: their age is nothing to it")]
     Blind(PolicyKind),
     /// It is a network.
-    #[error("the network {0} has no gains: measure what it bears by a sweep of delays")]
+    #[error("the network {0} has no gains: measure its limit by a sweep of delays")]
     Network(String),
     /// Its gains could not be computed.
     #[error(transparent)]

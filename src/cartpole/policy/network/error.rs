@@ -25,7 +25,7 @@ pub enum WeightsError {
     )]
     Forbidden(String),
     /// The pickle is invalid.
-    #[error("expected a PyTorch checkpoint, found a pickle that makes no sense: {0}")]
+    #[error("expected a PyTorch checkpoint, found an invalid pickle: {0}")]
     Pickle(String),
     /// A missing tensor.
     #[error("expected a tensor {name:?}, found {found}")]

@@ -252,7 +252,7 @@ impl<'a> Machine<'a> {
             ..,
         ] = parts[..]
         else {
-            return forbidden("something from outside that is no storage of numbers");
+            return forbidden("an external object other than a storage");
         };
         let storage = Storage { kind: *kind, key };
         self.push(Value::Storage(storage))
