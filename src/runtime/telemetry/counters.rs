@@ -1,13 +1,36 @@
-//! The counters of a topic and of those who read it.
+//! The counters of a node, of a topic and of those who read it.
 
 use super::RateWindow;
 use crate::runtime::{
     depth::Depth,
-    sync::atomic::{AtomicU64, AtomicUsize, Ordering},
-    time::Time,
+    sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    time::{Hz, Time},
 };
 
-/// What a topic tells about itself without being locked.
+/// What there is to know of a node without waiting for it. All in one place: each
+/// tick writes some of it.
+#[derive(Debug)]
+pub(crate) struct NodeCounters {
+    pub(crate) ticks: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    pub(crate) micro_hz: AtomicU64,
+    pub(crate) busy: AtomicBool,
+    pub(crate) crashed: AtomicBool,
+}
+
+impl NodeCounters {
+    pub(crate) fn new(hz: Hz) -> Self {
+        Self {
+            ticks: AtomicU64::new(0),
+            overruns: AtomicU64::new(0),
+            micro_hz: AtomicU64::new(hz.as_micro()),
+            busy: AtomicBool::new(false),
+            crashed: AtomicBool::new(false),
+        }
+    }
+}
+
+/// What there is to know of a topic without locking it.
 #[derive(Debug)]
 pub(crate) struct TopicCounters {
     pub(crate) published: AtomicU64,
@@ -40,6 +63,7 @@ impl TopicCounters {
     }
 
     /// A message was published at run time `now`.
+    #[inline]
     pub(crate) fn note(&self, now: Time) {
         self.window.count(now);
         let newest = now.as_nanos().saturating_add(1);
