@@ -1,19 +1,21 @@
 //! The margins of a loop: against figures of other programs, closed forms and
 //! loops that are run by other code.
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use nalgebra::{Matrix4, SMatrix, Vector4};
 use proptest::prelude::*;
 use rand_pcg::{Pcg64, rand_core::RngCore};
 use ratelab::{
-    cartpole::{LinearPlant, generator},
+    cartpole::{CartPole, ControlStep, LinearPlant, STATE, generator},
+    experiment::{Config, Experiment},
     policy::Scripted,
     runtime::{Hz, Time},
     stability::{
         Cadence, Dynamics, Loop, Loss, Lost, Noise, Push, Rates, Timing, Weights, World, age_limit,
         gains,
     },
+    system::WorldKind,
 };
 
 fn hz(hz: f64) -> Hz {
@@ -240,6 +242,59 @@ fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
         assert!(
             (age - delay - 500.0 / rate).abs() < 1e-5,
             "{rate} Hz: {age}"
+        );
+    }
+}
+
+/// How far the pole swings in a run of the own world in which everything ticks at
+/// `rate`, but for an actuator that applies an action as soon as it is delivered,
+/// `delay` ms after it was decided: soon (rad), and a minute later.
+fn swings(rate: f64, delay: u64) -> [f64; 2] {
+    let knobs = [
+        format!("rate sensor {rate}"),
+        format!("rate policy {rate}"),
+        "rate actuator 1000".to_owned(),
+        format!("link /action delay:{delay}"),
+    ];
+    let config = Config {
+        world: WorldKind::OWN,
+        end: Time::from_nanos(60_000_000_000),
+        setup: knobs
+            .iter()
+            .map(|knob| knob.parse().expect("a knob"))
+            .collect(),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("a graph");
+    let tap = experiment
+        .taps()
+        .messages::<ControlStep>(STATE, 4_096)
+        .expect(STATE);
+    experiment.run().expect("no fault");
+    let angles: Vec<f64> = tap
+        .items()
+        .iter()
+        .map(|step| step.message.data.qpos[1].abs())
+        .collect();
+    let widest = |angles: &[f64]| angles.iter().copied().fold(0.0, f64::max);
+    let soon = angles.iter().skip(50).take(50).copied().fold(0.0, f64::max);
+    [soon, widest(&angles[angles.len() - 50..])]
+}
+
+#[test]
+fn in_runs_deviations_grow_from_the_delay_on_that_theory_tells() {
+    for rate in [500.0, 200.0, 100.0, 50.0, 25.0, 20.0] {
+        let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
+        let margin = shortest_unstable_delay(&own).as_millis() as u64;
+        let [below, above] = [margin - 3, margin + 3].map(|delay| swings(rate, delay));
+        println!("{rate} Hz: margin {margin} ms; 3 ms below {below:?}, above {above:?}");
+        assert!(
+            below[1] < below[0] / 2.0,
+            "{rate} Hz, 3 ms below {margin}: {below:?}"
+        );
+        assert!(
+            above[1] > above[0],
+            "{rate} Hz, 3 ms above {margin}: {above:?}"
         );
     }
 }

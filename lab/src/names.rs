@@ -58,6 +58,12 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
     }
 }
 
+/// Whether `alias` has a place beside others in a run with `setup`: what ticks take
+/// has one where it was asked for.
+pub fn is_shown(alias: &Alias, setup: &Setup) -> bool {
+    alias.kind() != KnobKind::Takes || alias.value(setup) != alias.default
+}
+
 /// The value of a knob for programs.
 pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {

@@ -29,7 +29,7 @@ pub use taps::Taps;
 use crate::{
     runtime::{
         ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
-        clock,
+        TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, System},
 };
@@ -54,9 +54,31 @@ impl Experiment {
         Self::of_resolved(system, config)
     }
 
+    /// The same for a run again of one that was recorded, before and while it ran
+    /// turned by the `taken` knobs: its graph takes them, though a new run may not.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the system cannot, or does not take a setting.
+    pub fn again(
+        system: Arc<dyn System>,
+        config: &Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        Self::built(system, config, taken)
+    }
+
     /// The same of a configuration whose messages are resolved.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(config.seed, &config.setup, config.world);
+        Self::built(system, config, &[])
+    }
+
+    fn built(
+        system: Arc<dyn System>,
+        config: Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(config.seed, &config.setup, config.world).again(taken);
         system.build(&mut builder)?;
         let Built {
             mut graph,

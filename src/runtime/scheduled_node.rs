@@ -331,7 +331,7 @@ impl ScheduledNode {
         self.overrun_until(passed);
         if !running.noted {
             let took = now.since(running.began);
-            self.note_tick(running.began, running.lateness, Some(took));
+            self.note_tick(running.began, running.lateness, Some(took), Some(now));
         }
         Ok(end_of(running.flow, applied?))
     }
@@ -415,12 +415,13 @@ impl ScheduledNode {
     }
 
     /// Notes what was measured of the tick that began at `at`, when the node has
-    /// moved on past it.
+    /// moved on past it, and acted on the world at `acted`.
     pub(crate) fn note_tick(
         &mut self,
         at: Time,
         lateness: Option<Duration>,
         took: Option<Duration>,
+        acted: Option<Time>,
     ) {
         if let Some(lateness) = lateness {
             self.lateness.record(lateness);
@@ -430,12 +431,17 @@ impl ScheduledNode {
             self.response.record(lateness.unwrap_or_default() + took);
         }
         let entry = &self.entry;
+        let push = || {
+            let newest = entry.push_age.as_ref()?.in_force();
+            newest.filter(|push| Some(push.at) == acted)
+        };
         self.taps.offer(|| TickRecord {
             number: entry.ticks.load(Ordering::Relaxed).saturating_sub(1),
             at,
             lateness,
             took,
             overruns: entry.overruns.load(Ordering::Relaxed),
+            push: push(),
         });
     }
 
@@ -445,7 +451,7 @@ impl ScheduledNode {
         if let Some(running) = running.filter(|running| !running.noted) {
             running.noted = true;
             let (began, lateness) = (running.began, running.lateness);
-            self.note_tick(began, lateness, None);
+            self.note_tick(began, lateness, None, None);
         }
     }
 }

@@ -18,6 +18,8 @@ pub struct Builder<'a> {
     world: WorldKind,
     /// Whether the system looked at which world it is.
     knows_worlds: bool,
+    /// Knobs that a recorded run was turned by, if it is run again.
+    taken: &'a [TimedKnob],
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
     /// Nodes that took the message that is set for them.
@@ -41,6 +43,7 @@ impl<'a> Builder<'a> {
             setup,
             world,
             knows_worlds: false,
+            taken: &[],
             graph,
             recorded: Vec::new(),
             answered: Vec::new(),
@@ -62,6 +65,18 @@ impl<'a> Builder<'a> {
     pub fn world(&mut self) -> WorldKind {
         self.knows_worlds = true;
         self.world
+    }
+
+    /// The same for a run again of one that was turned by `taken` knobs.
+    pub(crate) fn again(self, taken: &'a [TimedKnob]) -> Self {
+        Self { taken, ..self }
+    }
+
+    /// Whether the graph is of a recorded run that was turned by a knob of this `kind`
+    /// on `target`: what is no knob today may have been one when it was recorded.
+    pub fn was_turned(&self, kind: KnobKind, target: &str) -> bool {
+        let mut knobs = self.taken.iter().map(|timed| &timed.knob);
+        knobs.any(|knob| knob.kind() == kind && knob.target() == target)
     }
 
     /// Adds a plant that moves by itself, as a node called [`WORLD`]: at `hz`, before

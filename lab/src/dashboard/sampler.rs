@@ -27,7 +27,7 @@ use super::{
     push_age::PushAges,
     settings::setting,
 };
-use crate::timing::is_of_time;
+use crate::timing::depends_on_the_world;
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -325,7 +325,7 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
         return Some("world: own");
     }
     session.system().state()?;
-    let asked = setup.iter().any(is_of_time);
+    let asked = setup.iter().any(depends_on_the_world);
     asked.then_some("the world waits for the actuator")
 }
 

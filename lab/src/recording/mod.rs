@@ -54,7 +54,7 @@ mod verify;
 mod writer;
 
 pub use destination::Destination;
-pub use durations::with_durations;
+pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
 pub use reader::{ReadError, Recording};
 pub use recorder::{RecordError, Recorded, Recorder};

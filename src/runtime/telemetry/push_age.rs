@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::runtime::{
+    push::Push,
     sync::{Arc, Mutex, lock},
     time::Time,
 };
@@ -14,25 +15,19 @@ pub struct PushAge(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    in_force: Option<InForce>,
+    in_force: Option<Push>,
     /// From which run time on there was a push.
     first: Time,
     /// Twice the integral of the age up to the newest push (ns²): whole numbers.
     twice_area: u128,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct InForce {
-    since: Time,
-    sensed: Time,
-}
-
-impl InForce {
+impl Push {
     /// Twice the integral of its age up to `now` (ns²).
     fn twice_area(self, now: Time) -> u128 {
         let square = |duration: Duration| duration.as_nanos().pow(2);
-        let until = now.max(self.since);
-        square(until.since(self.sensed)).saturating_sub(square(self.since.since(self.sensed)))
+        let until = now.max(self.at);
+        square(until.since(self.sensed)).saturating_sub(square(self.at.since(self.sensed)))
     }
 }
 
@@ -55,22 +50,30 @@ impl PushAge {
     pub fn push(&self, now: Time, sensed: Time) {
         let mut state = lock(&self.0);
         match state.in_force {
-            Some(before) => state.twice_area += before.twice_area(now),
+            Some(before) => {
+                let area = before.twice_area(now);
+                state.twice_area = state.twice_area.saturating_add(area);
+            }
             None => state.first = now,
         }
-        state.in_force = Some(InForce { since: now, sensed });
+        state.in_force = Some(Push { at: now, sensed });
+    }
+
+    /// The push in force; `None` before the first.
+    pub fn in_force(&self) -> Option<Push> {
+        lock(&self.0).in_force
     }
 
     /// Run time of the sensing behind the push in force; `None` before the first.
     pub fn sensed(&self) -> Option<Time> {
-        lock(&self.0).in_force.map(|push| push.sensed)
+        self.in_force().map(|push| push.sensed)
     }
 
     /// How it is at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
         let state = lock(&self.0);
         let push = state.in_force?;
-        let twice_area = state.twice_area + push.twice_area(now);
+        let twice_area = state.twice_area.saturating_add(push.twice_area(now));
         Some(PushAgeView {
             at: now,
             first: state.first,

@@ -3,12 +3,13 @@
 use std::time::Duration;
 
 use super::{
-    Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, Shared,
-    Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
+    Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, PushAge,
+    Shared, Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,
     knob::Knob,
+    push::Push,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -121,6 +122,14 @@ impl ReplayCounters {
         }
     }
 
+    /// The node with index `node` acted on the world.
+    pub fn push(&mut self, node: usize, push: Push) {
+        let node = self.nodes.get(node);
+        if let Some(age) = node.and_then(|node| node.entry.push_age.as_ref()) {
+            age.push(push.at, push.sensed);
+        }
+    }
+
     /// Something happened to the run.
     pub fn event(&mut self, event: &Event) {
         self.advance_to(event.at);
@@ -187,7 +196,7 @@ impl ReplayNode {
                 tick_time: tick_time_meter,
                 response: response_meter,
                 meters: entries,
-                push_age: None,
+                push_age: Some(PushAge::default()),
             },
             lateness,
             tick_time,
