@@ -16,14 +16,18 @@ pub fn key(name: &str) -> String {
 }
 
 /// What is turned by the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
+/// depth` of `queue-depth`, `think time` of `think-ms`, `pilot` of `rate pilot`, `pilot
+/// cost` of `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
         Some(("wakes", node)) => format!("{node} delay"),
         Some((kind, target)) => format!("{target} {kind}"),
-        None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        None => match name.strip_suffix("-ms") {
+            Some(what) => format!("{} time", what.replace('-', " ")),
+            None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        },
     }
 }
 

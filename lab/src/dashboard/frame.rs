@@ -25,6 +25,8 @@ pub struct FrameData {
     pub status: Status,
     /// Seed of the start.
     pub seed: u64,
+    /// The world, where it matters.
+    pub world: Option<&'static str>,
     /// What decides, such as `policy scripted`: the messages that are set.
     pub settings: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.

@@ -145,6 +145,7 @@ impl Sampler {
             wall_s: session.wall_time().as_secs(),
             status: counters.status,
             seed: session.config().seed,
+            world: world(session, &self.setup(session)),
             settings: self.settings(session),
             verdict: self.verdict(session, &counters, age),
             age,
@@ -209,9 +210,7 @@ impl Sampler {
         let (system, setup) = (session.system(), self.setup(session));
         let aliases = system.aliases().iter();
         let sent = aliases.filter(|alias| alias.kind() == KnobKind::Send);
-        let sent = sent.map(|alias| setting(system, alias, &setup));
-        let world = world(session, &setup).map(str::to_owned);
-        world.into_iter().chain(sent).collect()
+        sent.map(|alias| setting(system, alias, &setup)).collect()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
@@ -326,7 +325,7 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     }
     session.system().state()?;
     let asked = setup.iter().any(depends_on_the_world);
-    asked.then_some("the world waits for the actuator")
+    asked.then_some("world: waits")
 }
 
 /// A run that goes on, and well.
