@@ -1,4 +1,4 @@
-//! Names of a system's knobs, topics and figures as texts and tables have them.
+//! Names of a system's knobs, topics and figures, for texts and tables.
 
 use std::path::Path;
 
@@ -15,9 +15,9 @@ pub fn key(name: &str) -> String {
     words.join("_")
 }
 
-/// What is turned by the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `think time` of `think-ms`, `pilot` of `rate pilot`, `pilot
-/// cost` of `takes pilot`.
+/// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
+/// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
+/// `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
@@ -31,13 +31,13 @@ pub fn label(name: &str) -> String {
     }
 }
 
-/// What a node is called in texts: as the alias for its rate, if it has one.
+/// Name of a node in texts: from the alias for its rate, if it has one.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))
 }
 
-/// The first alias for the rate of a node that is `wanted`.
+/// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
     let mut aliases = system.aliases().iter();
     aliases.find(|alias| {
@@ -46,14 +46,14 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
-/// A message to a node in short: of a file, its name without folder and digest.
+/// The short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }
 
-/// The value of `alias` in short, as it is in `setup`.
+/// The short form of the value of `alias` in `setup`.
 pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     let value = alias.value(setup);
     match alias.knobs {
@@ -77,7 +77,7 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     }
 }
 
-/// A word for runs that are not lost: their usual verdict, such as `balanced`.
+/// A word for successful runs: their usual verdict, such as `balanced`.
 pub fn good(system: &dyn System) -> String {
     let verdicts = system.verdicts();
     let usual = verdicts

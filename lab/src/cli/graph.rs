@@ -1,4 +1,4 @@
-//! What a graph can be asked for.
+//! The arguments of a graph.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,15 @@ use super::{
     values,
 };
 
-/// What a graph can be asked for. Names with underscores are accepted too.
+/// The arguments of a graph. Names with underscores are accepted too.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::GRAPH)]
 pub struct GraphArgs {
-    /// The options of the system.
+    /// Options of the system.
     #[command(flatten)]
     pub system: SystemArgs<Setting>,
 
-    /// Chooses the start, and all numbers that are drawn by chance [default: 0]
+    /// Seed of the start and of all random numbers [default: 0]
     #[arg(long, value_name = "N", value_parser = values::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
@@ -68,7 +68,7 @@ pub struct GraphArgs {
 pub enum ClockArg {
     /// One thread per node against the wall clock.
     Real,
-    /// One thread, reproducible to the bit.
+    /// One thread, bit-for-bit reproducible.
     Virtual,
 }
 

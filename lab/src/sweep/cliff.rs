@@ -1,11 +1,11 @@
-//! Where the cliff is, in words.
+//! The position of the cliff, as text.
 
 use ratelab::runtime::KnobKind;
 
 use super::summary::{RowSummary, SweepSummary};
 use crate::report::line;
 
-/// What there is to print of the rows of one group.
+/// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     let cliff = match summary.main.kind {
         KnobKind::Rate => Cliff::new(summary, "rate", "faster"),
@@ -22,7 +22,7 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     lines
 }
 
-/// The words for a quantity that has more and less.
+/// The words for a quantity with an order.
 struct Cliff<'s> {
     summary: &'s SweepSummary,
     noun: &'static str,
@@ -42,7 +42,8 @@ impl<'s> Cliff<'s> {
         self.summary.main.with_unit(&row.value)
     }
 
-    /// Up to where nothing stands and from where on everything does.
+    /// The last value without successful runs, and the first from which on all are
+    /// successful.
     fn edges(&self, rows: &[&RowSummary]) -> String {
         let (good, noun) = (&self.summary.good, self.noun);
         let down = rows.iter().take_while(|row| row.held == 0).count();
@@ -65,7 +66,7 @@ impl<'s> Cliff<'s> {
         }
     }
 
-    /// The value at which most is lost by going *up* to the next one.
+    /// The step to a higher value with the largest loss of survival.
     fn dip(&self, rows: &[&RowSummary]) -> Option<String> {
         let drops = rows.windows(2).filter_map(|pair| {
             let drop = pair[0].share()? - pair[1].share()?;

@@ -1,4 +1,4 @@
-//! The values of one quantity that a sweep goes through, as text.
+//! The values of one quantity in a sweep, as text.
 
 use std::{collections::HashSet, str::FromStr};
 
@@ -7,12 +7,11 @@ use thiserror::Error;
 use super::MAX_CELLS;
 use crate::runtime::{Depth, Hz};
 
-/// Values to go through, in the order given: single values and ranges with
-/// commas in between, such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or
-/// `1..10,25,50`.
+/// The values of an axis, in the given order: comma-separated single values and ranges,
+/// such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or `1..10,25,50`.
 ///
-/// A range has both its ends, as far as its steps lead there: `1..30:0.5` ends
-/// with 30, `1..30:4` with 29. Without a step it goes up by one.
+/// A range includes both ends, if its steps reach the second: `1..30:0.5` ends with 30,
+/// `1..30:4` with 29. Without a step it goes up by one.
 ///
 /// ```
 /// use ratelab::{experiment::sweep::Axis, runtime::Hz};
@@ -26,7 +25,7 @@ use crate::runtime::{Depth, Hz};
 pub struct Axis<T>(Vec<T>);
 
 impl<T> Axis<T> {
-    /// The values, none of them twice.
+    /// The values, without duplicates.
     pub fn values(&self) -> &[T] {
         &self.0
     }
@@ -38,21 +37,21 @@ impl<T> From<Axis<T>> for Vec<T> {
     }
 }
 
-/// What an axis can range over: something that is counted in whole units.
+/// The quantity of an axis, counted in whole units.
 pub trait Quantity: Copy {
     /// Units in a step of one.
     const ONE: u64;
 
-    /// The value as it is written.
+    /// Parses a value.
     ///
     /// # Errors
-    /// Why `text` is none, naming it and what is expected.
+    /// A message with the invalid text and the expected form.
     fn read(text: &str) -> Result<Self, String>;
 
     /// The value in units.
     fn units(self) -> u64;
 
-    /// The value of so many units, which lie between those of two values.
+    /// Returns the value of `units`, which lie between those of two valid values.
     fn of_units(units: u64) -> Self;
 }
 
@@ -106,22 +105,22 @@ impl Quantity for u64 {
     }
 }
 
-/// Text that is no axis.
+/// Text that is not a valid axis.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum AxisError {
-    /// One of the values is none.
+    /// An invalid value.
     #[error("{0}; lists and ranges are written like 5,10,25 and 1..30 and 1..30:2")]
     Value(String),
-    /// A range that goes down.
+    /// A descending range.
     #[error("{0:?} goes down: write the smaller end first")]
     Downwards(String),
-    /// A range that never moves.
+    /// A range with a step of zero.
     #[error("{0:?} has a step of zero: leave it out for steps of one")]
     NoStep(String),
-    /// A value that is there already.
+    /// A repeated value.
     #[error("{0:?} has a value that the list has before it: give each value once")]
     Twice(String),
-    /// More values than any sweep may have cells.
+    /// More values than the maximum number of cells of a sweep.
     #[error("{0:?} has more than {MAX_CELLS} values: make the range smaller or its step larger")]
     TooMany(String),
 }
@@ -146,7 +145,7 @@ impl<T: Quantity> FromStr for Axis<T> {
     }
 }
 
-/// The values of one part of a list, in units.
+/// The values of one list item, in units.
 fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = u64> + use<T>, AxisError> {
     let read = |text| T::read(text).map(T::units).map_err(AxisError::Value);
     let (first, last, step) = match part.split_once("..") {

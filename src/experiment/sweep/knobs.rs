@@ -1,4 +1,4 @@
-//! A knob that a sweep turns, and the values that it goes through.
+//! A knob of a sweep and its values.
 
 use std::{str::FromStr, sync::Arc};
 
@@ -8,35 +8,35 @@ use crate::{
     system::{KnobText, KnobTextError},
 };
 
-/// One knob of a sweep, or several that are turned together under one name.
+/// One knob of a sweep, or several with a common name and value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepAxis {
-    /// The name, such as `control-hz` or `rate planner`.
+    /// Name, such as `control-hz` or `rate planner`.
     pub name: String,
-    /// What kind of values they are.
+    /// Kind of the values.
     pub kind: KnobKind,
-    /// The values, in the order in which they are gone through.
+    /// The values, in the order of the sweep.
     pub values: Vec<Arc<SweepValue>>,
 }
 
 /// One value of a [`SweepAxis`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepValue {
-    /// The name of the axis.
+    /// Name of the axis.
     pub axis: String,
-    /// The value as it is written.
+    /// The value as text.
     pub text: String,
-    /// The knobs, set to it.
+    /// The knobs, set to this value.
     pub knobs: Vec<Knob>,
 }
 
 impl SweepAxis {
-    /// The knob called `name`, an alias or a kind and a target such as
-    /// `rate planner`, with the values in `list`; see [`Axis`]. Messages have
-    /// commas in between; one that is part of a message has a backslash before it.
+    /// Creates the axis called `name`, an alias or a kind and a target such as `rate
+    /// planner`, with the values in `list`; see [`Axis`]. Messages are separated by
+    /// commas; a comma within a message is escaped with a backslash.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn parse(knobs: KnobText, name: &str, list: &str) -> Result<Self, AxisError> {
         let kind = knobs.kind(name).map_err(refused)?;
         let texts = match kind {
@@ -50,7 +50,7 @@ impl SweepAxis {
     /// The same with `texts` as its values.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn of(
         knobs: KnobText,
         name: &str,

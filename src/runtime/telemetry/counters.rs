@@ -1,23 +1,46 @@
-//! The counters of a topic and of those who read it.
+//! The counters of a node, of a topic and of its subscriptions.
 
 use super::RateWindow;
 use crate::runtime::{
     depth::Depth,
-    sync::atomic::{AtomicU64, AtomicUsize, Ordering},
-    time::Time,
+    sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    time::{Hz, Time},
 };
 
-/// What a topic tells about itself without being locked.
+/// The counters of a node, readable without a lock. They share one allocation,
+/// because each tick writes some of them.
+#[derive(Debug)]
+pub(crate) struct NodeCounters {
+    pub(crate) ticks: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    pub(crate) micro_hz: AtomicU64,
+    pub(crate) busy: AtomicBool,
+    pub(crate) crashed: AtomicBool,
+}
+
+impl NodeCounters {
+    pub(crate) fn new(hz: Hz) -> Self {
+        Self {
+            ticks: AtomicU64::new(0),
+            overruns: AtomicU64::new(0),
+            micro_hz: AtomicU64::new(hz.as_micro()),
+            busy: AtomicBool::new(false),
+            crashed: AtomicBool::new(false),
+        }
+    }
+}
+
+/// The counters of a topic, readable without a lock.
 #[derive(Debug)]
 pub(crate) struct TopicCounters {
     pub(crate) published: AtomicU64,
-    /// Messages that a link lost.
+    /// Messages lost by a link.
     pub(crate) lost: AtomicU64,
-    /// Messages that a link delivered.
+    /// Messages delivered by a link.
     pub(crate) delivered: AtomicU64,
-    /// Those of them that came after a newer one.
+    /// Of these, messages that arrived after a newer one.
     pub(crate) overtaken: AtomicU64,
-    /// Messages that are on their way.
+    /// Messages in flight.
     pub(crate) in_flight: AtomicU64,
     pub(crate) depth: AtomicUsize,
     pub(crate) window: RateWindow,
@@ -39,7 +62,8 @@ impl TopicCounters {
         }
     }
 
-    /// A message was published at run time `now`.
+    /// Counts a message published at run time `now`.
+    #[inline]
     pub(crate) fn note(&self, now: Time) {
         self.window.count(now);
         let newest = now.as_nanos().saturating_add(1);
@@ -52,11 +76,11 @@ impl TopicCounters {
     }
 }
 
-/// How far one subscription has read, and what it lost. Written under the
-/// queue's lock only, read by observers at any time.
+/// Read position and losses of one subscription. Written under the queue's lock only,
+/// read by observers at any time.
 #[derive(Debug, Default)]
 pub(crate) struct ReadMark {
-    /// Sequence number of the oldest message not yet seen.
+    /// Sequence number of the oldest unseen message.
     pub(crate) next_unread: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) drops: RateWindow,

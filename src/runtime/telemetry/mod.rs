@@ -1,9 +1,9 @@
-//! What an observer may know about a running graph without slowing it.
+//! Observation of a running graph without slowing it.
 //!
-//! Counters are atomics with one writer, durations go through
-//! [`Meter`]s that never make the measuring thread wait. An [`Observer`] reads
-//! them from any thread at any time and returns a [`Snapshot`], a plain value
-//! that holds no lock. A [`ReplayCounters`] moves the same counters from a record.
+//! Counters are atomics with one writer; durations go through [`Meter`]s that never block
+//! the measuring thread. An [`Observer`] reads them from any thread at any time and
+//! returns a [`Snapshot`], a plain value without locks. A [`ReplayCounters`] updates the
+//! same counters from a record.
 
 mod counters;
 mod event_log;
@@ -21,7 +21,7 @@ pub use push_age::{PushAge, PushAgeView};
 pub use replay_counters::ReplayCounters;
 pub use topology::{NodeTopology, TopicTopology, Topology};
 
-pub(crate) use counters::{ReadMark, TopicCounters};
+pub(crate) use counters::{NodeCounters, ReadMark, TopicCounters};
 pub(crate) use event_log::EventLog;
-pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TopicEntry};
+pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TickMeters, TopicEntry};
 pub(crate) use window::RateWindow;
