@@ -19,6 +19,7 @@ use ratelab::{
         sweep::{Sweep, all_cores},
     },
     policy::{Policy, Scripted},
+    system::WorldKind,
 };
 
 use super::{
@@ -29,6 +30,9 @@ use super::{
 /// Rounds of two runs of a millisecond each.
 const ROUNDS: usize = 500;
 
+/// Rounds of two runs of ten milliseconds each.
+const OWN_ROUNDS: usize = 100;
+
 /// Capacity for every message of a run, so that no publisher waits.
 const TAP: usize = 1024;
 
@@ -37,10 +41,10 @@ const STRETCH: Duration = Duration::from_millis(400);
 
 /// Fills in the rows about whole runs.
 pub fn measure(table: &mut Table) {
-    let floor = Floor::new();
+    let floor = Floor::new(WorldKind::Course);
     table.heading(format!(
         "A virtual run of 10 s, beside its {} bare physics steps",
-        floor.actions.len() * SUBSTEPS as usize
+        floor.steps()
     ));
     let stepping = || {
         let mut data = floor.start();
@@ -69,6 +73,39 @@ pub fn measure(table: &mut Table) {
         throughput(table, &floor, what, threads);
     }
     sweep(table);
+    own_world(table);
+}
+
+/// The same in a world that moves by itself, in ten times as many steps.
+fn own_world(table: &mut Table) {
+    let floor = Floor::new(WorldKind::OWN);
+    table.heading(format!(
+        "A run of 10 s in a world of its own, beside its {} bare physics steps",
+        floor.steps()
+    ));
+    // A cost below what makes the policy miss a tick: the same physics.
+    for (what, knobs) in [
+        ("run", &[][..]),
+        ("run whose policy takes 3 ms", &["takes policy 3"]),
+        (
+            "run whose three nodes take time and wake late",
+            &[
+                "takes sensor 0.1..0.3",
+                "takes policy lognormal:2,4",
+                "takes actuator 0.1..0.3",
+                "wakes sensor 0..0.1",
+                "wakes policy 0..0.1",
+                "wakes actuator 0..0.1",
+            ],
+        ),
+    ] {
+        let ours = || time_run(experiment_with(WorldKind::OWN, knobs));
+        let bare = || {
+            let mut data = floor.start();
+            time(|| floor.step(&mut data))
+        };
+        table.row(what, &paired(OWN_ROUNDS, ours, bare), Some(1.1));
+    }
 }
 
 /// The work of the three nodes, without nodes, topics and a clock: the minimum for any
@@ -97,6 +134,17 @@ fn experiment() -> Experiment {
 fn experiment_of(seed: u64) -> Experiment {
     let config = Config {
         seed,
+        ..Config::default()
+    };
+    Experiment::new(cart_pole(), &config).expect("experiment")
+}
+
+/// A run in `world` that `knobs` set up.
+fn experiment_with(world: WorldKind, knobs: &[&str]) -> Experiment {
+    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
+    let config = Config {
+        world,
+        setup: knobs.collect(),
         ..Config::default()
     };
     Experiment::new(cart_pole(), &config).expect("experiment")
@@ -187,33 +235,48 @@ fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
     nanos(began.elapsed()) / done.into_inner() as f64
 }
 
-/// The physics of the default run alone: same model, same start, same actions, so the
-/// same numbers pass through the same instructions.
+/// The physics of the default run in one of the worlds alone: same model, same start, same
+/// actions, so the same numbers pass through the same instructions.
 struct Floor {
     model: MjModel,
     qpos: [f64; 2],
     qvel: [f64; 2],
     actions: Vec<f64>,
+    /// Steps of physics with each action.
+    substeps: usize,
     /// The final state, which proves that the work was done.
     end: [f64; 2],
 }
 
 impl Floor {
-    fn new() -> Self {
+    fn new(world: WorldKind) -> Self {
         let model = include_str!("../../src/cartpole/cartpole.xml");
+        let mut model = MjModel::from_xml_string(model).expect("model");
+        let substeps = match world {
+            WorldKind::Course => SUBSTEPS as usize,
+            WorldKind::Own { step_ms } => {
+                model.opt_mut().timestep = step_ms.get() as f64 / 1e3;
+                20 / step_ms.get() as usize
+            }
+        };
         let plant = Plant::new(Config::default().seed).expect("plant");
-        let experiment = experiment();
+        let experiment = experiment_with(world, &[]);
         let tap = experiment.taps().messages::<ControlStep>(STATE, TAP);
         let tap = tap.expect(STATE);
         execute(experiment);
         let steps: Vec<_> = tap.items().iter().map(|step| step.message.data).collect();
         Self {
-            model: MjModel::from_xml_string(model).expect("model"),
+            model,
             qpos: plant.qpos(),
             qvel: plant.qvel(),
             actions: steps.iter().map(|s| f64::from(s.action.0)).collect(),
+            substeps,
             end: steps.last().expect("steps").qpos,
         }
+    }
+
+    fn steps(&self) -> usize {
+        self.actions.len() * self.substeps
     }
 
     fn start(&self) -> MjData<&MjModel> {
@@ -227,7 +290,7 @@ impl Floor {
     fn step(&self, data: &mut MjData<&MjModel>) {
         for &action in &self.actions {
             data.ctrl_mut()[0] = action;
-            for _ in 0..SUBSTEPS {
+            for _ in 0..self.substeps {
                 data.step();
             }
         }

@@ -42,6 +42,7 @@ mod commands;
 mod csv;
 mod dashboard;
 mod error;
+mod like;
 mod metrics;
 mod names;
 mod options;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{
     experiment::{NodeSummary, Summary},
     runtime::telemetry::Distribution,
-    system::{KnobText, System, WorldKind},
+    system::{Alias, KnobText, System, WorldKind},
 };
 use serde_json::{Map, Value, json};
 
@@ -15,16 +15,21 @@ use crate::{
     timing::is_timed,
 };
 
-/// The metrics as JSON, with sorted keys.
+/// The metrics by their keys.
 ///
 /// Under the virtual clock they are independent of wall time, so the same run gives the
 /// same bytes.
-pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let mut metrics = keys(system, summary, context);
     metrics.extend(system_keys(system, summary));
     if saw_the_wall(summary) {
         metrics.extend(wall_keys(summary, context));
     }
+    metrics
+}
+
+/// Metrics as JSON, all keys in order.
+pub fn json(metrics: Map<String, Value>) -> String {
     format!("{:#}", Value::Object(metrics))
 }
 
@@ -66,8 +71,10 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
 /// the run.
 fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
-    let aliases = system.aliases().iter().map(|alias| {
-        let value = alias.value(&summary.config.setup);
+    let setup = &summary.config.setup;
+    let shown = |alias: &&Alias| names::is_shown(alias, setup);
+    let aliases = system.aliases().iter().filter(shown).map(|alias| {
+        let value = alias.value(setup);
         let value = match names::value(alias.kind(), &value) {
             Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
             value => value,

@@ -16,14 +16,18 @@ pub fn key(name: &str) -> String {
 }
 
 /// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
-/// `queue-depth`, `pilot` for `rate pilot`, `pilot cost` for `takes pilot`.
+/// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
+/// `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
         Some(("wakes", node)) => format!("{node} delay"),
         Some((kind, target)) => format!("{target} {kind}"),
-        None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        None => match name.strip_suffix("-ms") {
+            Some(what) => format!("{} time", what.replace('-', " ")),
+            None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        },
     }
 }
 
@@ -68,6 +72,12 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
         [(KnobKind::Send, node), ..] => short(system, node, &value),
         _ => value,
     }
+}
+
+/// Whether `alias` has a place beside others in a run with `setup`: what ticks take
+/// has one where it was asked for.
+pub fn is_shown(alias: &Alias, setup: &Setup) -> bool {
+    alias.kind() != KnobKind::Takes || alias.value(setup) != alias.default
 }
 
 /// The value of a knob for programs.

@@ -255,7 +255,8 @@ fn overruns(node: &NodeSummary) -> String {
     )
 }
 
-fn ms(duration: Option<Duration>) -> String {
+/// A duration in milliseconds.
+pub fn ms(duration: Option<Duration>) -> String {
     duration.map_or("-".to_owned(), |d| {
         format!("{:.1} ms", d.as_secs_f64() * 1e3)
     })

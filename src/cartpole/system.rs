@@ -107,6 +107,13 @@ impl CartPole {
             choices: &["scripted", "lqr", "zero", "random"],
             help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
         },
+        Alias {
+            name: "think-ms",
+            knobs: &[(KnobKind::Takes, POLICY)],
+            default: "none",
+            choices: &[],
+            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90 or recorded:FILE",
+        },
     ]);
 
     /// Creates a cart-pole with the caller's own policy, built for every run.
@@ -240,10 +247,16 @@ impl System for CartPole {
         match builder.world() {
             WorldKind::Course => {
                 let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
-                topics.robot(builder, plant.clone(), policy, |wiring, input| {
+                // Its rate was a knob once, and there are recordings of that.
+                let fixed: &'static [KnobKind] = if builder.was_turned(KnobKind::Rate, ACTUATOR) {
+                    &[KnobKind::Clock]
+                } else {
+                    &[KnobKind::Rate, KnobKind::Clock]
+                };
+                topics.robot(builder, plant.clone(), policy, move |wiring, input| {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
-                    wiring.fix(&[KnobKind::Rate, KnobKind::Clock], REASON);
+                    wiring.fix(fixed, REASON);
                     Actuator {
                         plant,
                         input,

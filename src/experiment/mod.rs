@@ -29,7 +29,7 @@ pub use taps::Taps;
 use crate::{
     runtime::{
         ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
-        clock,
+        TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, System},
 };
@@ -54,9 +54,31 @@ impl Experiment {
         Self::of_resolved(system, config)
     }
 
+    /// Builds the graph for running a recording again. The recorded run was turned by the
+    /// `taken` knobs: this graph takes them, even if a new run may not.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the system cannot, or does not take a setting.
+    pub fn again(
+        system: Arc<dyn System>,
+        config: &Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        Self::built(system, config, taken)
+    }
+
     /// Builds the graph for a configuration with resolved messages.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(config.seed, &config.setup, config.world);
+        Self::built(system, config, &[])
+    }
+
+    fn built(
+        system: Arc<dyn System>,
+        config: Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(config.seed, &config.setup, config.world).again(taken);
         system.build(&mut builder)?;
         let Built {
             mut graph,

@@ -26,7 +26,7 @@ const OF_COMMANDS: [(&str, &str); 10] = [
         "\
   ratelab run --break                   decide 5 times a second: it falls
   ratelab run --clock virtual --record  the same to the bit every time, and kept
-  ratelab run --world own --takes policy=60..80    neither waits for the other",
+  ratelab run --world own --think-ms 60..80  neither waits for the other",
     ),
     (
         "sweep",

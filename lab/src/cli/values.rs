@@ -18,13 +18,6 @@ pub fn duration(text: &str) -> Result<Time, String> {
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
-/// Duration of a decision, as a knob of the node that decides.
-pub fn think(text: &str) -> Result<Knob, String> {
-    let ms = number(text, "milliseconds", 0.0, 60_000.0)?.to_string();
-    let knob = KnobKind::Takes.set("policy", &ms);
-    knob.map_err(|error| error.to_string())
-}
-
 pub fn step_ms(text: &str) -> Result<u64, String> {
     let step = text.trim().parse().ok();
     step.ok_or_else(|| "expected 1, 2, 5 or 10 milliseconds".to_owned())

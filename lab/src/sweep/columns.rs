@@ -28,7 +28,11 @@ pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> Knob
 
 /// The aliases of the system, and the other swept knobs.
 pub fn of(sweep: &Sweep) -> Vec<Column> {
-    let aliases = sweep.system.aliases().iter().map(|alias| Column {
+    let shown = |alias: &&Alias| {
+        names::is_shown(alias, &sweep.base.setup) || sweep.axis(alias.name).is_some()
+    };
+    let aliases = sweep.system.aliases().iter().filter(shown);
+    let aliases = aliases.map(|alias| Column {
         name: alias.name.to_owned(),
         kind: alias.kind(),
         alias: Some(alias),

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::runtime::{
+    push::Push,
     sync::{Arc, Mutex, lock},
     time::Time,
 };
@@ -14,24 +15,18 @@ pub struct PushAge(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    in_force: Option<InForce>,
+    in_force: Option<Push>,
     /// Run time of the first push.
     first: Time,
     /// Twice the integral of the age up to the newest push (ns²): whole numbers.
     twice_area: u128,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct InForce {
-    since: Time,
-    sensed: Time,
-}
-
-impl InForce {
+impl Push {
     /// Twice the integral of the age up to `now` (ns²).
     fn twice_area(self, now: Time) -> u128 {
         let age = |at: Time| u128::from(at.as_nanos().saturating_sub(self.sensed.as_nanos()));
-        age(now.max(self.since)).pow(2) - age(self.since).pow(2)
+        age(now.max(self.at)).pow(2) - age(self.at).pow(2)
     }
 }
 
@@ -54,22 +49,30 @@ impl PushAge {
     pub fn push(&self, now: Time, sensed: Time) {
         let mut state = lock(&self.0);
         match state.in_force {
-            Some(before) => state.twice_area += before.twice_area(now),
+            Some(before) => {
+                let area = before.twice_area(now);
+                state.twice_area = state.twice_area.saturating_add(area);
+            }
             None => state.first = now,
         }
-        state.in_force = Some(InForce { since: now, sensed });
+        state.in_force = Some(Push { at: now, sensed });
+    }
+
+    /// The push in force; `None` before the first.
+    pub fn in_force(&self) -> Option<Push> {
+        lock(&self.0).in_force
     }
 
     /// Run time of the sensing behind the push in force; `None` before the first.
     pub fn sensed(&self) -> Option<Time> {
-        lock(&self.0).in_force.map(|push| push.sensed)
+        self.in_force().map(|push| push.sensed)
     }
 
     /// Reads the age at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
         let state = lock(&self.0);
         let push = state.in_force?;
-        let twice_area = state.twice_area + push.twice_area(now);
+        let twice_area = state.twice_area.saturating_add(push.twice_area(now));
         Some(PushAgeView {
             at: now,
             first: state.first,
