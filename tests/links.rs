@@ -11,10 +11,10 @@ use std::{
 
 use proptest::prelude::*;
 use ratelab::{
-    cartpole::{ACTION, CartPole, OBS, POLICY, SENSOR},
+    cartpole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR},
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Command, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
-    system::WorldKind,
+    runtime::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
+    system::{BuildError, Builder, System, WorldKind},
 };
 use support::{depth, hz, run_virtual, secs};
 
@@ -412,6 +412,81 @@ fn a_node_that_does_not_know_how_is_not_restarted() {
     let talker = snapshot.node("talker").expect("a node");
     assert!(talker.crashed);
     assert_eq!(talker.ticks, 0);
+}
+
+/// Knobs of `text` in a run of the own world.
+fn timed(text: &str) -> Config {
+    Config {
+        knobs: CartPole::KNOBS.parse_list(text).expect("knobs"),
+        ..own(1)
+    }
+}
+
+#[test]
+fn a_sensor_or_an_actuator_that_crashed_is_started_again() {
+    for node in [SENSOR, ACTUATOR] {
+        let back = run(&timed(&format!("1.01 crash {node}\n1.05 restart {node}")));
+        assert!(!back.verdict.is_lost(), "{node}");
+        // Due at 1.02 and at 1.04, and dead.
+        assert_eq!(back.node(node).expect(node).ticks, 499);
+        let dropped = back.topics.iter().map(|topic| topic.dropped).sum::<u64>();
+        assert_eq!(dropped, if node == ACTUATOR { 2 } else { 0 });
+    }
+}
+
+#[test]
+fn a_node_that_is_built_once_more_has_the_message_of_its_setup() {
+    let stale = |live: &str| {
+        let config = with(&["send actuator zero:0", "link /obs delay:1"], timed(live));
+        run(&config).sim_time
+    };
+    let never_pushed = stale("");
+    assert!(never_pushed < secs(1.0), "a push that is 20 ms old");
+    assert_eq!(stale("0.01 send actuator hold"), secs(10.0));
+    let sent = "0.01 send actuator hold\n0.03 restart actuator";
+    assert!(stale(sent) < secs(1.0), "it forgot what it was sent");
+}
+
+/// Counts its ticks, and ends the run at the fifth.
+struct Counter;
+
+impl System for Counter {
+    fn name(&self) -> &'static str {
+        "counter"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        builder.node("counter", 10.0, 0, |wiring| {
+            let (mut count, mut meter) = (0, wiring.meter("ticks"));
+            move |_| {
+                count += 1;
+                meter.record(Duration::from_nanos(count));
+                if count < 5 { GO_ON } else { END }
+            }
+        })
+    }
+}
+
+#[test]
+fn any_node_of_a_system_is_started_again_without_knowing_how() {
+    let ends = |knobs: &str| {
+        let config = Config {
+            knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+            ..Config::default()
+        };
+        let experiment = Experiment::new(Arc::new(Counter), &config).expect("a counter");
+        let observer = experiment.observer();
+        let end = experiment.run().expect("a run").sim_time;
+        let ticks = observer.snapshot();
+        let ticks = ticks.meter("counter", "ticks").expect("a meter").count();
+        (end, ticks)
+    };
+    assert_eq!(ends(""), (secs(0.4), 5));
+    assert_eq!(ends("0.25 restart counter"), (secs(0.7), 8));
+    assert_eq!(
+        ends("0.05 crash counter\n1 restart counter"),
+        (secs(1.4), 6)
+    );
 }
 
 #[test]

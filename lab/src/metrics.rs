@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{NodeSummary, Summary},
+    experiment::{NodeSummary, Summary, TopicSummary},
     runtime::telemetry::Distribution,
     system::{KnobText, System, WorldKind},
 };
@@ -32,6 +32,7 @@ pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
 fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.aliases()));
     let nodes = summary.nodes.iter().map(|of| node(summary, of));
+    let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
         "break_bug": context.break_bug,
         "cause_of_end": summary.verdict.name(),
@@ -49,6 +50,7 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         "smoke": context.smoke,
         "steps": summary.steps,
         "system": system.name(),
+        "topics": topics.collect::<Map<_, _>>(),
         "turned": knobs.lines(&summary.knobs()),
         "version": env!("CARGO_PKG_VERSION"),
         "world": config.world.name(),
@@ -121,6 +123,18 @@ fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
         })));
     }
     (node.name.clone(), Value::Object(figures))
+}
+
+/// What became of the messages of a topic.
+fn topic(topic: &TopicSummary) -> (String, Value) {
+    let figures = json!({
+        "dropped": topic.dropped,
+        "in_flight": topic.in_flight,
+        "lost": topic.lost,
+        "overtaken": topic.overtaken,
+        "published": topic.published,
+    });
+    (topic.name.clone(), figures)
 }
 
 /// A distribution in milliseconds; quantiles are true to 0.1 %.

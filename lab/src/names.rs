@@ -16,14 +16,31 @@ pub fn key(name: &str) -> String {
 }
 
 /// What is turned by the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
+/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`,
+/// `/obs delay` of `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
+    if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
+        let of_link = filled.strip_prefix("link ");
+        return of_link.map_or_else(|| label(filled), str::to_owned);
+    }
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
         Some(("wakes", node)) => format!("{node} delay"),
         Some((kind, target)) => format!("{target} {kind}"),
         None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+    }
+}
+
+/// The unit of a number that the knob called `name` takes, with a blank before it.
+pub fn unit(name: &str, kind: KnobKind) -> &'static str {
+    let before = name.split("{}").next().unwrap_or_default();
+    let is_time = ["delay:", "reliable:", "zero:"];
+    match kind {
+        KnobKind::Rate => " Hz",
+        KnobKind::Takes | KnobKind::Wakes | KnobKind::Offset | KnobKind::Hang => " ms",
+        KnobKind::Link | KnobKind::Send if is_time.iter().any(|t| before.ends_with(t)) => " ms",
+        _ => "",
     }
 }
 
@@ -40,6 +57,21 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
         let mut knobs = alias.knobs.iter();
         knobs.any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
     })
+}
+
+/// The aliases to be shown: all but messages that are neither the first of their kind
+/// nor `wanted`.
+pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
+    let is_message = |alias: &&Alias| alias.kind() == KnobKind::Send;
+    let aliases = system.aliases().iter();
+    let first = aliases.clone().find(is_message);
+    let shown = |alias: &&Alias| !is_message(alias) || first == Some(*alias) || wanted(alias);
+    aliases.filter(shown).collect()
+}
+
+/// Whether `alias` is set away from its default in `setup`.
+pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
+    alias.value(setup) != alias.default
 }
 
 /// A message to a node in short: of a file, its name without folder and digest.
@@ -63,7 +95,11 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
-        _ => json!(text),
+        KnobKind::Send => json!(text),
+        _ => match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => json!(number),
+            _ => json!(text),
+        },
     }
 }
 

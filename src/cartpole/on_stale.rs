@@ -1,4 +1,4 @@
-//! What an actuator does while nobody tells it anything new.
+//! What an actuator does with old actions.
 
 use std::{fmt, str::FromStr, time::Duration};
 
@@ -46,8 +46,8 @@ impl FromStr for OnStale {
         match limit {
             Some(Ok(Draw::Constant(limit))) => Ok(Self::Zero(limit)),
             _ => Err(format!(
-                "{text:?} is nothing to do with a stale action: expected hold or zero:MS, such \
-                 as zero:50"
+                "{text:?} is no answer to a stale action: expected hold or zero:MS, such as \
+                 zero:50"
             )),
         }
     }

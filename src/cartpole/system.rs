@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
-    FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    FreePlant, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
@@ -108,6 +108,13 @@ impl CartPole {
             choices: &["scripted", "lqr", "zero", "random"],
             help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
         },
+        Alias {
+            name: "on-stale",
+            knobs: &[(KnobKind::Send, ACTUATOR)],
+            default: "hold",
+            choices: &["hold", "zero:20", "zero:50", "zero:100"],
+            help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
+        },
     ]);
 
     /// The same with a policy of the caller's own, made anew for every run.
@@ -196,21 +203,23 @@ impl Topics {
     fn robot<A: Node + 'static>(
         &self,
         builder: &mut Builder<'_>,
-        plant: impl Observed + 'static,
+        plant: impl Observed + Clone + 'static,
         policy: Box<dyn Policy>,
-        actuator: impl FnOnce(&mut Wiring<'_>, ActuatorInput) -> A,
+        mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {
-        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
-            plant,
-            observations: wiring.publisher(&self.observations),
+        let observations = self.observations.clone();
+        builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
+            plant: plant.clone(),
+            observations: wiring.publisher(&observations),
         })?;
-        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
             policy,
             observations: wiring.subscription(&self.observations),
             actions: wiring.publisher(&self.actions),
         })?;
-        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| {
-            let input = ActuatorInput::wired(wiring, &self.actions);
+        let actions = self.actions.clone();
+        builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
+            let input = ActuatorInput::wired(wiring, &actions);
             actuator(wiring, input)
         })
     }
@@ -241,12 +250,12 @@ impl System for CartPole {
         match builder.world() {
             WorldKind::Course => {
                 let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
-                topics.robot(builder, plant.clone(), policy, |wiring, input| {
+                topics.robot(builder, plant.clone(), policy, move |wiring, input| {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
                     wiring.fix(&[KnobKind::Rate, KnobKind::Clock], REASON);
                     Actuator {
-                        plant,
+                        plant: plant.clone(),
                         input,
                         steps: wiring.publisher(&steps),
                     }
@@ -258,9 +267,11 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, |_, input| FreeActuator {
-                    plant,
-                    input,
+                topics.robot(builder, plant.clone(), policy, move |_, input| {
+                    FreeActuator {
+                        plant: plant.clone(),
+                        input,
+                    }
                 })
             }
         }
@@ -274,8 +285,11 @@ impl System for CartPole {
         Some("control-hz 5")
     }
 
-    /// A policy's file is pinned to the content that it has now.
+    /// A policy's file is pinned to its present content.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        if node == ACTUATOR {
+            return Ok(text.parse::<OnStale>()?.to_string());
+        }
         if node != POLICY {
             return Ok(text.to_owned());
         }

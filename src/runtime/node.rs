@@ -71,11 +71,17 @@ pub trait Node: Send {
     }
 
     /// Begins anew, as it was when it was built: a program that was started again.
+    /// Called only for a node that a [`Builder`](crate::system::Builder) cannot build
+    /// once more.
     ///
     /// # Errors
     /// Why it cannot. Unless a node knows better, nobody knows how it was built.
     fn restart(&mut self) -> Result<(), String> {
-        Err("this node cannot begin anew: it does not implement Node::restart".to_owned())
+        Err(
+            "this node cannot be started again: it is built once, and does not implement \
+             Node::restart"
+                .to_owned(),
+        )
     }
 
     /// Obeys a text that was sent to it, between two ticks, and returns what was

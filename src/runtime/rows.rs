@@ -16,11 +16,15 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Run time at which it was published.
+    pub at: Time,
+    /// The same by the clock of the node that published it, which may be wrong.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
     /// Run time of the sensing that it was derived from, where known.
     pub origin: Option<Time>,
+    /// Run time at which it is delivered; `None` if it is lost.
+    pub arrives: Option<Time>,
     /// Messages of the topic lost unread by then, over all subscriptions.
     pub dropped: u64,
 }
@@ -60,9 +64,11 @@ impl Rows {
     fn push_message<T: Fields>(&mut self, tapped: &TapMessage<T>) {
         let message = &tapped.message;
         self.heads.push(Head {
+            at: tapped.at,
             stamp: message.stamp,
             seq: message.seq,
             origin: message.origin,
+            arrives: tapped.arrives,
             dropped: tapped.dropped,
         });
         message.data.append_to(&mut self.values);
@@ -124,9 +130,9 @@ impl Rows {
         })
     }
 
-    /// Takes the messages up to run time `until` out of these.
+    /// Takes the messages that were published up to run time `until` out of these.
     pub fn take_until(&mut self, until: Time) -> Self {
-        let count = self.heads.partition_point(|head| head.stamp <= until);
+        let count = self.heads.partition_point(|head| head.at <= until);
         let later = Self {
             heads: self.heads.split_off(count),
             width: self.width,
@@ -135,7 +141,7 @@ impl Rows {
         std::mem::replace(self, later)
     }
 
-    /// Drops the messages later than `until`.
+    /// Drops the messages that were published after `until`.
     pub fn cut(&mut self, until: Time) {
         *self = self.take_until(until);
     }

@@ -31,6 +31,8 @@ pub(crate) struct ScheduledNode {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
     node: Box<dyn Node>,
+    /// How it is built once more, if it can be.
+    pub(crate) again: Option<Again>,
     /// Its message if it panicked over a text that was sent to it.
     panicked: Option<Panicked>,
     lateness: MeterRecorder,
@@ -45,6 +47,12 @@ pub(crate) struct ScheduledNode {
     fixed: Fixed,
     /// By how much its due times are shifted.
     offset: Duration,
+}
+
+/// How a node is built in the place of itself, and the message that it is sent then.
+pub(crate) struct Again {
+    pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
+    pub(crate) message: Option<String>,
 }
 
 /// Kinds of knobs that a node does not have, and why.
@@ -91,6 +99,7 @@ impl ScheduledNode {
             },
             rate,
             node,
+            again: None,
             panicked: None,
             lateness,
             tick_time,
@@ -153,19 +162,32 @@ impl ScheduledNode {
 
     /// Lets the node begin anew at run time `at`.
     fn restart(&mut self, at: Time) -> Result<String, String> {
-        let began = catch_unwind(AssertUnwindSafe(|| self.node.restart()));
+        let was = state(self.is_crashed()).to_owned();
+        if self.again.is_some() {
+            self.crash(at);
+        }
+        let began = catch_unwind(AssertUnwindSafe(|| self.begin_anew()));
         began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
-        let was = match self.is_crashed() {
-            true => state(true).to_owned(),
-            false => {
-                self.crash(at);
-                state(false).to_owned()
-            }
-        };
+        if !self.is_crashed() {
+            self.crash(at);
+        }
         self.panicked = None;
         self.rate.resume(at);
         self.entry.crashed.store(false, Ordering::Relaxed);
         Ok(was)
+    }
+
+    fn begin_anew(&mut self) -> Result<(), String> {
+        let Some(again) = &mut self.again else {
+            return self.node.restart();
+        };
+        // The ends of a topic are free when their node is gone.
+        self.node = Box::new(|_: Time| GO_ON);
+        self.node = (again.build)();
+        match &again.message {
+            Some(text) => self.node.on_message(text).map(drop),
+            None => Ok(()),
+        }
     }
 
     /// Whether the node crashed and was not restarted.

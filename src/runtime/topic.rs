@@ -133,17 +133,24 @@ impl<T: Payload> Topic<T> {
     /// An end that reads, with a read mark and a drop count of its own. What
     /// was published before is available to it but never charged as dropped.
     pub fn subscribe(&self) -> Subscription<T> {
-        let mut queue = lock(&self.0.queue);
         let mark = Arc::new(ReadMark::default());
+        let queue = lock(&self.0.queue);
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
+        drop(queue);
         mark.next_unread.store(next, Ordering::Relaxed);
-        queue.marks.push(mark.clone());
-        let (ages, age_meter) = Meter::new();
+        let (_, age_meter) = Meter::new();
+        self.subscribe_again(mark, age_meter)
+    }
+
+    /// The end that reads as far as `mark` and measures with `age_meter`, in the place
+    /// of one that is gone.
+    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
+        lock(&self.0.queue).marks.push(mark.clone());
         Subscription {
             bus: self.0.clone(),
             mark,
-            ages,
+            ages: age_meter.recorder(),
             age_meter,
         }
     }
@@ -174,7 +181,8 @@ impl<T: Payload> Topic<T> {
     /// The newest message as a tap would see it, without being counted as a
     /// reader; `None` before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
-        lock(&self.0.queue).newest()
+        let at = self.0.counters.newest()?;
+        lock(&self.0.queue).newest(at)
     }
 
     /// Changes which message subscriptions read. Returns which it was before.
@@ -243,10 +251,11 @@ impl<T: Payload> Topic<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// Hands every tap a copy, and forgets those that nobody listens to.
-    fn offer_newest(&mut self) {
+    /// Hands every tap a copy of what was published at run time `at`, and forgets those
+    /// that nobody listens to.
+    fn offer_newest(&mut self, at: Time) {
         if !self.taps.is_empty()
-            && let Some(newest) = self.newest()
+            && let Some(newest) = self.newest(at)
         {
             self.taps.retain(|tap| tap.offer(newest.clone()));
         }
@@ -307,20 +316,18 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, and what was lost by now.
-    fn newest(&self) -> Option<TapMessage<T>> {
+    /// The newest message, which was published at run time `at`, and what was lost by
+    /// now.
+    fn newest(&self, at: Time) -> Option<TapMessage<T>> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
-            None => {
-                let message = self.messages.back()?.clone();
-                let at = message.stamp;
-                (message, Some(at))
-            }
+            None => (self.messages.back()?.clone(), Some(at)),
         };
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
         Some(TapMessage {
             message,
+            at,
             arrives,
             dropped,
         })
@@ -422,7 +429,7 @@ impl<T: Payload> Bus<T> {
             None => queue.push(message, now),
             Some(_) => queue.send(message, now, &self.counters),
         }
-        queue.offer_newest();
+        queue.offer_newest(now);
         bump(&self.counters.published);
         self.counters.note(now);
     }

@@ -26,7 +26,9 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
     let rows = heads.zip(values(chunk));
     rows.map(|((((stamp, seq), origin), dropped), values)| {
         let head = Head {
+            at: stamp?,
             stamp: stamp?,
+            arrives: stamp,
             seq: seq??,
             origin: origin?.map(Time::from_nanos),
             dropped: dropped??,

@@ -28,23 +28,21 @@ pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> Knob
 
 /// The aliases of the system, and what is swept beside them.
 pub fn of(sweep: &Sweep) -> Vec<Column> {
-    let aliases = sweep.system.aliases().iter().map(|alias| Column {
-        name: alias.name.to_owned(),
-        kind: alias.kind(),
-        alias: Some(alias),
+    let setup = &sweep.base.setup;
+    let aliases = names::shown(&*sweep.system, |alias| {
+        sweep.axis(alias.name).is_some() || names::is_set(alias, setup)
     });
-    let known = |name: &str| {
-        sweep
-            .system
-            .aliases()
-            .iter()
-            .any(|alias| alias.name == name)
-    };
+    let known = |name: &str| aliases.iter().any(|alias| alias.name == name);
     let others = sweep.axes.iter().filter(|axis| !known(&axis.name));
     let others = others.map(|axis| Column {
         name: axis.name.clone(),
         kind: axis.kind,
         alias: None,
+    });
+    let aliases = aliases.iter().map(|alias| Column {
+        name: alias.name.to_owned(),
+        kind: alias.kind(),
+        alias: Some(alias),
     });
     slowest_first(aliases.chain(others).collect(), 0, |column| column.kind)
 }
@@ -86,19 +84,16 @@ impl Column {
 
     /// The label, and the unit of what is counted in one.
     pub fn heading(&self) -> String {
-        self.label() + self.unit()
+        self.label() + names::unit(&self.name, self.kind)
     }
 
     /// A value in words, with its unit.
     pub fn with_unit(&self, value: &str) -> String {
-        value.to_owned() + self.unit()
-    }
-
-    fn unit(&self) -> &'static str {
-        match self.kind {
-            KnobKind::Rate => " Hz",
-            _ => "",
-        }
+        let unit = match value.parse::<f64>() {
+            Ok(_) => names::unit(&self.name, self.kind),
+            Err(_) => "",
+        };
+        value.to_owned() + unit
     }
 
     /// What its values are called: `control rate`, `depth`, `policy`.

@@ -118,6 +118,11 @@ impl Meter {
         (MeterRecorder(meter.clone()), meter)
     }
 
+    /// A recorder in the place of the first one, which is gone.
+    pub(crate) fn recorder(&self) -> MeterRecorder {
+        MeterRecorder(self.clone())
+    }
+
     /// What was recorded so far. A sample that is being recorded meanwhile may
     /// be in the count already and in the mean only next time.
     pub fn read(&self) -> Distribution {

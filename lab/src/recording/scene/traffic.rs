@@ -170,9 +170,11 @@ mod tests {
     fn the_second_before_is_counted() {
         let mut traffic = Traffic::new(std::iter::once("/obs".to_owned()));
         let head = |k| Head {
+            at: ms(20 * k),
             stamp: ms(20 * k),
             seq: k,
             origin: None,
+            arrives: Some(ms(20 * k)),
             dropped: k / 2,
         };
         let messages: Vec<_> = (0..500).map(head).collect();
