@@ -99,7 +99,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
     fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
-            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed).to_string()),
+            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed, now).to_string()),
             Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
             Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
             Knob::Postpone { seq, delay, .. } => {

@@ -190,13 +190,21 @@ impl<T: Payload> Topic<T> {
         std::mem::replace(&mut lock(&self.0.queue).order, order)
     }
 
-    /// Puts a link in place for what is released from now on; returns the one before.
-    pub(crate) fn set_link(&self, link: Link, seed: u64) -> Link {
+    /// Puts a link in place for what is released from run time `now` on; returns the
+    /// one before.
+    pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
         let mut queue = lock(&self.0.queue);
-        match link == Link::NONE && queue.transit.is_none() {
-            true => link,
-            false => queue.transit(self.name(), seed).set_link(link),
+        let perfect = link == Link::NONE;
+        if perfect && queue.transit.is_none() {
+            return link;
         }
+        queue.deliver_before(now, &self.0.counters);
+        let before = queue.transit(self.name(), seed).set_link(link);
+        // Without a link a topic is as quick as if it never had one.
+        queue
+            .transit
+            .take_if(|transit| perfect && transit.is_done());
+        before
     }
 
     /// Loses message number `seq` on its way.

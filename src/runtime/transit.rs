@@ -103,6 +103,14 @@ impl<T: Clone> Transit<T> {
         (at <= now).then(|| (at, next.remove()))
     }
 
+    /// Whether nothing is on its way, all that was released last was delivered, and
+    /// nothing is planned for later messages.
+    pub(crate) fn is_done(&self) -> bool {
+        let newest = self.newest.as_ref();
+        let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);
+        all && self.messages.is_empty() && self.lose.is_empty() && self.postpone.is_empty()
+    }
+
     /// How many messages are on their way.
     pub(crate) fn in_flight(&self) -> usize {
         self.messages.len()
