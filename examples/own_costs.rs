@@ -1,7 +1,7 @@
-//! What nodes take, in virtual time: a camera, a detector that works for 60 to
-//! 110 ms, a planner and a controller, under both clocks.
+//! ! Tick costs in virtual time: a camera, a detector that works for 60 to 110 ms, a
+//! planner and a controller, under both clocks.
 //!
-//! The nodes know nothing of it: a knob says what the machine takes.
+//! The nodes contain no timing: knobs set the costs of the target machine.
 
 use std::{error::Error, sync::Arc};
 
@@ -49,7 +49,7 @@ impl System for Robot {
     }
 }
 
-/// A node that hands on what it reads, with the time of its sensing.
+/// A node that passes on its input, with the origin of the sensing.
 fn relay(
     builder: &mut Builder<'_>,
     name: &str,

@@ -1,5 +1,5 @@
-//! A plant of your own, with the whole command: a drone that hovers if its pilot
-//! looks often enough.
+//! A plant of your own, with the whole command: a drone that hovers if its pilot reacts
+//! often enough.
 
 use std::process::ExitCode;
 
@@ -19,7 +19,7 @@ fields!(State {
     climb: "climb (m/s)"
 });
 
-/// What its rotors push with.
+/// Thrust of its rotors.
 #[derive(Clone, Copy)]
 struct Thrust {
     newton: f64,
@@ -50,7 +50,7 @@ impl System for Drone {
             let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
             let mut state = State { height, climb };
             move |now| {
-                // Until the next thrust comes, the last one is held; 20 N at most.
+                // The last thrust is held until the next one arrives; 20 N at most.
                 let thrust = thrusts.latest(now).map_or(0.0, |newest| newest.data.newton);
                 state.climb += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
                 state.height += state.climb / 100.0;

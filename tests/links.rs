@@ -1,5 +1,5 @@
-//! What lies between a publisher and its readers, and what goes wrong with nodes: as
-//! knobs, and what becomes of every message. The virtual clock's bytes are in `time.rs`.
+//! Links and faults of nodes, set by knobs, with the fate of every message. The virtual
+//! clock's bytes are tested in `time.rs`.
 
 mod support;
 
@@ -53,7 +53,7 @@ fn knobs_of_links_and_faults_are_read_back_from_text_and_from_json() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_what_is_allowed() {
+fn invalid_links_and_faults_are_refused_with_the_accepted_values() {
     for (text, part) in [
         ("link /obs", "expected link TOPIC SPEC"),
         ("link /obs delay:-1", "delay:lognormal:MEDIAN,P99"),
@@ -325,11 +325,11 @@ fn refusal(knob: &str) -> String {
 }
 
 #[test]
-fn targets_that_there_are_not_are_refused_with_those_that_there_are() {
+fn unknown_targets_are_refused_with_the_known_ones() {
     for (knob, part) in [
         (
             "link /state delay:3",
-            "nobody reads /state: expected one of /obs, /action",
+            "/state has no reader: expected one of /obs, /action",
         ),
         (
             "read /nothing oldest",
@@ -361,7 +361,7 @@ fn a_perfect_link_is_no_link() {
     }
 }
 
-/// Of six seeds, how many keep the pole up with this delay of actions?
+/// The number of seeds, out of six, that keep the pole up with this delay of actions.
 fn balanced(control_hz: u32, delay_ms: u32) -> usize {
     let knobs = [
         format!("rate policy {control_hz}"),
@@ -374,7 +374,7 @@ fn balanced(control_hz: u32, delay_ms: u32) -> usize {
 
 const DELAYS_MS: [u32; 8] = [0, 20, 40, 50, 60, 70, 80, 90];
 
-/// What another program found, by rate.
+/// Results of an independent program, by rate.
 const BALANCED: [(u32, [usize; 8]); 4] = [
     (50, [6, 6, 6, 6, 6, 6, 6, 0]),
     (25, [6, 6, 6, 6, 6, 0, 0, 0]),
@@ -383,7 +383,7 @@ const BALANCED: [(u32, [usize; 8]); 4] = [
 ];
 
 #[test]
-fn all_delays_are_as_measured_elsewhere() {
+fn all_delays_match_an_independent_program() {
     for (control_hz, counts) in BALANCED {
         let found = DELAYS_MS.map(|delay| balanced(control_hz, delay));
         assert_eq!(found, counts, "{control_hz} Hz");
@@ -391,7 +391,7 @@ fn all_delays_are_as_measured_elsewhere() {
 }
 
 #[test]
-fn a_crashed_node_is_quiet_until_it_is_restarted_and_its_ticks_go_on() {
+fn a_crashed_node_is_silent_until_it_is_restarted_and_its_ticks_go_on() {
     let knobs = |text: &str| Config {
         knobs: CartPole::KNOBS.parse_list(text).expect("knobs"),
         ..own(1)
@@ -399,12 +399,12 @@ fn a_crashed_node_is_quiet_until_it_is_restarted_and_its_ticks_go_on() {
     let dead = run(&knobs("1.01 crash sensor"));
     assert!(dead.verdict.is_lost());
     assert_eq!(dead.node(SENSOR).expect("a sensor").ticks, 51);
-    // The policy goes on with what it read last.
+    // The policy continues with its last reading.
     assert!(dead.node(POLICY).expect("a policy").ticks > 60);
 
     let back = run(&knobs("1.01 crash policy\n1.05 restart policy"));
     assert!(!back.verdict.is_lost());
-    // Due at 1.02 and at 1.04, and dead.
+    // The ticks due at 1.02 and at 1.04 are lost in the crash.
     assert_eq!(back.node(POLICY).expect("a policy").ticks, 499);
     assert_eq!(back.node(POLICY).expect("a policy").overruns, 0);
 }
@@ -423,7 +423,7 @@ fn a_node_that_hangs_takes_its_time_once() {
 }
 
 #[test]
-fn a_node_that_does_not_know_how_is_not_restarted() {
+fn a_node_without_a_restart_refuses_it() {
     let (_, snapshot) = bench(1.0, 10.0, &[knob("crash talker"), knob("restart talker")]);
     let talker = snapshot.node("talker").expect("a node");
     assert!(talker.crashed);
@@ -508,14 +508,14 @@ fn any_node_of_a_system_is_started_again_without_knowing_how() {
 #[test]
 fn a_clock_that_is_fast_shifts_due_times_and_stamps() {
     let ticks = |summary: &Summary| summary.node(SENSOR).expect("a sensor").ticks;
-    // As old as a fresh reading from 5 ms before, whose clock is 5 ms slow.
+    // Taken 15 ms before, with a stamp that is 5 ms too early.
     let slow = run(&with(&["clock sensor -5 0"], own(0)));
     assert_eq!(ticks(&slow), 500);
     assert_eq!(slow.latency.max(), Some(Duration::from_millis(20)));
     let fast = run(&with(&["clock sensor 1000 0"], own(0)));
     assert_eq!(ticks(&fast), 501);
     assert_eq!(fast.latency.max(), Some(Duration::ZERO));
-    // One tick in a hundred is one more.
+    // One tick more in every hundred.
     let drifts = run(&with(&["clock sensor 0 10000"], own(0)));
     assert_eq!(ticks(&drifts), 506);
 }

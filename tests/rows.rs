@@ -1,5 +1,5 @@
-//! Messages as rows of numbers: every row is as wide as its topic, and what is
-//! taken or cut is whole messages.
+//! Messages as rows of numbers: every row has the width of its topic, and taking or
+//! cutting keeps messages whole.
 
 mod support;
 
@@ -11,7 +11,7 @@ use ratelab::{
 };
 use support::{experiment, run_bytes};
 
-/// Messages with stamps in order, and some of another width among them.
+/// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
     let values = prop_oneof![
         6 => proptest::collection::vec(-1e9..1e9f64, width),
@@ -36,7 +36,7 @@ fn head(at: u64, seq: usize) -> Head {
     }
 }
 
-/// `rows` as messages of their own.
+/// `rows` as a list of messages.
 fn messages(rows: &Rows) -> Vec<(u64, Vec<f64>)> {
     let rows = rows.iter();
     rows.map(|(head, row)| (head.at.as_nanos(), row.to_vec()))

@@ -1,4 +1,4 @@
-//! Names of a system's knobs, topics and figures as texts and tables have them.
+//! Names of a system's knobs, topics and figures, for texts and tables.
 
 use std::path::Path;
 
@@ -44,13 +44,13 @@ pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     }
 }
 
-/// What a node is called in texts: as the alias for its rate, if it has one.
+/// Name of a node in texts: from the alias for its rate, if it has one.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))
 }
 
-/// The first alias for the rate of a node that is `wanted`.
+/// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
     let mut aliases = system.aliases().iter();
     aliases.find(|alias| {
@@ -74,14 +74,14 @@ pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
     alias.value(setup) != alias.default
 }
 
-/// A message to a node in short: of a file, its name without folder and digest.
+/// The short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }
 
-/// The value of `alias` in short, as it is in `setup`.
+/// The short form of the value of `alias` in `setup`.
 pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     let value = alias.value(setup);
     match alias.knobs {
@@ -103,7 +103,7 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     }
 }
 
-/// A word for runs that are not lost: their usual verdict, such as `balanced`.
+/// A word for successful runs: their usual verdict, such as `balanced`.
 pub fn good(system: &dyn System) -> String {
     let verdicts = system.verdicts();
     let usual = verdicts

@@ -1,4 +1,4 @@
-//! `ratelab sweep` as a user meets it: what it prints, writes and refuses.
+//! `ratelab sweep`, as used on the command line: output, files and refusals.
 
 mod support;
 
@@ -22,7 +22,7 @@ fn json(args: &[&str]) -> Value {
 }
 
 #[test]
-fn every_cell_is_the_run_that_it_would_be_alone() {
+fn every_cell_equals_a_separate_run() {
     let swept = json(&["--control-hz", "5..8:1.5,10", "--seeds", "1,2"]);
     let cells = swept["cells"].as_array().expect("cells");
     assert_eq!(cells.len(), 8);
@@ -102,7 +102,7 @@ fn the_list_shows_where_the_cliff_is_and_that_it_is_uneven() {
 }
 
 #[test]
-fn one_seed_reads_as_plainly_as_many() {
+fn one_seed_has_a_plain_summary_too() {
     let said = sweep(&["--control-hz", "5,10", "--seeds", "0"]);
     assert!(said.contains("0 of 1  ····"), "{said}");
     assert!(said.contains("1 of 1  ████"), "{said}");
@@ -144,14 +144,14 @@ fn theory_stands_beside_the_measurement() {
 }
 
 #[test]
-fn theory_is_silent_about_policies_that_it_is_not_about() {
+fn theory_is_left_out_for_policies_beyond_its_scope() {
     let args = ["--control-hz", "10", "--seeds", "0", "--policy", "zero"];
     let said = sweep(&[&args[..], &["--theory"]].concat());
     assert!(said.contains(" -\n"), "{said}");
 }
 
 #[test]
-fn curves_are_told_from_a_run() {
+fn curves_are_distinguished_from_a_run() {
     let folder = TempDir::new().expect("folder");
     let curves = path(&folder, "curves.rrd");
     sweep(&["--control-hz", "5,10", "--seeds", "0", "--record", &curves]);
@@ -211,7 +211,7 @@ fn bad_input_is_one_line_that_names_option_and_value() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_keeps_what_is_done_and_says_how_much() {
+fn an_interrupt_keeps_the_finished_runs_and_prints_their_number() {
     use std::{process::Stdio, thread, time::Duration};
     let folder = TempDir::new().expect("folder");
     let csv = path(&folder, "rows.csv");
@@ -222,7 +222,7 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("ratelab starts");
-    // An unfinished file says that the handler stands.
+    // An unfinished file shows that the handler is installed.
     while folder.path().read_dir().expect("folder").count() == 0 {
         thread::sleep(Duration::from_millis(5));
     }

@@ -28,8 +28,7 @@ pub const ACTION: &str = "/action";
 /// Name of the topic with the state of the plant after each control step.
 pub const STATE: &str = "/state";
 
-/// A control rate at which the scripted policy loses the pole, for every seed
-/// (Hz).
+/// A control rate at which the scripted policy loses the pole for every seed (Hz).
 pub const BROKEN_HZ: f64 = 5.0;
 
 /// The mean push age at which the scripted policy loses the pole. Measured in
@@ -37,7 +36,7 @@ pub const BROKEN_HZ: f64 = 5.0;
 /// 95 ms.
 pub const SCRIPTED_FALLS: Duration = Duration::from_millis(90);
 
-/// The ways in which a run of the cart-pole comes out.
+/// The verdicts of the cart-pole.
 pub mod verdict {
     use crate::system::VerdictKind;
 
@@ -70,7 +69,7 @@ pub mod verdict {
 /// Makes the policy of a run.
 type MakePolicy = dyn Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync;
 
-/// The cart-pole. What it has read of policies is kept for all its runs.
+/// The cart-pole. All its runs share the policies it has loaded.
 #[derive(Default)]
 pub struct CartPole {
     policies: PolicyCache,
@@ -78,7 +77,7 @@ pub struct CartPole {
 }
 
 impl CartPole {
-    /// Reads and writes knobs with the names that the cart-pole has for some.
+    /// Parses and writes knobs with the cart-pole's aliases.
     pub const KNOBS: KnobText = KnobText(&[
         Alias {
             name: "control-hz",
@@ -117,7 +116,7 @@ impl CartPole {
         },
     ]);
 
-    /// The same with a policy of the caller's own, made anew for every run.
+    /// Creates a cart-pole with the caller's own policy, built for every run.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -152,11 +151,11 @@ impl CartPole {
         }
     }
 
-    /// Ten seconds of virtual time with the knobs in `setup`, one or several with
-    /// commas in between, such as `control-hz 5, policy lqr`.
+    /// Ten seconds of virtual time with the knobs in `setup`, a comma-separated list such
+    /// as `control-hz 5, policy lqr`.
     ///
     /// # Errors
-    /// [`KnobTextError`] if one of them is no knob.
+    /// [`KnobTextError`] for an invalid knob.
     pub fn config(setup: &str) -> Result<Config, KnobTextError> {
         let mut config = Config::default();
         for knob in setup.split(',').filter(|knob| !knob.trim().is_empty()) {
@@ -165,7 +164,7 @@ impl CartPole {
         Ok(config)
     }
 
-    /// The policy of a run that is named by `text`, or the caller's own.
+    /// The policy called `text`, or the caller's own.
     fn policy(
         &self,
         text: Option<&str>,
@@ -181,7 +180,7 @@ impl CartPole {
     }
 }
 
-/// What the policies of a run may depend on.
+/// The inputs of a run's policies.
 fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
     let control_hz = setup.rate(POLICY).map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
     Ok(PolicyContext { seed, control_hz })
@@ -191,7 +190,7 @@ fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
     BuildError::Other(Box::new(error))
 }
 
-/// What the nodes of the robot talk through.
+/// The topics between the nodes.
 struct Topics {
     observations: Topic<Observation>,
     actions: Topic<Action>,
@@ -285,7 +284,7 @@ impl System for CartPole {
         Some("control-hz 5")
     }
 
-    /// A policy's file is pinned to its present content.
+    /// Pins a policy's file to its current content.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
         if node == ACTUATOR {
             return Ok(text.parse::<OnStale>()?.to_string());
@@ -298,7 +297,7 @@ impl System for CartPole {
         let pinned = self.policies.pin(&policy);
         let pinned = pinned.map_err(|error| error.to_string())?;
         let loaded = self.policies.fetch(&pinned);
-        // The node would refuse one that cannot be made.
+        // The node would refuse a policy that cannot be created.
         let made = loaded.and_then(|loaded| loaded.policy(context));
         made.map_err(|error| error.to_string())?;
         Ok(pinned.to_string())
@@ -430,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_of_age_are_those_of_the_policy_at_its_rates() {
+    fn age_limits_follow_the_policy_and_its_rates() {
         let scripted = limits("");
         assert_eq!(scripted.falls, Some(SCRIPTED_FALLS));
         let grows = scripted.grows.expect("a linear feedback").as_secs_f64();

@@ -1,11 +1,11 @@
-//! Where the cliff is, in words.
+//! The position of the cliff, as text.
 
 use ratelab::runtime::KnobKind;
 
 use super::summary::{RowSummary, SweepSummary};
 use crate::report::line;
 
-/// What there is to print of the rows of one group.
+/// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.runs > 0).collect();
     if rows.len() < 2 || rows.iter().any(|row| row.number().is_nan()) {
@@ -22,7 +22,7 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     lines
 }
 
-/// The words for a quantity that has more and less.
+/// The words for a quantity with an order.
 struct Cliff<'s> {
     summary: &'s SweepSummary,
     /// Whether more of it is better.
@@ -62,8 +62,8 @@ impl Cliff<'_> {
         }
     }
 
-    /// As far as which nothing stands, and from where everything does; `rows` from the
-    /// worse end to the better one.
+    /// The last value without successful runs, and the first from which on all are
+    /// successful.
     fn edges(&self, rows: &[&RowSummary]) -> String {
         let (good, (noun, _)) = (&self.summary.good, self.words());
         let down = rows.iter().take_while(|row| row.held == 0).count();

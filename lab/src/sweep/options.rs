@@ -1,4 +1,4 @@
-//! From what a sweep is asked for to the sweep.
+//! Builds a sweep from the command line.
 
 use std::{collections::HashSet, sync::Arc};
 
@@ -19,10 +19,10 @@ use crate::{
 };
 
 impl SweepArgs {
-    /// The sweep that the options describe.
+    /// Builds the sweep from the options.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if they make no sense to the system.
+    /// [`Error::BadInput`] if they are invalid for the system.
     pub fn sweep(&self, program: &Program) -> Result<Sweep, Error> {
         let knobs = self
             .knob
@@ -53,8 +53,7 @@ impl SweepArgs {
         })
     }
 
-    /// All axes that are asked for; the values of an option that is given twice are
-    /// one axis.
+    /// All requested axes; the values of a repeated option form one axis.
     fn axes(&self, program: &Program) -> Result<Vec<SweepAxis>, Error> {
         let mut axes: Vec<SweepAxis> = Vec::new();
         for axis in &self.system.given {
@@ -79,7 +78,7 @@ impl SweepArgs {
     }
 }
 
-/// Gives the knobs of `axis` the form in which they are recorded.
+/// Puts the messages of `axis` into recordable form.
 fn resolve(program: &Program, base: &Config, axis: &mut SweepAxis) -> Result<(), Error> {
     let (name, hole) = (axis.name.clone(), axis.has_hole());
     let option = match program.knobs().alias(&name) {
@@ -104,7 +103,7 @@ fn resolve(program: &Program, base: &Config, axis: &mut SweepAxis) -> Result<(),
     Ok(())
 }
 
-/// Refuses a knob that two axes would turn.
+/// Refuses a knob that occurs in two axes.
 fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
     for (place, axis) in axes.iter().enumerate() {
         let same = |other: &&SweepAxis| knobs(axis).any(|my| knobs(other).any(|of| my.is_of(of)));
@@ -117,7 +116,7 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Adds the axis of the system's first alias, a rate, unless it is turned already.
+/// Adds the axis of the system's first alias if it is a rate and not yet in use.
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
     let first = program.system.aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
@@ -138,7 +137,7 @@ fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> R
     Ok(())
 }
 
-/// The knobs that `axis` turns.
+/// The knobs of `axis`.
 fn knobs(axis: &SweepAxis) -> impl Iterator<Item = &Knob> {
     axis.values.iter().take(1).flat_map(|value| &value.knobs)
 }

@@ -1,4 +1,4 @@
-//! The values of one quantity that a sweep goes through, as text.
+//! The values of one quantity in a sweep, as text.
 
 use std::{collections::HashSet, fmt, str::FromStr};
 
@@ -7,12 +7,11 @@ use thiserror::Error;
 use super::MAX_CELLS;
 use crate::runtime::{Depth, Hz};
 
-/// Values to go through, in the order given: single values and ranges with
-/// commas in between, such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or
-/// `1..10,25,50`.
+/// The values of an axis, in the given order: comma-separated single values and ranges,
+/// such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or `1..10,25,50`.
 ///
-/// A range has both its ends, as far as its steps lead there: `1..30:0.5` ends
-/// with 30, `1..30:4` with 29. Without a step it goes up by one.
+/// A range includes both ends, if its steps reach the second: `1..30:0.5` ends with 30,
+/// `1..30:4` with 29. Without a step it goes up by one.
 ///
 /// ```
 /// use ratelab::{experiment::sweep::Axis, runtime::Hz};
@@ -26,7 +25,7 @@ use crate::runtime::{Depth, Hz};
 pub struct Axis<T>(Vec<T>);
 
 impl<T> Axis<T> {
-    /// The values, none of them twice.
+    /// The values, without duplicates.
     pub fn values(&self) -> &[T] {
         &self.0
     }
@@ -38,15 +37,15 @@ impl<T> From<Axis<T>> for Vec<T> {
     }
 }
 
-/// What an axis can range over: something that is counted in whole units.
+/// The quantity of an axis, counted in whole units.
 pub trait Quantity: Copy {
     /// Units in a step of one.
     const ONE: i128;
 
-    /// The value as it is written.
+    /// Parses a value.
     ///
     /// # Errors
-    /// Why `text` is none, naming it and what is expected.
+    /// A message with the invalid text and the expected form.
     fn read(text: &str) -> Result<Self, String>;
 
     /// The value in units.
@@ -159,22 +158,22 @@ impl fmt::Display for Decimal {
     }
 }
 
-/// Text that is no axis.
+/// Text that is not a valid axis.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum AxisError {
-    /// One of the values is none.
+    /// An invalid value.
     #[error("{0}; lists and ranges are written like 5,10,25 and 1..30 and 1..30:2")]
     Value(String),
-    /// A range that goes down.
+    /// A descending range.
     #[error("{0:?} goes down: write the smaller end first")]
     Downwards(String),
     /// A range that never moves, or goes down.
     #[error("{0:?} has no step upwards: leave the step out for steps of one")]
     NoStep(String),
-    /// A value that is there already.
+    /// A repeated value.
     #[error("{0:?} has a value that the list has before it: give each value once")]
     Twice(String),
-    /// More values than any sweep may have cells.
+    /// More values than the maximum number of cells of a sweep.
     #[error("{0:?} has more than {MAX_CELLS} values: make the range smaller or its step larger")]
     TooMany(String),
 }

@@ -1,4 +1,4 @@
-//! A knob that a sweep turns, and the values that it goes through.
+//! A knob of a sweep and its values.
 
 use std::{collections::HashSet, str::FromStr, sync::Arc};
 
@@ -11,25 +11,25 @@ use crate::{
     system::{KnobText, KnobTextError},
 };
 
-/// One knob of a sweep, or several that are turned together under one name.
+/// One knob of a sweep, or several with a common name and value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepAxis {
     /// The name, such as `control-hz`, `rate planner` or `link /obs delay:{}`.
     pub name: String,
-    /// What kind of values they are.
+    /// Kind of the values.
     pub kind: KnobKind,
-    /// The values, in the order in which they are gone through.
+    /// The values, in the order of the sweep.
     pub values: Vec<Arc<SweepValue>>,
 }
 
 /// One value of a [`SweepAxis`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepValue {
-    /// The name of the axis.
+    /// Name of the axis.
     pub axis: String,
-    /// The value as it is written.
+    /// The value as text.
     pub text: String,
-    /// The knobs, set to it.
+    /// The knobs, set to this value.
     pub knobs: Vec<Knob>,
 }
 
@@ -43,7 +43,7 @@ impl SweepAxis {
     /// that is part of a text has a backslash before it.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn parse(knobs: KnobText, name: &str, list: &str) -> Result<Self, AxisError> {
         let kind = knobs.kind(name).map_err(refused)?;
         let texts = match kind {
@@ -57,7 +57,7 @@ impl SweepAxis {
     /// The same with `texts` as its values.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob, or one of the values is none.
+    /// [`AxisError`] for an unknown knob or an invalid value.
     pub fn of(
         knobs: KnobText,
         name: &str,

@@ -1,4 +1,4 @@
-//! The counters of a topic and of those who read it.
+//! The counters of a topic and of its subscriptions.
 
 use super::RateWindow;
 use crate::runtime::{
@@ -7,17 +7,17 @@ use crate::runtime::{
     time::Time,
 };
 
-/// What a topic tells about itself without being locked.
+/// The counters of a topic, readable without a lock.
 #[derive(Debug)]
 pub(crate) struct TopicCounters {
     pub(crate) published: AtomicU64,
-    /// Messages that a link lost.
+    /// Messages lost by a link.
     pub(crate) lost: AtomicU64,
-    /// Messages that a link delivered.
+    /// Messages delivered by a link.
     pub(crate) delivered: AtomicU64,
-    /// Those of them that came after a newer one.
+    /// Of these, messages that arrived after a newer one.
     pub(crate) overtaken: AtomicU64,
-    /// Messages that are on their way.
+    /// Messages in flight.
     pub(crate) in_flight: AtomicU64,
     pub(crate) depth: AtomicUsize,
     pub(crate) window: RateWindow,
@@ -39,7 +39,7 @@ impl TopicCounters {
         }
     }
 
-    /// A message was published at run time `now`.
+    /// Counts a message published at run time `now`.
     pub(crate) fn note(&self, now: Time) {
         self.window.count(now);
         let newest = now.as_nanos().saturating_add(1);
@@ -52,11 +52,11 @@ impl TopicCounters {
     }
 }
 
-/// How far one subscription has read, and what it lost. Written under the
-/// queue's lock only, read by observers at any time.
+/// Read position and losses of one subscription. Written under the queue's lock only,
+/// read by observers at any time.
 #[derive(Debug, Default)]
 pub(crate) struct ReadMark {
-    /// Sequence number of the oldest message not yet seen.
+    /// Sequence number of the oldest unseen message.
     pub(crate) next_unread: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) drops: RateWindow,
