@@ -50,7 +50,19 @@ pub fn node_label(system: &dyn System, node: &str) -> String {
     label(rate.map_or(node, |alias| alias.name))
 }
 
-/// The first alias for the rate of a node for which `wanted` is true.
+/// The first alias of this kind.
+pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
+    let mut aliases = system.aliases().iter();
+    aliases.find(|alias| alias.kind() == kind)
+}
+
+/// The node of the first alias for a rate: its rate matters most.
+pub fn paced_node(system: &dyn System) -> Option<&'static str> {
+    let (_, node) = first_alias(system, KnobKind::Rate)?.knobs.first()?;
+    Some(node)
+}
+
+/// The first alias for the rate of a node that is `wanted`.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
     let mut aliases = system.aliases().iter();
     aliases.find(|alias| {

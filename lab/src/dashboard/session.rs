@@ -24,13 +24,13 @@ use crate::{
 };
 
 /// Messages of a topic that may wait for the next frame: at full speed the virtual
-/// clock makes some thousands in the time of one.
+/// clock makes thousands per frame.
 const BACKLOG: usize = 65_536;
 
-/// What every session is started with.
+/// The settings of every session.
 #[derive(Clone)]
 pub struct Setup {
-    /// What is run.
+    /// The system.
     pub system: Arc<dyn System>,
     /// Whether the exercises of the course are about this system.
     pub course: bool,
@@ -42,7 +42,7 @@ pub struct Setup {
     pub record: Option<Destination>,
 }
 
-/// What a session came to.
+/// The result of a session.
 #[derive(Debug)]
 pub struct SessionResult {
     /// Its summary.
@@ -79,7 +79,7 @@ impl Prepared {
     /// Has it recorded from its first tick to a new file at `destination`.
     ///
     /// # Errors
-    /// [`LabError::Record`] with what the system says of the file.
+    /// [`LabError::Record`] with the error of the system about the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
         let begun = destination.claim(&self.source.origin, |path| {
             Recorder::from_the_start(path, &self.source)
@@ -109,7 +109,7 @@ pub struct Session {
     commands: Sender<Command>,
     /// Those on the [`watched`] topics; gone when the session is to end.
     taps: Vec<(&'static str, RowTap)>,
-    /// Where the run tells what it came to; gone when it has.
+    /// The result of the run; gone when it has come.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
     csv: Option<csv::StepWriter>,
@@ -120,8 +120,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts an experiment; records it to a new file at `record`, if there is to
-    /// be one.
+    /// Starts an experiment; records it to a new file at `record`, if that is given.
     ///
     /// # Errors
     /// [`LabError`] if it cannot be set up, or a file that it is to be written to
@@ -146,7 +145,7 @@ impl Session {
         let mut real = RealClock::new(realtime);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
-            // Nobody may be left to tell.
+            // The dashboard may be gone.
             let _ = sender.send(experiment.run_with(&mut real));
         });
         Self {
@@ -169,7 +168,7 @@ impl Session {
         let _ = self.commands.send(command);
     }
 
-    /// Sees whether the run is over.
+    /// Checks whether the run is over.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
@@ -177,8 +176,8 @@ impl Session {
         self.wait(Duration::ZERO).map(drop)
     }
 
-    /// Waits for the end of the run, but no longer than `patience`; says whether it
-    /// has come.
+    /// Waits for the end of the run for `patience` at the most; returns whether it has
+    /// come.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
@@ -197,7 +196,7 @@ impl Session {
     /// Has the run end as soon as no node is in a tick.
     pub fn stop(&mut self) {
         self.send(Command::Stop);
-        // Virtual time waits for a full tap, and nobody will empty it any more.
+        // Virtual time waits for a full tap, and nothing will empty it any more.
         self.taps.clear();
     }
 
@@ -224,7 +223,7 @@ impl Session {
         Ok(SessionResult { summary, csv_lost })
     }
 
-    /// Leaves the run, which does not end, to itself; its recording ends in order.
+    /// Leaves a run that does not end; its recording ends in order.
     pub fn abandon(&mut self) -> LabError {
         let stuck = LabError::Stuck(list(&self.busy()));
         if let Some(recorder) = &self.recorder {
@@ -233,7 +232,7 @@ impl Session {
         stuck
     }
 
-    /// Notes what the run came to, and tells the recorder.
+    /// Notes the result of the run, and ends the recorder.
     fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), LabError> {
         self.outcome = None;
         if let Some(recorder) = &self.recorder {
@@ -250,7 +249,7 @@ impl Session {
         Ok(())
     }
 
-    /// Waits until all rows are written; says how many were lost.
+    /// Waits until all rows are written; returns the number of lost ones.
     fn finish_csv(&mut self) -> Result<u64, LabError> {
         // Its tap ends with the topic, which these hold.
         self.source = None;
@@ -259,10 +258,10 @@ impl Session {
         lost.map_err(LabError::Csv)
     }
 
-    /// Records from now on to a new file at `destination`; which that is.
+    /// Records from now on to a new file at `destination`; returns its path.
     ///
     /// # Errors
-    /// What the system says of the file.
+    /// The error of the system about the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
         let source = self.source.as_ref().ok_or(LabError::Panicked)?;
         let begun = destination.claim(&source.origin, |path| Recorder::midway(path, source));
@@ -276,13 +275,13 @@ impl Session {
         self.recorder.as_ref()
     }
 
-    /// The recorder, if it is on its way to its end, or was told to be.
+    /// The recorder, if it is ending or was asked to end.
     pub fn take_recorder(&mut self) -> Option<Recorder> {
         self.recorder.take_if(|recorder| recorder.is_ending())
     }
 }
 
-/// Names as they are listed in a sentence; some node, where none is known.
+/// Names as a list in a sentence; "a node" for none.
 pub fn list(names: &[String]) -> String {
     match names {
         [] => "a node".to_owned(),

@@ -1,4 +1,4 @@
-//! The terminal: taken over with care, given back whatever happens.
+//! The terminal: taken over with care, given back in any case.
 
 use std::{
     io::{self, IsTerminal, Stdout, stdin, stdout},
@@ -58,15 +58,14 @@ fn take() -> io::Result<()> {
     execute!(stdout(), EnterAlternateScreen, EnableBracketedPaste)
 }
 
-/// Gives the terminal back. There is nobody to tell if that fails.
+/// Gives the terminal back; errors cannot be shown then.
 pub fn restore() {
     let _ = disable_raw_mode();
     let _ = execute!(stdout(), DisableBracketedPaste, LeaveAlternateScreen, Show);
 }
 
-/// A panic of the dashboard gives the terminal back before it is reported. One
-/// in a node's thread is no reason to: it becomes a fault, which the dashboard
-/// tells when it has left the screen.
+/// A panic of the dashboard gives the terminal back before the report. A panic in a
+/// node's thread becomes a fault, which is printed after the dashboard.
 fn restore_on_panic() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -81,7 +80,7 @@ fn restore_on_panic() {
     });
 }
 
-/// Where keys come from, and what the shell behind them asks for.
+/// The source of keys, and of the shell's requests.
 pub trait Input {
     /// The next event, if one comes within `timeout`.
     ///
@@ -89,7 +88,7 @@ pub trait Input {
     /// If the source fails.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>>;
 
-    /// What the shell asks for by now.
+    /// The newest request of the shell.
     fn turn(&mut self) -> Turn {
         Turn::Stay
     }
@@ -106,7 +105,7 @@ pub trait Input {
         Ok(())
     }
 
-    /// Takes the terminal again after a stop that nobody announced.
+    /// Takes the terminal again after a stop without notice.
     ///
     /// # Errors
     /// If the terminal refuses.
@@ -122,8 +121,8 @@ pub struct Keyboard {
 }
 
 impl Keyboard {
-    /// Reads keys from now on, on a thread of its own: reading stands still within
-    /// a key of which only the beginning has come, and nothing else is to.
+    /// Reads keys from now on, on a thread of its own: reading blocks within a key of
+    /// which only the beginning has arrived.
     ///
     /// # Errors
     /// If there can be no thread, or no handler of signals.

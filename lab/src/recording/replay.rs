@@ -40,8 +40,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Nothing is replayed yet. `system` is that of the program: of a recording of
-    /// another one there is to see what it has in common with any.
+    /// Nothing is replayed yet. `system` is that of the program; a recording of another
+    /// system is shown without its picture and signals.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
@@ -69,7 +69,7 @@ impl Replay {
         &self.system
     }
 
-    /// What is replayed.
+    /// The recording.
     pub fn recording(&self) -> &Recording {
         &self.recording
     }
@@ -118,8 +118,7 @@ impl Replay {
         self.counters.advance_to(until);
     }
 
-    /// The messages of the topic called `name` that were replayed since this was
-    /// last asked for.
+    /// The messages of the topic called `name` that were replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
         let mut topics = self.recording.origin.topology.topics.iter();
         let Some(topic) = topics.position(|topic| topic.name == name) else {
@@ -143,7 +142,7 @@ impl Replay {
         self.counters = begin(&self.recording);
     }
 
-    /// Tells what was lost unread in all of the run, if it is told to its end.
+    /// Sets the losses of the whole run, at its end.
     fn tell_losses(&mut self, until: Time) {
         let done = self.done == self.order.len() && until >= self.recording.until;
         let outcome = self.recording.outcome.as_ref().filter(|_| done);

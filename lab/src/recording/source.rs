@@ -1,4 +1,4 @@
-//! What a recorder is given: a run to look at, and in the end why to stop.
+//! The input of a recorder: a run, and in the end the reason to stop.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::schema::{Origin, RunResult, RunStatus};
 /// A run as a recorder sees it.
 #[derive(Clone)]
 pub struct Source {
-    /// What is run.
+    /// The system.
     pub system: Arc<dyn System>,
     /// How it is run.
     pub origin: Origin,
@@ -39,8 +39,8 @@ impl Source {
         }
     }
 
-    /// Whether there is a picture of the plant: of a state of zeros, as there is no
-    /// other before the run.
+    /// Whether there is a picture of the plant. Before the run it is tried with a state
+    /// of zeros.
     pub(super) fn has_picture(&self) -> bool {
         let mut topics = self.taps.topics().iter();
         let state = topics.find(|topic| Some(topic.name()) == self.system.state());

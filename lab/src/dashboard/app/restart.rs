@@ -18,11 +18,11 @@ use crate::{
     recording::RecordError,
 };
 
-/// How long a key waits for a session to end, or for run time to stand still. A
-/// node that is still in its tick then is waited for frame by frame.
+/// Time that a key waits for the end of a session, or for a pause. After that, the
+/// dashboard waits for a busy node frame by frame.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// What comes when a session has ended.
+/// The step after the end of a session.
 pub(super) enum Next {
     /// The person has left.
     Leave,
@@ -41,7 +41,7 @@ impl App {
     }
 
     /// Ends this session and starts one of `config`, with files as they are now.
-    /// If that cannot be done, the notice says why, and this one goes on.
+    /// If that fails, the notice gives the reason, and this one goes on.
     pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
         self.start(config, false)
     }
@@ -75,8 +75,8 @@ impl App {
         self.follow_end(PATIENCE)
     }
 
-    /// Sees whether a session that is to end has ended, for as long as `patience`,
-    /// and goes on to what comes next; until then says what it waits for.
+    /// Waits up to `patience` for the end of a session that is to end, and takes the
+    /// next step; until then a notice names the busy nodes.
     pub(super) fn follow_end(&mut self, patience: Duration) -> Result<(), LabError> {
         let Some(next) = self.next.take() else {
             return Ok(());
@@ -130,7 +130,7 @@ impl App {
         Ok(())
     }
 
-    /// The session goes on without a recording; the exit code tells, too.
+    /// The session goes on without a recording; the exit code reports it as well.
     fn unrecordable(&mut self, error: LabError) {
         self.notify(error.to_string());
         self.record = false;
@@ -139,9 +139,9 @@ impl App {
         }
     }
 
-    /// Has run time stand still while the program is stopped: under either clock it
-    /// would else jump ahead afterwards by as much wall time, and every period in
-    /// between be an overrun that is no node's fault.
+    /// Pauses run time while the program is stopped: under either clock it would
+    /// otherwise jump ahead afterwards, and every period in between would count as an
+    /// overrun.
     pub(super) fn stand_still(&mut self) {
         if self.pause || self.resting || self.ended() {
             return;

@@ -1,4 +1,4 @@
-//! The age of what acts on the world, as a number and a bar.
+//! The push age as a number and a bar.
 
 use std::time::Duration;
 
@@ -20,10 +20,10 @@ const BAR: (usize, usize) = (40, 8);
 /// Parts of a cell that a bar fills.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
-/// What the whole bar is of the last limit.
+/// Length of the whole bar, in last limits.
 const BEYOND: f64 = 4.0 / 3.0;
 
-/// Draws the number, a bar with a tick at each limit, and what they come to.
+/// Draws the number, a bar with a tick at each limit, and the result.
 pub fn render(age: &AgeData, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let number = number(age);
     let (sign, word, style) = verdict(age.strain(), theme);
@@ -41,29 +41,18 @@ pub fn render(age: &AgeData, theme: &Theme, area: Rect, buf: &mut Buffer) {
     };
     let scale = wide as f64 / (limit.as_secs_f64() * BEYOND);
     let filled = bar(age.mean.as_secs_f64() * scale, wide, theme);
-    put(
-        &filled,
-        style.remove_modifier(Modifier::REVERSED),
-        begin,
-        line,
-        buf,
-    );
+    let plain = style.remove_modifier(Modifier::REVERSED);
+    put(&filled, plain, begin, line, buf);
     let ticks = [age.limits.swings(), age.limits.falls];
     for tick in ticks.into_iter().flatten() {
-        let column = (tick.as_secs_f64() * scale) as usize;
+        let column = ((tick.as_secs_f64() * scale) as usize).min(wide - 1);
         let glyph = theme.glyph("┊", "|");
-        put(
-            glyph,
-            theme.strong(),
-            begin + column.min(wide - 1),
-            line,
-            buf,
-        );
+        put(glyph, theme.strong(), begin + column, line, buf);
     }
     put(&verdict, style, begin + wide + 2, line, buf);
 }
 
-/// The age and the limit, as wide whatever the age.
+/// The age and the limit, always equally wide.
 fn number(age: &AgeData) -> String {
     let mean = ms(age.mean);
     match age.limit() {

@@ -13,7 +13,7 @@ use super::{
     theme::Theme,
 };
 
-/// What the overlay is called.
+/// Title of the overlay.
 const TITLE: &str = "keys (any key closes)";
 
 /// Blanks between a key and what it does, and between two columns.
@@ -45,7 +45,7 @@ pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Bu
     let cut = high > fit;
     for (number, (key, what)) in rows.iter().enumerate() {
         let (across, down) = (number / high, number % high);
-        // The last line says that there is more.
+        // The last line marks that there is more.
         if down >= fit - usize::from(cut && fit > 0) {
             continue;
         }

@@ -55,7 +55,7 @@ pub fn run_again(
         .as_ref()
         .filter(|outcome| outcome.end != RunStatus::WentOn);
     let config = with_tables(config_again(recording, whole))?;
-    // What cannot be had any more is known before anything is compared.
+    // Missing files are errors before the comparison begins.
     let turned = recording.events.iter().filter_map(Event::knob).collect();
     let needed = Config {
         knobs: turned,
@@ -125,7 +125,7 @@ fn compare<'scope>(
     taps: Taps,
 ) -> Vec<Check<'scope>> {
     let nodes = recording.origin.topology.nodes.iter();
-    // A tap that nobody empties would hold the run up for ever.
+    // A tap that is never emptied would block the run for ever.
     let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
     let mut checks: Vec<Check<'_>> = nodes
         .map(|((node, ticks), tap)| {
@@ -147,14 +147,13 @@ fn compare<'scope>(
 /// A comparison that is under way.
 type Check<'scope> = ScopedJoinHandle<'scope, Option<Difference>>;
 
-/// What a comparison found. One that broke off found nothing, which must not pass
-/// for no difference.
+/// The result of a comparison. A panic is passed on: it must not count as no difference.
 fn found(check: Check<'_>) -> Option<Difference> {
     check.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
-/// What to run: no longer than there is something to compare with, and what
-/// ended early may not end at all now.
+/// The configuration of the new run: no longer than the recording, as a run that ended
+/// early may not end now.
 fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
     let messages = recording

@@ -50,7 +50,7 @@ pub enum VerifyError {
         /// By what it was made, if by other software than this.
         made: Option<String>,
     },
-    /// Whoever watched ended it.
+    /// Stopped by its watcher.
     #[error("stopped before all of it was compared")]
     Stopped,
     /// It cannot be run at all.
@@ -63,7 +63,7 @@ fn if_made_elsewhere(made: &Option<String>) -> String {
     made.map_or_else(String::new, |made| format!(" (it was made with {made})"))
 }
 
-/// What was found to be the same.
+/// The result of a comparison without differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identical {
     /// Topics compared, of which something was recorded.
@@ -97,11 +97,10 @@ fn thousands(number: usize) -> String {
     groups.join(",")
 }
 
-/// Runs what `recording` says was run of `system`, with the commands that were
-/// given, and compares the graph, every message, every tick, every event and how the
-/// run ended. What is the wall's is not compared: how long a tick or the run took,
-/// when it was paused and how fast it went. `watch` is given the run time now and
-/// then, and ends it if it breaks.
+/// Runs the recorded run of `system` again with its commands, and compares the graph,
+/// every message, every tick, every event and the end. Wall time is not compared:
+/// durations of ticks and of the run, pauses and speeds. `watch` gets the run time now
+/// and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.
@@ -160,7 +159,7 @@ fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
     }
 }
 
-/// What made the recording, if that may compute other bits than this program.
+/// The software of the recording, if it may compute other bits than this program.
 fn made_elsewhere(recording: &Recording, system: &Arc<dyn System>) -> Option<String> {
     let Origin {
         config, topology, ..
