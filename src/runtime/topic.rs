@@ -35,7 +35,7 @@ use super::{
     read_order::ReadOrder,
     sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
-    telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
+    telemetry::{Flight, Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
     transit::Transit,
 };
@@ -287,9 +287,10 @@ impl<T: Payload> Queue<T> {
     #[cold]
     fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
         let transit = self.transit.as_mut();
-        if !transit.is_some_and(|transit| transit.send(message, now)) {
-            bump(&counters.lost);
-        }
+        counters.fly(Flight {
+            released: now,
+            arrives: transit.and_then(|transit| transit.send(message, now)),
+        });
         self.deliver(now, counters);
     }
 

@@ -72,13 +72,15 @@ impl<T: Clone> Transit<T> {
         self.postpone.insert(seq, delay).unwrap_or_default()
     }
 
-    /// Sends `message`, released at `now`; returns `false` if it is lost.
-    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> bool {
+    /// Sends `message`, released at `now`; returns when it arrives, or `None` if it is
+    /// lost.
+    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
         let seq = message.seq;
         let arrives = self.arrival(seq, now);
         self.newest = Some((message.clone(), arrives));
-        let sent = arrives.map(|at| self.messages.insert((at, seq), message));
-        sent.is_some()
+        arrives.inspect(|at| {
+            self.messages.insert((*at, seq), message);
+        })
     }
 
     /// Arrival time of message number `seq`, released at `now`; `None` if it is lost.

@@ -115,6 +115,9 @@ impl Replay {
             self.apply(item);
         }
         self.tell_losses(until);
+        let end = self.recording.outcome.as_ref().map(|outcome| outcome.at);
+        let end = end.unwrap_or(self.recording.until);
+        self.counters.deliver(until.min(end));
         self.counters.advance_to(until);
     }
 
@@ -160,13 +163,12 @@ impl Replay {
             }
             ReplayItem::Message { topic, index } => {
                 let head = self.recording.topics[topic].heads()[index];
-                self.counters
-                    .message(topic, head.seq, head.stamp, head.dropped);
+                self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
                 let measured = self.system.latency().zip(head.origin);
                 let measured = measured.filter(|_| self.state == Some(topic));
                 if let (Some(node), Some(((_, meter), origin))) = (self.latency, measured) {
-                    self.counters.sample(node, meter, head.stamp.since(origin));
+                    self.counters.sample(node, meter, head.at.since(origin));
                 }
             }
         }
@@ -258,7 +260,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
         let heads = rows.heads().iter().enumerate();
         order.extend(
-            heads.map(|(index, head)| ((head.stamp, rank), ReplayItem::Message { topic, index })),
+            heads.map(|(index, head)| ((head.at, rank), ReplayItem::Message { topic, index })),
         );
     }
     order.sort_by_key(|(place, _)| *place);

@@ -82,9 +82,9 @@ impl Traffic {
             let messages = messages.iter();
             topic
                 .messages
-                .extend(messages.map(|head| (head.stamp, head.dropped)));
+                .extend(messages.map(|head| (head.at, head.dropped)));
         }
-        let first = messages.first().map(|head| head.stamp);
+        let first = messages.first().map(|head| head.at);
         if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
             self.begun = Some(first);
             self.next = Time::ZERO + PERIOD * (periods(first) + 1);
