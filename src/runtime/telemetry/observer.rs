@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use super::{Distribution, Event, EventLog, Flight, Meter, PushAge, PushAgeView, ReadMark, TopicCounters};
+use super::{
+    Distribution, Event, EventLog, Flight, Meter, PushAge, PushAgeView, ReadMark, TopicCounters,
+};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{

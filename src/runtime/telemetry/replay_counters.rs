@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use super::{
-    Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, Shared,
-    Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
+    Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
+    Shared, Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,

@@ -302,6 +302,8 @@ impl App {
             LabAction::Rate(direction) => self.turn_rate(direction),
             LabAction::SecondRate(direction) => self.turn_second_rate(direction),
             LabAction::Depth(direction) => self.turn_depth(direction),
+            LabAction::Delay(direction) => self.turn_delay(direction),
+            LabAction::Loss(direction) => self.turn_loss(direction),
             LabAction::Node(direction) => {
                 let graph = self.graph();
                 self.knob_focus.move_node(&graph, direction);
