@@ -23,7 +23,7 @@ use knobs::without_knobs;
 use restart::Next;
 
 use super::{
-    cliff::CliffMap,
+    cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::ExercisePanel,
     focus::Pane,
@@ -88,6 +88,8 @@ pub struct App {
     by_hand: bool,
     /// The cliff map, once it was opened.
     map: Option<CliffMap>,
+    /// What is turned over it.
+    map_axes: MapAxes,
     /// Whether it is open.
     mapping: bool,
     /// The pane that keys of focus and zoom mean.
@@ -138,6 +140,7 @@ impl App {
             panel: None,
             by_hand: false,
             map: None,
+            map_axes: MapAxes::default(),
             mapping: false,
             focus: Pane::Graph,
             zoomed: false,
