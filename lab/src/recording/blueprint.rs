@@ -199,7 +199,8 @@ impl Subject<'_> {
 
     fn drops(&self, properties: &mut Properties) -> ContainerLike {
         let view = TimeSeriesView::new(format!("dropped so far: {}", self.topic_key()));
-        let view = view.with_origin(DROPPED).with_contents([DROPPED, LINKS]);
+        let contents = [DROPPED, LINKS].map(|entity| format!("/{entity}"));
+        let view = view.with_origin(DROPPED).with_contents(contents);
         properties.plot(view, None)
     }
 

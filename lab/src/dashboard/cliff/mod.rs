@@ -11,12 +11,11 @@ use ratelab::{
         Config,
         sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
     },
-    runtime::{Hz, Knob, KnobKind, Snapshot},
-    system::{KnobText, Setup, System},
+    runtime::{Knob, Snapshot},
+    system::{Setup, System},
 };
 
 use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
-use crate::names;
 use fill::Fill;
 use quantity::Quantity;
 

@@ -6,7 +6,7 @@ use ratelab::{
     system::{KnobText, Setup, System},
 };
 
-use super::{super::knob_focus::KnobFocus, names};
+use crate::{dashboard::knob_focus::KnobFocus, names};
 
 /// How many rates a map has.
 const RATES: u32 = 30;
