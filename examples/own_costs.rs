@@ -22,8 +22,9 @@ impl System for Robot {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let topics = ["/frames", "/objects", "/plans"].map(|name| builder.internal_topic(name));
         let [frames, objects, plans] = &topics;
-        builder.node("camera", 30.0, 0, |wiring| {
-            let frames = wiring.publisher(frames);
+        let captured = frames.clone();
+        builder.node("camera", 30.0, 0, move |wiring| {
+            let frames = wiring.publisher(&captured);
             move |now: Time| {
                 frames.publish(now.as_secs_f64(), now, None);
                 GO_ON
@@ -31,8 +32,9 @@ impl System for Robot {
         })?;
         relay(builder, "detector", 12.0, frames, objects)?;
         relay(builder, "planner", 10.0, objects, plans)?;
-        builder.node("controller", 100.0, 3, |wiring| {
-            let mut plans = wiring.subscription(plans);
+        let planned = plans.clone();
+        builder.node("controller", 100.0, 3, move |wiring| {
+            let mut plans = wiring.subscription(&planned);
             let mut sense_to_act = wiring.meter("sense→act");
             move |now| {
                 if let Some(plan) = plans.latest(now) {
@@ -56,8 +58,9 @@ fn relay(
     from: &Topic<f64>,
     to: &Topic<f64>,
 ) -> Result<(), BuildError> {
-    builder.node(name, hz, 1, |wiring| {
-        let (mut from, to) = (wiring.subscription(from), wiring.publisher(to));
+    let (from, to) = (from.clone(), to.clone());
+    builder.node(name, hz, 1, move |wiring| {
+        let (mut from, to) = (wiring.subscription(&from), wiring.publisher(&to));
         move |now| {
             if let Some(reading) = from.latest(now) {
                 to.publish(reading.data, now, Some(reading.sensed()));

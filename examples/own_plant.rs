@@ -45,7 +45,8 @@ impl System for Drone {
         let states = builder.topic::<State>("/state");
         let thrusts = builder.topic::<Thrust>("/thrust");
         let (height, climb) = (1.0 + (builder.seed() % 10) as f64 / 10.0, 0.0);
-        builder.node("drone", 100.0, 0, |wiring| {
+        let (seen, wanted) = (states.clone(), thrusts.clone());
+        builder.node("drone", 100.0, 0, move |wiring| {
             let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
             let mut state = State { height, climb };
             move |now| {
@@ -57,8 +58,8 @@ impl System for Drone {
                 if state.height > 0.0 { GO_ON } else { END }
             }
         })?;
-        builder.node("pilot", 10.0, 1, |wiring| {
-            let (mut states, thrusts) = (wiring.subscription(&states), wiring.publisher(&thrusts));
+        builder.node("pilot", 10.0, 1, move |wiring| {
+            let (mut states, thrusts) = (wiring.subscription(&seen), wiring.publisher(&wanted));
             move |now| {
                 if let Some(seen) = states.latest(now) {
                     let State { height, climb } = seen.data;

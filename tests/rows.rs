@@ -26,9 +26,12 @@ fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
 
 fn head(at: u64, seq: usize) -> Head {
     Head {
-        stamp: Time::from_nanos(at),
+        at: Time::from_nanos(at),
+        // The stamps of a clock that is wrong may go back.
+        stamp: Time::from_nanos(60 - at),
         seq: seq as u64,
         origin: None,
+        arrives: None,
         dropped: 0,
     }
 }
@@ -36,7 +39,7 @@ fn head(at: u64, seq: usize) -> Head {
 /// `rows` as a list of messages.
 fn messages(rows: &Rows) -> Vec<(u64, Vec<f64>)> {
     let rows = rows.iter();
-    rows.map(|(head, row)| (head.stamp.as_nanos(), row.to_vec()))
+    rows.map(|(head, row)| (head.at.as_nanos(), row.to_vec()))
         .collect()
 }
 

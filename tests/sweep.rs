@@ -16,7 +16,7 @@ use ratelab::{
         },
     },
     runtime::{ClockKind, Depth, Hz, Time},
-    system::Verdict,
+    system::{Verdict, WorldKind},
 };
 use support::{cart_pole, config, depth, knobs, secs};
 
@@ -122,6 +122,112 @@ fn a_cell_equals_a_separate_run_to_the_bit() {
         compared += 1;
     }
     assert!(compared > 150);
+}
+
+#[test]
+fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
+    let base = Config {
+        world: WorldKind::OWN,
+        end: secs(3.0),
+        ..Config::default()
+    };
+    let sweep = Sweep {
+        axes: axes(&[
+            ("link /action delay:{}", "0..90:30"),
+            ("takes policy", "0..30:15,5..20"),
+            ("on-stale zero:{}", "50,100"),
+            ("offset sensor", "0..10:10"),
+        ]),
+        seeds: axis("0..1"),
+        ..of(base.clone())
+    };
+    let (swept, mut compared) = (run(&sweep, all_cores()), 0);
+    for (cell, outcome) in swept.finished().step_by(5) {
+        let value = |axis| cell.value(axis).expect("an axis");
+        let mut alone = Config {
+            seed: cell.seed,
+            ..base.clone()
+        };
+        alone.setup.extend(
+            [
+                format!("link /action delay:{}", value("link /action delay:{}")),
+                format!("takes policy {}", value("takes policy")),
+                format!("send actuator zero:{}", value("on-stale zero:{}")),
+                format!("offset sensor {}", value("offset sensor")),
+            ]
+            .map(|knob| knob.parse().expect("a knob")),
+        );
+        let alone = support::run(&alone);
+        assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+        compared += 1;
+    }
+    assert_eq!(
+        (swept.finished().count(), compared),
+        (4 * 4 * 2 * 2 * 2, 26)
+    );
+}
+
+#[test]
+fn a_hole_takes_ranges_of_exact_numbers_and_other_texts() {
+    let texts = |name, list| -> Vec<String> {
+        let axis = SweepAxis::parse(CartPole::KNOBS, name, list).expect(list);
+        let values = axis.values.iter();
+        let knobs = values.map(|value| value.knobs[0].to_string());
+        knobs.collect()
+    };
+    assert_eq!(
+        texts("link /obs loss:{}", "0.1..0.3:0.1"),
+        [
+            "link /obs loss:0.1",
+            "link /obs loss:0.2",
+            "link /obs loss:0.3"
+        ]
+    );
+    assert_eq!(
+        texts("clock sensor {} 40", "-1..0:0.5,3"),
+        [
+            "clock sensor -1 40",
+            "clock sensor -0.5 40",
+            "clock sensor 0 40",
+            "clock sensor 3 40"
+        ]
+    );
+    assert_eq!(
+        texts("link /obs", r"none,delay:3\,loss:0.1,delay:5..9"),
+        [
+            "link /obs none",
+            "link /obs delay:3,loss:0.1",
+            "link /obs delay:5..9"
+        ]
+    );
+    assert_eq!(texts("takes policy", "60..110"), ["takes policy 60..110"]);
+    assert_eq!(texts("takes policy", "6..8:1").len(), 3);
+    assert_eq!(texts("hang policy", "6..8").len(), 3);
+    let refused = |name, list| {
+        let axis = SweepAxis::parse(CartPole::KNOBS, name, list);
+        axis.expect_err(list).to_string()
+    };
+    for (name, list, part) in [
+        ("link /obs delay:{}", "5..1", "goes down"),
+        ("link /obs delay:{}", "1..5:0", "no step upwards"),
+        ("link /obs delay:{}", "1..5:-1", "no step upwards"),
+        ("link /obs delay:{}", "1..5:x", "\"x\" is not a number"),
+        ("link /obs delay:{}", "1..5:0.0000000001", "to 9 places"),
+        ("link /obs delay:{}", "-5..5", "is no delay"),
+        ("link /obs delay:{}", "1,1.0", "give each value once"),
+        ("link /obs loss:{}", "0.5..1.5:0.5", "expected 0 to 1"),
+        ("link /obs delay:{}", "", "is no delay"),
+        ("lag /obs {}", "1", "\"lag\" is not a knob"),
+        (
+            "link /obs delay:{}",
+            "0..9999999",
+            "more than 2000000 values",
+        ),
+    ] {
+        let error = refused(name, list);
+        assert!(error.contains(part), "{name} {list}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
 }
 
 /// A sweep with several values in every list, and policies with different needs.

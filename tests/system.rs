@@ -112,9 +112,10 @@ impl System for Oven {
         let steps = builder.topic::<Step>("/step");
         let heat = builder.internal_topic::<f64>("/heat");
         let mut temperature = 20.0 + builder.seed() as f64;
-        builder.node("oven", 20.0, 0, |wiring| {
-            let steps = wiring.publisher(&steps);
-            let mut heat = wiring.subscription(&heat);
+        let (stepped, heated) = (steps.clone(), heat.clone());
+        builder.node("oven", 20.0, 0, move |wiring| {
+            let steps = wiring.publisher(&stepped);
+            let mut heat = wiring.subscription(&heated);
             move |now| {
                 let heat = heat.latest(now).map_or(0.0, |heat| heat.data);
                 temperature += (60.0 * heat - (temperature - 20.0) / 5.0) / 20.0;
@@ -122,7 +123,7 @@ impl System for Oven {
                 if temperature > 100.0 { END } else { GO_ON }
             }
         })?;
-        builder.node("thermostat", 10.0, 1, |wiring| Thermostat {
+        builder.node("thermostat", 10.0, 1, move |wiring| Thermostat {
             steps: wiring.subscription(&steps),
             heat: wiring.publisher(&heat),
             target: 80.0,
@@ -386,7 +387,7 @@ impl System for Clock {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let alarm = builder.message("clock").unwrap_or("9").parse();
         let alarm: f64 = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
-        builder.node("clock", 10.0, 0, |_| {
+        builder.node("clock", 10.0, 0, move |_| {
             move |now: Time| {
                 if now.as_secs_f64() < alarm {
                     GO_ON

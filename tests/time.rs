@@ -190,8 +190,11 @@ fn on_the_way(run: &Run, topic: &str) -> String {
 
 #[test]
 fn every_reference_run_is_reproduced_to_the_bit() {
+    let more = std::env::var_os("RATELAB_HONEST");
+    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
     let mut runs = 0;
-    for block in RUNS.trim().split("\n\n") {
+    let blocks = RUNS.trim().split("\n\n");
+    for block in blocks.chain(more.iter().flat_map(|more| more.trim().split("\n\n"))) {
         let reference = Reference::read(block);
         let run = Run::of(&reference.config);
         for (key, value) in got(&run) {

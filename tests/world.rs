@@ -42,8 +42,8 @@ impl System for Fall {
         let stone = builder.own_world(stone, 50.0, |_| {
             |stone: &Stone, _| if stone.height < 0.0 { END } else { GO_ON }
         })?;
-        builder.node("altimeter", 7.0, 0, |wiring| {
-            let heights = wiring.publisher(&heights);
+        builder.node("altimeter", 7.0, 0, move |wiring| {
+            let (heights, stone) = (wiring.publisher(&heights), stone.clone());
             move |now| {
                 heights.publish(stone.at(now).height, now, None);
                 GO_ON

@@ -60,6 +60,16 @@ pub fn measure(table: &mut Table) {
         || robot(floor.actions.len()),
     );
     table.row("run, beside that plain loop", &plain, None);
+    let unlinked = paired(
+        ROUNDS,
+        || time_run(unlinked_experiment()),
+        || time_run(experiment()),
+    );
+    table.row(
+        "run, its links taken away at the start",
+        &unlinked,
+        Some(1.02),
+    );
     let tapped = paired(ROUNDS, time_tapped_run, stepping);
     table.row("run with a tap on every topic", &tapped, Some(1.05));
     let whole = paired(
@@ -148,6 +158,15 @@ fn experiment_with(world: WorldKind, knobs: &[&str]) -> Experiment {
         ..Config::default()
     };
     Experiment::new(cart_pole(), &config).expect("experiment")
+}
+
+/// A run that had a link on every topic, and has none any more.
+fn unlinked_experiment() -> Experiment {
+    let mut config = CartPole::config("link /obs delay:5, link /action loss:0.5");
+    let config = config.as_mut().expect("knobs");
+    let off = CartPole::KNOBS.parse_list("0 link /obs none\n0 link /action none");
+    config.knobs = off.expect("knobs");
+    Experiment::new(cart_pole(), config).expect("experiment")
 }
 
 fn execute(experiment: Experiment) -> Summary {

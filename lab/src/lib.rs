@@ -17,7 +17,7 @@
 //!
 //!     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
 //!         let count = builder.internal_topic("/count");
-//!         builder.node("counter", 100.0, 0, |wiring| {
+//!         builder.node("counter", 100.0, 0, move |wiring| {
 //!             let (count, mut number) = (wiring.publisher(&count), 0);
 //!             move |now| {
 //!                 number += 1;

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{NodeSummary, Summary},
+    experiment::{NodeSummary, Summary, TopicSummary},
     runtime::telemetry::Distribution,
-    system::{Alias, KnobText, System, WorldKind},
+    system::{KnobText, System, WorldKind},
 };
 use serde_json::{Map, Value, json};
 
@@ -37,6 +37,7 @@ pub fn json(metrics: Map<String, Value>) -> String {
 fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.aliases()));
     let nodes = summary.nodes.iter().map(|of| node(summary, of));
+    let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
         "break_bug": context.break_bug,
         "cause_of_end": summary.verdict.name(),
@@ -54,6 +55,7 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         "smoke": context.smoke,
         "steps": summary.steps,
         "system": system.name(),
+        "topics": topics.collect::<Map<_, _>>(),
         "turned": knobs.lines(&summary.knobs()),
         "version": env!("CARGO_PKG_VERSION"),
         "world": config.world.name(),
@@ -72,8 +74,8 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
 fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
     let setup = &summary.config.setup;
-    let shown = |alias: &&Alias| names::is_shown(alias, setup);
-    let aliases = system.aliases().iter().filter(shown).map(|alias| {
+    let aliases = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
+    let aliases = aliases.map(|alias| {
         let value = alias.value(setup);
         let value = match names::value(alias.kind(), &value) {
             Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
@@ -128,6 +130,18 @@ fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
         })));
     }
     (node.name.clone(), Value::Object(figures))
+}
+
+/// What became of the messages of a topic.
+fn topic(topic: &TopicSummary) -> (String, Value) {
+    let figures = json!({
+        "dropped": topic.dropped,
+        "in_flight": topic.in_flight,
+        "lost": topic.lost,
+        "overtaken": topic.overtaken,
+        "published": topic.published,
+    });
+    (topic.name.clone(), figures)
 }
 
 /// A distribution in milliseconds; quantiles are accurate to 0.1 %.

@@ -17,8 +17,12 @@ pub fn key(name: &str) -> String {
 
 /// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
 /// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
-/// `takes pilot`.
+/// `takes pilot`, `/obs delay` for `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
+    if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
+        let of_link = filled.strip_prefix("link ");
+        return of_link.map_or_else(|| label(filled), str::to_owned);
+    }
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
@@ -28,6 +32,18 @@ pub fn label(name: &str) -> String {
             Some(what) => format!("{} time", what.replace('-', " ")),
             None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
         },
+    }
+}
+
+/// The unit of a number that the knob called `name` takes, with a blank before it.
+pub fn unit(name: &str, kind: KnobKind) -> &'static str {
+    let before = name.split("{}").next().unwrap_or_default();
+    let is_time = ["delay:", "reliable:", "zero:"];
+    match kind {
+        KnobKind::Rate => " Hz",
+        KnobKind::Takes | KnobKind::Wakes | KnobKind::Offset | KnobKind::Hang => " ms",
+        KnobKind::Link | KnobKind::Send if is_time.iter().any(|t| before.ends_with(t)) => " ms",
+        _ => "",
     }
 }
 
@@ -58,6 +74,23 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
+/// The aliases to be shown. A cost, and a message other than the first, is shown where it
+/// is `wanted`.
+pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
+    let first = first_alias(system, KnobKind::Send);
+    let shown = |alias: &&Alias| match alias.kind() {
+        KnobKind::Takes => wanted(alias),
+        KnobKind::Send => first == Some(*alias) || wanted(alias),
+        _ => true,
+    };
+    system.aliases().iter().filter(shown).collect()
+}
+
+/// Whether `alias` is set away from its default in `setup`.
+pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
+    alias.value(setup) != alias.default
+}
+
 /// The short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
@@ -74,18 +107,16 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
     }
 }
 
-/// Whether `alias` has a place beside others in a run with `setup`: what ticks take
-/// has one where it was asked for.
-pub fn is_shown(alias: &Alias, setup: &Setup) -> bool {
-    alias.kind() != KnobKind::Takes || alias.value(setup) != alias.default
-}
-
 /// The value of a knob for programs.
 pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
-        _ => json!(text),
+        KnobKind::Send => json!(text),
+        _ => match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => json!(number),
+            _ => json!(text),
+        },
     }
 }
 

@@ -12,7 +12,7 @@ use ratelab::{
 };
 
 use crate::{
-    names::{label, node_label, rate_alias, short_value},
+    names::{self, label, node_label, rate_alias, short_value},
     recording::Recorded,
     timing,
 };
@@ -43,6 +43,7 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         ("verdict", verdict(system, summary, context)),
         ("topics", topics(summary)),
     ]);
+    lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = push_age_s(summary).filter(|_| asked);
     lines.extend(age.map(|age| ("push age", format!("mean {:.1} ms", age * 1e3))));
@@ -123,8 +124,10 @@ fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> Str
         Some(Err(_)) => " (real-time priority refused)",
         None => "",
     };
-    let messages = of_kind(system, KnobKind::Send);
-    let messages: String = messages
+    let shown = names::shown(system, |alias| names::is_set(alias, &config.setup));
+    let messages: String = shown
+        .into_iter()
+        .filter(|alias| alias.kind() == KnobKind::Send)
         .map(|alias| {
             let value = short_value(system, alias, &config.setup);
             format!(" | {} {value}", label(alias.name))
@@ -195,6 +198,22 @@ fn topics(summary: &Summary) -> String {
     };
     let read = summary.topics.iter().filter(|topic| topic.read);
     read.map(topic).collect::<Vec<_>>().join(" | ")
+}
+
+/// What the links did to messages, where they did something.
+fn links(summary: &Summary) -> Option<String> {
+    let topics = summary.topics.iter().filter_map(|topic| {
+        let figures = [
+            (topic.lost, "lost"),
+            (topic.overtaken, "overtaken"),
+            (topic.in_flight, "in flight"),
+        ];
+        let figures = figures.iter().filter(|(count, _)| *count > 0);
+        let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();
+        (!figures.is_empty()).then(|| format!("{} {}", topic.name, figures.join(", ")))
+    });
+    let topics: Vec<String> = topics.collect();
+    (!topics.is_empty()).then(|| topics.join(" | "))
 }
 
 /// The main latency, with the period of the main rate.

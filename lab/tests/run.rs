@@ -479,3 +479,50 @@ fn invalid_worlds_and_costs_are_refused() {
         assert!(said.contains(part), "{args:?}: {said}");
     }
 }
+
+#[test]
+fn what_links_did_is_in_the_summary_and_in_the_metrics() {
+    let knobs = [
+        "--knob",
+        "link /obs loss:0.5",
+        "--knob",
+        "link /action delay:30",
+    ];
+    let args = [
+        "run",
+        "--clock",
+        "virtual",
+        "--world",
+        "own",
+        "--on-stale",
+        "zero:90",
+    ];
+    let output = ratelab(&[&args[..], &knobs].concat());
+    let said = text(&output.stdout);
+    assert!(said.contains("| on stale zero:90 |"), "{said}");
+    let links = said
+        .lines()
+        .find(|line| line.starts_with("links "))
+        .expect("a line");
+    assert!(links.contains(" lost | /action 2 in flight"), "{links}");
+
+    let output = ratelab(&[&args[..], &knobs, &["--json"]].concat());
+    let metrics: serde_json::Value = serde_json::from_slice(&output.stdout).expect("metrics");
+    let obs = &metrics["topics"]["/obs"];
+    let count = |key: &str| obs[key].as_u64().expect(key);
+    assert!(count("lost") > 200);
+    assert_eq!(count("published"), 501);
+    assert_eq!(
+        [count("dropped"), count("overtaken"), count("in_flight")],
+        [0; 3]
+    );
+    assert_eq!(metrics["obs_published"], 501);
+    assert_eq!(metrics["on_stale"], "zero:90");
+    assert_eq!(metrics["nodes"]["policy"]["ticks"], 501);
+
+    let plain = text(&ratelab(&["run", "--clock", "virtual"]).stdout);
+    assert!(
+        !plain.contains("links") && !plain.contains("stale"),
+        "{plain}"
+    );
+}

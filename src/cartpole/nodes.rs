@@ -62,11 +62,6 @@ impl<P: Observed> Node for Sensor<P> {
         self.observations.publish(observation, now, None);
         GO_ON
     }
-
-    /// The node has no state.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
-    }
 }
 
 /// Runs a policy on the newest observation. Depends on two topics only and not on the
@@ -220,11 +215,6 @@ impl Node for Actuator {
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
     }
-
-    /// Between ticks the node keeps its settings only.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
-    }
 }
 
 /// Applies the newest action to a plant that moves by itself.
@@ -251,10 +241,5 @@ impl Node for FreeActuator {
 
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
-    }
-
-    /// Between ticks the node keeps its settings only.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
-    FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    FreePlant, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
@@ -114,6 +114,13 @@ impl CartPole {
             choices: &[],
             help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90 or recorded:FILE",
         },
+        Alias {
+            name: "on-stale",
+            knobs: &[(KnobKind::Send, ACTUATOR)],
+            default: "hold",
+            choices: &["hold", "zero:20", "zero:50", "zero:100"],
+            help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
+        },
     ]);
 
     /// Creates a cart-pole with the caller's own policy, built for every run.
@@ -202,21 +209,23 @@ impl Topics {
     fn robot<A: Node + 'static>(
         &self,
         builder: &mut Builder<'_>,
-        plant: impl Observed + 'static,
+        plant: impl Observed + Clone + 'static,
         policy: Box<dyn Policy>,
-        actuator: impl FnOnce(&mut Wiring<'_>, ActuatorInput) -> A,
+        mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {
-        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
-            plant,
-            observations: wiring.publisher(&self.observations),
+        let observations = self.observations.clone();
+        builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
+            plant: plant.clone(),
+            observations: wiring.publisher(&observations),
         })?;
-        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
             policy,
             observations: wiring.subscription(&self.observations),
             actions: wiring.publisher(&self.actions),
         })?;
-        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| {
-            let input = ActuatorInput::wired(wiring, &self.actions);
+        let actions = self.actions.clone();
+        builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
+            let input = ActuatorInput::wired(wiring, &actions);
             actuator(wiring, input)
         })
     }
@@ -258,7 +267,7 @@ impl System for CartPole {
                         choose another node, or the world \"own\"";
                     wiring.fix(fixed, REASON);
                     Actuator {
-                        plant,
+                        plant: plant.clone(),
                         input,
                         steps: wiring.publisher(&steps),
                     }
@@ -270,9 +279,11 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, |_, input| FreeActuator {
-                    plant,
-                    input,
+                topics.robot(builder, plant.clone(), policy, move |_, input| {
+                    FreeActuator {
+                        plant: plant.clone(),
+                        input,
+                    }
                 })
             }
         }
@@ -288,6 +299,9 @@ impl System for CartPole {
 
     /// Pins a policy's file to its current content.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        if node == ACTUATOR {
+            return Ok(text.parse::<OnStale>()?.to_string());
+        }
         if node != POLICY {
             return Ok(text.to_owned());
         }

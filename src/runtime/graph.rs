@@ -11,8 +11,9 @@ use super::{
     message::Payload,
     millis,
     node::Node,
+    outbox::Outbox,
     rate::Rate,
-    scheduled_node::{Fixed, ScheduledNode, Wired},
+    scheduled_node::{Again, Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -22,7 +23,7 @@ use super::{
     tap_handle::TapHandle,
     telemetry::{
         EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, Shared, Status,
-        SubscriptionEntry, TopicEntry,
+        SubscriptionEntry, TopicCounters, TopicEntry,
     },
     time::{Hz, Time},
     topic::{Publisher, Subscription, Topic},
@@ -98,7 +99,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
     fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
-            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed).to_string()),
+            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed, now).to_string()),
             Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
             Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
             Knob::Postpone { seq, delay, .. } => {
@@ -160,21 +161,64 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
+        self.add(name, hz, priority, build).map(drop)
+    }
+
+    /// The same for a node that `build` can build once more, which is what a restart
+    /// does; then it is sent its `message`.
+    ///
+    /// # Errors
+    /// As of [`Graph::node`].
+    pub(crate) fn restartable_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+        message: Option<&str>,
+    ) -> Result<(), GraphError> {
+        let ends = self.add(name, hz, priority, &mut build)?;
+        if let Some(node) = self.nodes.last_mut() {
+            node.again = Some(Again {
+                build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
+                message: message.map(str::to_owned),
+            });
+        }
+        Ok(())
+    }
+
+    /// Adds a node, and returns the ends that it took.
+    fn add<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<Ends, GraphError> {
         if self.control.nodes.iter().any(|node| &*node.name == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
         let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
         let node = Box::new(build(&mut wiring));
         let Wiring {
-            endpoints, wired, ..
+            endpoints,
+            wired,
+            subscriptions,
+            ..
         } = wiring;
+        let ends = Ends {
+            subscriptions,
+            meters: wired.meters.clone(),
+            push_age: wired.push_age.clone(),
+            outbox: wired.outbox.clone(),
+        };
         self.control.connect(endpoints)?;
         let rate = Rate::new(hz, self.now());
         let mut node = ScheduledNode::new(name, priority, rate, node, wired);
         node.seed = self.control.seed;
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
-        Ok(())
+        Ok(ends)
     }
 
     /// Copies every message of `topic` from now on; see [`TapHandle::topic`].
@@ -384,6 +428,19 @@ pub struct Wiring<'g> {
     node: usize,
     endpoints: Vec<Endpoint>,
     wired: Wired,
+    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
+    /// What the node took that is built once more.
+    former: Option<Ends>,
+}
+
+/// What a node took when it was built.
+#[derive(Clone)]
+struct Ends {
+    /// Each with the counters of its topic.
+    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
+    meters: Vec<(String, Meter)>,
+    push_age: Option<PushAge>,
+    outbox: Arc<Outbox>,
 }
 
 /// An edge to be added: an end of the topic with index `topic`, together with the topic
@@ -406,11 +463,24 @@ impl<'g> Wiring<'g> {
             node,
             endpoints: Vec::new(),
             wired: Wired::default(),
+            subscriptions: Vec::new(),
+            former: None,
+        }
+    }
+
+    /// Hands out the `former` ends of a node that is built once more.
+    fn again(former: Ends) -> Self {
+        Self {
+            former: Some(former),
+            ..Self::new(&[], 0)
         }
     }
 
     /// Connects the node as a publisher of `topic`.
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
+        if let Some(former) = &self.former {
+            return topic.publisher_through(&former.outbox);
+        }
         let kind = EndpointKind::Publisher(self.node);
         self.add_endpoint(topic, kind);
         topic.publisher_through(&self.wired.outbox)
@@ -418,18 +488,27 @@ impl<'g> Wiring<'g> {
 
     /// Connects the node as a reader of `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        if let Some(SubscriptionEntry { mark, ages, .. }) = self.former_subscription(topic) {
+            return topic.subscribe_again(mark, ages);
+        }
         let subscription = topic.subscribe();
-        let kind = EndpointKind::Subscription(SubscriptionEntry {
+        let entry = SubscriptionEntry {
             node: self.node,
             mark: subscription.mark(),
             ages: subscription.ages(),
-        });
-        self.add_endpoint(topic, kind);
+        };
+        let kept = (topic.counters(), entry.clone());
+        self.subscriptions.push(kept);
+        self.add_endpoint(topic, EndpointKind::Subscription(entry));
         subscription
     }
 
     /// Adds a duration that the node measures, shown to observers under `name`.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
+        let mut former = self.former.iter().flat_map(|former| &former.meters);
+        if let Some((_, meter)) = former.find(|(known, _)| known == name) {
+            return meter.recorder();
+        }
         let (recorder, meter) = Meter::new();
         self.wired.meters.push((name.to_owned(), meter));
         recorder
@@ -438,12 +517,25 @@ impl<'g> Wiring<'g> {
     /// Declares that the node acts on the world outside of the graph; it records the age
     /// of the sensing behind each push.
     pub fn push_age(&mut self) -> PushAge {
+        if let Some(age) = self.former.as_ref().and_then(|f| f.push_age.as_ref()) {
+            return age.clone();
+        }
         self.wired.push_age.get_or_insert_default().clone()
     }
 
     /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.
     pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
         self.wired.fixed = Fixed { kinds, reason };
+    }
+
+    /// The next end by which the former node read from `topic`.
+    fn former_subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Option<SubscriptionEntry> {
+        let subscriptions = &mut self.former.as_mut()?.subscriptions;
+        let is_of = |(counters, _): &(Arc<TopicCounters>, SubscriptionEntry)| {
+            Arc::ptr_eq(counters, &topic.counters())
+        };
+        let place = subscriptions.iter().position(is_of)?;
+        Some(subscriptions.remove(place).1)
     }
 
     fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {

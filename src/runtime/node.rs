@@ -70,13 +70,19 @@ pub trait Node: Send {
         GO_ON
     }
 
-    /// Returns to the state after construction, like a program that was started again.
+    /// Begins anew, as it was when it was built: a program that was started again.
+    /// Called only for a node that a [`Builder`](crate::system::Builder) cannot build
+    /// once more.
     ///
     /// # Errors
     /// The reason if the node cannot restart. The default refuses, because the initial
     /// state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err("this node cannot restart: it does not implement Node::restart".to_owned())
+        Err(
+            "this node cannot be started again: it is built once, and does not implement \
+             Node::restart"
+                .to_owned(),
+        )
     }
 
     /// Handles a text sent to the node, between two ticks, and returns the value before,

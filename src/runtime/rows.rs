@@ -5,25 +5,13 @@ use std::any::Any;
 
 use super::{
     fields::Fields,
+    head::Head,
     message::{Message, Payload},
     tap::{Tap, TapMessage},
     tap_handle::TapHandle,
     time::Time,
     topic::Topic,
 };
-
-/// A message without its payload.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Head {
-    /// Run time of publication.
-    pub stamp: Time,
-    /// Position in the topic's history, counted from zero.
-    pub seq: u64,
-    /// Run time of the sensing that it was derived from, if known.
-    pub origin: Option<Time>,
-    /// Messages of the topic lost unread so far, over all subscriptions.
-    pub dropped: u64,
-}
 
 /// Messages of one topic, each a row with the same number of values.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,9 +48,11 @@ impl Rows {
     fn push_message<T: Fields>(&mut self, tapped: &TapMessage<T>) {
         let message = &tapped.message;
         self.heads.push(Head {
+            at: tapped.at,
             stamp: message.stamp,
             seq: message.seq,
             origin: message.origin,
+            arrives: tapped.arrives,
             dropped: tapped.dropped,
         });
         message.data.append_to(&mut self.values);
@@ -124,9 +114,9 @@ impl Rows {
         })
     }
 
-    /// Removes and returns the messages up to run time `until`.
+    /// Takes the messages that were published up to run time `until` out of these.
     pub fn take_until(&mut self, until: Time) -> Self {
-        let count = self.heads.partition_point(|head| head.stamp <= until);
+        let count = self.heads.partition_point(|head| head.at <= until);
         let later = Self {
             heads: self.heads.split_off(count),
             width: self.width,
@@ -135,7 +125,7 @@ impl Rows {
         std::mem::replace(self, later)
     }
 
-    /// Drops the messages after `until`.
+    /// Drops the messages that were published after `until`.
     pub fn cut(&mut self, until: Time) {
         *self = self.take_until(until);
     }

@@ -27,6 +27,8 @@ pub(crate) struct ScheduledNode {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
     node: Box<dyn Node>,
+    /// How it is built once more, if it can be.
+    pub(crate) again: Option<Again>,
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
     meters: TickMeters,
@@ -39,6 +41,12 @@ pub(crate) struct ScheduledNode {
     fixed: Fixed,
     /// Offset of its due times.
     offset: Duration,
+}
+
+/// How a node is built in the place of itself, and the message that it is sent then.
+pub(crate) struct Again {
+    pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
+    pub(crate) message: Option<String>,
 }
 
 /// Kinds of knobs that a node lacks, and the reason.
@@ -71,6 +79,7 @@ impl ScheduledNode {
             entry,
             rate,
             node,
+            again: None,
             panicked: None,
             meters,
             taps: Arc::default(),
@@ -131,19 +140,32 @@ impl ScheduledNode {
 
     /// Restarts the node at run time `at`.
     fn restart(&mut self, at: Time) -> Result<String, String> {
-        let began = catch_unwind(AssertUnwindSafe(|| self.node.restart()));
+        let was = state(self.is_crashed()).to_owned();
+        if self.again.is_some() {
+            self.crash(at);
+        }
+        let began = catch_unwind(AssertUnwindSafe(|| self.begin_anew()));
         began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
-        let was = match self.is_crashed() {
-            true => state(true).to_owned(),
-            false => {
-                self.crash(at);
-                state(false).to_owned()
-            }
-        };
+        if !self.is_crashed() {
+            self.crash(at);
+        }
         self.panicked = None;
         self.rate.resume(at);
         self.entry.counters.crashed.store(false, Ordering::Relaxed);
         Ok(was)
+    }
+
+    fn begin_anew(&mut self) -> Result<(), String> {
+        let Some(again) = &mut self.again else {
+            return self.node.restart();
+        };
+        // The ends of a topic are free when their node is gone.
+        self.node = Box::new(|_: Time| GO_ON);
+        self.node = (again.build)();
+        match &again.message {
+            Some(text) => self.node.on_message(text).map(drop),
+            None => Ok(()),
+        }
     }
 
     /// Whether the node crashed without a restart since.

@@ -37,6 +37,8 @@ impl Backpressure {
 pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
+    /// Run time at which it was published: its stamp, unless a clock is wrong.
+    pub at: Time,
     /// Run time at which subscriptions can read it; `None` if it is lost. A message that
     /// arrives after a newer one is never read.
     pub arrives: Option<Time>,

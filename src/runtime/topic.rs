@@ -35,7 +35,7 @@ use super::{
     read_order::ReadOrder,
     sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
-    telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
+    telemetry::{Flight, Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
     transit::Transit,
 };
@@ -131,17 +131,24 @@ impl<T: Payload> Topic<T> {
     /// Creates a reading end with its own read position and drop count. It can read the
     /// newest earlier message, but earlier messages never count as dropped.
     pub fn subscribe(&self) -> Subscription<T> {
-        let mut queue = lock(&self.0.queue);
         let mark = Arc::new(ReadMark::default());
+        let queue = lock(&self.0.queue);
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
+        drop(queue);
         mark.next_unread.store(next, Ordering::Relaxed);
-        queue.marks.push(mark.clone());
-        let (ages, age_meter) = Meter::new();
+        let (_, age_meter) = Meter::new();
+        self.subscribe_again(mark, age_meter)
+    }
+
+    /// The end that reads as far as `mark` and measures with `age_meter`, in the place
+    /// of one that is gone.
+    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
+        lock(&self.0.queue).marks.push(mark.clone());
         Subscription {
             bus: self.0.clone(),
             mark,
-            ages,
+            ages: age_meter.recorder(),
             age_meter,
         }
     }
@@ -171,7 +178,8 @@ impl<T: Payload> Topic<T> {
     /// The newest message as a tap would see it, read without a subscription; `None`
     /// before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
-        lock(&self.0.queue).newest()
+        let at = self.0.counters.newest()?;
+        lock(&self.0.queue).newest(at)
     }
 
     /// Changes the read order of subscriptions. Returns the previous order.
@@ -179,13 +187,21 @@ impl<T: Payload> Topic<T> {
         std::mem::replace(&mut lock(&self.0.queue).order, order)
     }
 
-    /// Sets the link for messages released from now on; returns the previous one.
-    pub(crate) fn set_link(&self, link: Link, seed: u64) -> Link {
+    /// Puts a link in place for what is released from run time `now` on; returns the
+    /// one before.
+    pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
         let mut queue = lock(&self.0.queue);
-        match link == Link::NONE && queue.transit.is_none() {
-            true => link,
-            false => queue.transit(self.name(), seed).set_link(link),
+        let perfect = link == Link::NONE;
+        if perfect && queue.transit.is_none() {
+            return link;
         }
+        queue.deliver_before(now, &self.0.counters);
+        let before = queue.transit(self.name(), seed).set_link(link);
+        // Without a link a topic is as quick as if it never had one.
+        queue
+            .transit
+            .take_if(|transit| perfect && transit.is_done());
+        before
     }
 
     /// Loses message number `seq` on the link.
@@ -240,10 +256,11 @@ impl<T: Payload> Topic<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// Sends every tap a copy of the newest message, and removes taps without a receiver.
-    fn offer_newest(&mut self) {
+    /// Hands every tap a copy of what was published at run time `at`, and forgets those
+    /// that nobody listens to.
+    fn offer_newest(&mut self, at: Time) {
         if !self.taps.is_empty()
-            && let Some(newest) = self.newest()
+            && let Some(newest) = self.newest(at)
         {
             self.taps.retain(|tap| tap.offer(newest.clone()));
         }
@@ -270,9 +287,10 @@ impl<T: Payload> Queue<T> {
     #[cold]
     fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
         let transit = self.transit.as_mut();
-        if !transit.is_some_and(|transit| transit.send(message, now)) {
-            bump(&counters.lost);
-        }
+        counters.fly(Flight {
+            released: now,
+            arrives: transit.and_then(|transit| transit.send(message, now)),
+        });
         self.deliver(now, counters);
     }
 
@@ -303,20 +321,18 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, with the number of messages lost so far.
-    fn newest(&self) -> Option<TapMessage<T>> {
+    /// The newest message, which was published at run time `at`, and what was lost by
+    /// now.
+    fn newest(&self, at: Time) -> Option<TapMessage<T>> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
-            None => {
-                let message = self.messages.back()?.clone();
-                let at = message.stamp;
-                (message, Some(at))
-            }
+            None => (self.messages.back()?.clone(), Some(at)),
         };
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
         Some(TapMessage {
             message,
+            at,
             arrives,
             dropped,
         })
@@ -422,7 +438,7 @@ impl<T: Payload> Bus<T> {
             None => queue.push(message, now),
             Some(_) => queue.send(message, now, &self.counters),
         }
-        queue.offer_newest();
+        queue.offer_newest(now);
         bump(&self.counters.published);
         self.counters.note(now);
     }

@@ -72,13 +72,15 @@ impl<T: Clone> Transit<T> {
         self.postpone.insert(seq, delay).unwrap_or_default()
     }
 
-    /// Sends `message`, released at `now`; returns `false` if it is lost.
-    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> bool {
+    /// Sends `message`, released at `now`; returns when it arrives, or `None` if it is
+    /// lost.
+    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
         let seq = message.seq;
         let arrives = self.arrival(seq, now);
         self.newest = Some((message.clone(), arrives));
-        let sent = arrives.map(|at| self.messages.insert((at, seq), message));
-        sent.is_some()
+        arrives.inspect(|at| {
+            self.messages.insert((*at, seq), message);
+        })
     }
 
     /// Arrival time of message number `seq`, released at `now`; `None` if it is lost.
@@ -99,6 +101,14 @@ impl<T: Clone> Transit<T> {
         let next = self.messages.first_entry()?;
         let at = next.key().0;
         (at <= now).then(|| (at, next.remove()))
+    }
+
+    /// Whether nothing is on its way, all that was released last was delivered, and
+    /// nothing is planned for later messages.
+    pub(crate) fn is_done(&self) -> bool {
+        let newest = self.newest.as_ref();
+        let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);
+        all && self.messages.is_empty() && self.lose.is_empty() && self.postpone.is_empty()
     }
 
     /// Number of messages in flight.

@@ -149,12 +149,32 @@ impl<'a> Builder<'a> {
         Some(message)
     }
 
-    /// Adds a node that ticks at `hz` unless another rate is set; see [`Graph::node`].
+    /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A
+    /// restart builds it once more, and sends it the message that is set for it.
     ///
     /// # Errors
     /// [`BuildError`] for an invalid `hz`, or if the name of the node or of one of its
     /// topics is taken.
     pub fn node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: f64,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        let hz = self.rate(name, hz)?;
+        let answered = self.answered.iter().any(|known| known == name);
+        let message = self.setup.message(name).filter(|_| !answered);
+        let graph = &mut self.graph;
+        Ok(graph.restartable_node(name, hz, priority, build, message)?)
+    }
+
+    /// The same for a node that holds what there is only once. A restart is up to
+    /// [`Node::restart`].
+    ///
+    /// # Errors
+    /// As of [`Builder::node`].
+    pub fn single_node<N: Node + 'static>(
         &mut self,
         name: &str,
         hz: f64,

@@ -112,15 +112,15 @@ impl KnobText {
         }
     }
 
-    /// The kind of the knob called `name`: an alias, or a kind and a target.
+    /// The kind of the knob that begins with `name`: an alias, or a kind and a target.
     ///
     /// # Errors
     /// [`KnobTextError::Name`] for an unknown knob.
     pub fn kind(&self, name: &str) -> Result<KnobKind, KnobTextError> {
         let word = name.split_whitespace().next().unwrap_or_default();
         let generic = KnobKind::ALL.into_iter().find(|kind| kind.name() == word);
-        let kind = generic.or_else(|| self.alias(name).map(Alias::kind));
-        kind.ok_or_else(|| self.unknown(name))
+        let kind = generic.or_else(|| self.alias(word).map(Alias::kind));
+        kind.ok_or_else(|| self.unknown(word))
     }
 
     fn unknown(&self, name: &str) -> KnobTextError {

@@ -19,15 +19,16 @@
 //!
 //!     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
 //!         let count = builder.internal_topic("/count");
-//!         builder.node("counter", 10.0, 0, |wiring| {
-//!             let (count, mut number) = (wiring.publisher(&count), 0);
+//!         let counted = count.clone();
+//!         builder.node("counter", 10.0, 0, move |wiring| {
+//!             let (count, mut number) = (wiring.publisher(&counted), 0);
 //!             move |now| {
 //!                 number += 1;
 //!                 count.publish(number, now, None);
 //!                 GO_ON
 //!             }
 //!         })?;
-//!         builder.node("reader", 2.0, 1, |wiring| {
+//!         builder.node("reader", 2.0, 1, move |wiring| {
 //!             let mut count = wiring.subscription(&count);
 //!             move |now| match count.latest(now) {
 //!                 Some(message) if message.data > 20 => END,

@@ -2,6 +2,8 @@
 //! messages.
 #![allow(dead_code)] // Each test uses its own part.
 
+pub mod specs;
+
 use std::sync::{Arc, Mutex};
 
 use ratelab::{

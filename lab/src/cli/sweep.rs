@@ -24,14 +24,14 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub system: SystemArgs<SweepAxis>,
 
-    /// Sweep any knob: "rate NODE", "depth TOPIC", "send NODE", "takes NODE", "offset
-    /// NODE" or "wakes NODE", and a list or a range; can be given several times.
+    /// Sweep any knob, such as "rate NODE" or "takes NODE", with a list or a range; {}
+    /// is where the values go if that is not the end: "link TOPIC delay:{}". Can be given
+    /// several times.
     #[arg(long, num_args = 2, value_names = ["KNOB", "LIST"], allow_hyphen_values = true)]
     pub axis: Vec<String>,
 
-    /// Turn a knob of all runs: "rate NODE HZ", "depth TOPIC N", "send NODE TEXT",
-    /// "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given several
-    /// times.
+    /// Turn a knob of all runs, such as "rate NODE HZ", "takes NODE SPEC" or "link TOPIC
+    /// SPEC"; can be given several times.
     #[arg(long, value_name = "KNOB")]
     pub knob: Vec<String>,
 

@@ -12,6 +12,7 @@ mod cliff;
 pub mod error;
 mod exercise_panel;
 mod figures;
+mod flights;
 mod focus;
 pub mod frame;
 mod history;

@@ -132,7 +132,9 @@ impl Replay {
             self.apply(item);
         }
         self.tell_losses(until);
-        self.counters.advance_to(until.min(self.end()));
+        let now = until.min(self.end());
+        self.counters.deliver(now);
+        self.counters.advance_to(now);
     }
 
     /// The messages of the topic called `name` that were replayed since the last call.
@@ -185,13 +187,12 @@ impl Replay {
             ReplayItem::Push { node, push } => self.push(node, push),
             ReplayItem::Message { topic, index } => {
                 let head = self.recording.topics[topic].heads()[index];
-                self.counters
-                    .message(topic, head.seq, head.stamp, head.dropped);
+                self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
                 let tells = self.by_states && self.state == Some(topic);
                 let sensed = head.origin.filter(|_| tells);
                 if let (Some(node), Some(sensed)) = (self.latency, sensed) {
-                    let at = head.stamp;
+                    let at = head.at;
                     self.push(node, Push { at, sensed });
                 }
             }
@@ -299,7 +300,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
         let heads = rows.heads().iter().enumerate();
         order.extend(
-            heads.map(|(index, head)| ((head.stamp, rank), ReplayItem::Message { topic, index })),
+            heads.map(|(index, head)| ((head.at, rank), ReplayItem::Message { topic, index })),
         );
     }
     order.sort_by_key(|(place, _)| *place);

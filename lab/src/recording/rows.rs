@@ -23,16 +23,27 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
         .zip(numbers(chunk, message::SEQ))
         .zip(numbers(chunk, message::ORIGIN))
         .zip(numbers(chunk, message::DROPPED));
-    let rows = heads.zip(values(chunk));
-    rows.map(|((((stamp, seq), origin), dropped), values)| {
-        let head = Head {
-            stamp: stamp?,
-            seq: seq??,
-            origin: origin?.map(Time::from_nanos),
-            dropped: dropped??,
-        };
-        Some((head, values?))
-    })
+    let other = numbers_if_any(chunk, message::STAMP).into_iter();
+    let other = other.zip(numbers_if_any(chunk, message::ARRIVES));
+    let rows = heads.zip(other).zip(values(chunk));
+    rows.map(
+        |(((((at, seq), origin), dropped), (stamp, arrives)), values)| {
+            let (at, arrives) = (at?, arrives?);
+            let head = Head {
+                at,
+                stamp: stamp?.map_or(at, Time::from_nanos),
+                seq: seq??,
+                origin: origin?.map(Time::from_nanos),
+                arrives: match arrives {
+                    Some(message::LOST) => None,
+                    Some(arrives) => Some(Time::from_nanos(arrives)),
+                    None => Some(at),
+                },
+                dropped: dropped??,
+            };
+            Some((head, values?))
+        },
+    )
 }
 
 /// The ticks in `chunk`; `None` for a damaged row.
@@ -69,15 +80,6 @@ fn pushes(chunk: &Chunk) -> impl Iterator<Item = Option<Option<Push>>> {
         (Some(None), Some(None)) => Some(None),
         _ => None,
     })
-}
-
-/// The component `name` of the rows of `chunk`, as [`numbers`]; none in any of them
-/// where the chunk has no such component.
-fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
-    match chunk.components().get_array(name.into()) {
-        Some(_) => numbers(chunk, name),
-        None => vec![Some(None); chunk.num_rows()],
-    }
 }
 
 /// How late a tick was, in a cell of microseconds: to the nanosecond, up to 26
@@ -118,6 +120,15 @@ fn texts(chunk: &Chunk) -> Vec<Option<String>> {
 pub fn numbers(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     let rows = chunk.iter_slices::<Option<u64>>(name.into());
     one_a_row(chunk, rows.map(only))
+}
+
+/// The component `name` of the rows of `chunk`, as [`numbers`]; none in each row of a
+/// chunk without that component.
+fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
+    match chunk.components().get_array(name.into()) {
+        Some(_) => numbers(chunk, name),
+        None => vec![Some(None); chunk.num_rows()],
+    }
 }
 
 /// Run times of the rows of `chunk`; `None` for what is none.

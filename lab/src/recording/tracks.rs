@@ -86,14 +86,34 @@ impl TopicTrack {
         }
         let heads = || rows.heads().iter();
         let origin = |head: &Head| head.origin.map(Time::as_nanos);
-        let columns = [
+        let mut columns = vec![
             series(rows.values().to_vec(), rows.width(), rows.len())?,
             numbers(message::SEQ, heads().map(|head| head.seq))?,
             numbers_or_none(message::ORIGIN, heads().map(origin))?,
             numbers(message::DROPPED, heads().map(|head| head.dropped))?,
         ];
+        // Most messages are stamped and delivered when they are published.
+        for (name, number) in [
+            (message::STAMP, stamp as fn(&Head) -> Option<u64>),
+            (message::ARRIVES, arrival),
+        ] {
+            if heads().any(|head| number(head).is_some()) {
+                columns.push(numbers_or_none(name, heads().map(number))?);
+            }
+        }
         rec.send_columns(self.entity.clone(), stamps.columns(), columns)
     }
+}
+
+/// The stamp of a message, where that is not the run time of its publication.
+fn stamp(head: &Head) -> Option<u64> {
+    (head.stamp != head.at).then(|| head.stamp.as_nanos())
+}
+
+/// The delivery of a message, where that is not its publication.
+fn arrival(head: &Head) -> Option<u64> {
+    let arrives = head.arrives.map_or(message::LOST, Time::as_nanos);
+    (head.arrives != Some(head.at)).then_some(arrives)
 }
 
 impl Track for TopicTrack {
@@ -106,7 +126,7 @@ impl Track for TopicTrack {
     }
 
     fn newest(&self) -> Option<Time> {
-        self.waiting.heads().last().map(|head| head.stamp)
+        self.waiting.heads().last().map(|head| head.at)
     }
 
     fn lost(&self) -> u64 {

@@ -28,27 +28,21 @@ pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> Knob
 
 /// The aliases of the system, and the other swept knobs.
 pub fn of(sweep: &Sweep) -> Vec<Column> {
-    let shown = |alias: &&Alias| {
-        names::is_shown(alias, &sweep.base.setup) || sweep.axis(alias.name).is_some()
-    };
-    let aliases = sweep.system.aliases().iter().filter(shown);
-    let aliases = aliases.map(|alias| Column {
-        name: alias.name.to_owned(),
-        kind: alias.kind(),
-        alias: Some(alias),
+    let setup = &sweep.base.setup;
+    let aliases = names::shown(&*sweep.system, |alias| {
+        sweep.axis(alias.name).is_some() || names::is_set(alias, setup)
     });
-    let known = |name: &str| {
-        sweep
-            .system
-            .aliases()
-            .iter()
-            .any(|alias| alias.name == name)
-    };
+    let known = |name: &str| aliases.iter().any(|alias| alias.name == name);
     let others = sweep.axes.iter().filter(|axis| !known(&axis.name));
     let others = others.map(|axis| Column {
         name: axis.name.clone(),
         kind: axis.kind,
         alias: None,
+    });
+    let aliases = aliases.iter().map(|alias| Column {
+        name: alias.name.to_owned(),
+        kind: alias.kind(),
+        alias: Some(alias),
     });
     slowest_first(aliases.chain(others).collect(), 0, |column| column.kind)
 }
@@ -90,19 +84,16 @@ impl Column {
 
     /// The label with its unit, if the values have one.
     pub fn heading(&self) -> String {
-        self.label() + self.unit()
+        self.label() + names::unit(&self.name, self.kind)
     }
 
     /// A value with its unit.
     pub fn with_unit(&self, value: &str) -> String {
-        value.to_owned() + self.unit()
-    }
-
-    fn unit(&self) -> &'static str {
-        match self.kind {
-            KnobKind::Rate => " Hz",
-            _ => "",
-        }
+        let unit = match value.parse::<f64>() {
+            Ok(_) => names::unit(&self.name, self.kind),
+            Err(_) => "",
+        };
+        value.to_owned() + unit
     }
 
     /// A noun for its values: `control rate`, `depth`, `policy`.

@@ -1,5 +1,7 @@
 //! Builds a sweep from the command line.
 
+use std::{collections::HashSet, sync::Arc};
+
 use ratelab::{
     experiment::{
         Config,
@@ -35,7 +37,7 @@ impl SweepArgs {
             ..usual
         };
         let mut axes = self.axes(program)?;
-        for axis in axes.iter_mut().filter(|axis| axis.kind == KnobKind::Send) {
+        for axis in &mut axes {
             resolve(program, &base, axis)?;
         }
         check_distinct(&axes)?;
@@ -78,33 +80,26 @@ impl SweepArgs {
 
 /// Puts the messages of `axis` into recordable form.
 fn resolve(program: &Program, base: &Config, axis: &mut SweepAxis) -> Result<(), Error> {
-    let name = &axis.name;
-    let option = match program.knobs().alias(name) {
+    let (name, hole) = (axis.name.clone(), axis.has_hole());
+    let option = match program.knobs().alias(&name) {
         Some(_) => format!("--{name}"),
         None => format!("--axis {name:?}"),
     };
-    let mut texts: Vec<String> = Vec::new();
-    for value in &axis.values {
-        let knob = value.knobs.first().cloned();
-        let Some(Knob::Send { text, .. }) = &knob else {
-            continue;
-        };
-        if texts.contains(text) {
-            let why = format!("{option} lists {text} twice: give each {name} once");
+    let mut texts: HashSet<String> = HashSet::new();
+    for value in &mut axis.values {
+        if !texts.insert(value.text.clone()) {
+            let why = format!("{option} lists {} twice: give each {name} once", value.text);
             return Err(Error::BadInput(why));
         }
-        texts.push(text.clone());
+        let value = Arc::make_mut(value);
+        for knob in &mut value.knobs {
+            *knob = resolved(program, base.seed, &base.setup, knob.clone())
+                .map_err(|why| Error::BadInput(format!("{option} {why}")))?;
+        }
+        if let (Some(Knob::Send { text, .. }), false) = (value.knobs.first(), hole) {
+            value.text.clone_from(text);
+        }
     }
-    let knobs = axis
-        .values
-        .iter()
-        .filter_map(|value| value.knobs.first().cloned());
-    let resolved = knobs.map(|knob| resolved(program, base.seed, &base.setup, knob));
-    let texts = resolved.map(|knob| knob.map(|knob| knob.value()));
-    let texts: Result<Vec<String>, String> = texts.collect();
-    let texts = texts.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
-    let axis_of = SweepAxis::of(program.knobs(), name, texts);
-    *axis = axis_of.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
     Ok(())
 }
 

@@ -163,15 +163,20 @@ impl SweepTimeline {
     fn of(summary: &SweepSummary) -> Self {
         let name = key(&summary.main.name);
         let fits = |units: f64| {
-            let mut values = summary.rows().iter().map(RowSummary::number);
-            values.all(|value| (value * units).fract() == 0.0)
+            let values = summary.rows().iter().map(RowSummary::number);
+            let mut numbers = values.filter(|value| !value.is_nan());
+            numbers.all(|value| (value * units).fract() == 0.0)
+        };
+        let suffixes = match summary.main.kind {
+            KnobKind::Rate => ["hz", "millihz", "microhz"],
+            _ => ["", "_thousandths", "_millionths"],
         };
         let (unit, units) = match () {
-            () if summary.main.kind != KnobKind::Rate || fits(1.0) => ("hz", 1.0),
-            () if fits(1e3) => ("millihz", 1e3),
-            () => ("microhz", 1e6),
+            () if fits(1.0) => (suffixes[0], 1.0),
+            () if fits(1e3) => (suffixes[1], 1e3),
+            () => (suffixes[2], 1e6),
         };
-        let name = match name.strip_suffix("hz") {
+        let name = match name.strip_suffix(suffixes[0]) {
             Some(stem) => format!("{stem}{unit}"),
             None => name,
         };

@@ -108,6 +108,7 @@ manual! {
     your_own: "docs/your-own.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
+    faults: "docs/faults.md",
     costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",
     ros2: "docs/ros2.md",

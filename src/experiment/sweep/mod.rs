@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-pub use axis::{Axis, AxisError, Quantity};
+pub use axis::{Axis, AxisError, Decimal, Quantity};
 pub use knobs::{SweepAxis, SweepValue};
 pub use result::{CellResult, Survival, Swept};
 pub use work::all_cores;

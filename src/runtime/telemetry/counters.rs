@@ -1,11 +1,32 @@
 //! The counters of a node, of a topic and of its subscriptions.
 
+use std::{collections::VecDeque, time::Duration};
+
 use super::RateWindow;
 use crate::runtime::{
     depth::Depth,
-    sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+        bump, lock,
+    },
     time::{Hz, Time},
 };
+
+/// The most flights that are kept.
+const MOST_FLIGHTS: usize = 256;
+
+/// How long a flight is kept after its end.
+const KEPT: Duration = Duration::from_secs(1);
+
+/// The way of one message through a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flight {
+    /// Run time of its release.
+    pub released: Time,
+    /// Run time of its delivery; `None` if it is lost.
+    pub arrives: Option<Time>,
+}
 
 /// The counters of a node, readable without a lock. They share one allocation,
 /// because each tick writes some of them.
@@ -44,6 +65,10 @@ pub(crate) struct TopicCounters {
     pub(crate) in_flight: AtomicU64,
     pub(crate) depth: AtomicUsize,
     pub(crate) window: RateWindow,
+    /// Losses on the link.
+    pub(crate) losses: RateWindow,
+    /// Recent ways through the link; empty without one.
+    flights: Mutex<VecDeque<Flight>>,
     /// Run time of the newest message, plus one nanosecond; zero before the first.
     pub(crate) newest: AtomicU64,
 }
@@ -58,6 +83,8 @@ impl TopicCounters {
             in_flight: AtomicU64::new(0),
             depth: AtomicUsize::new(depth.get()),
             window: RateWindow::default(),
+            losses: RateWindow::default(),
+            flights: Mutex::default(),
             newest: AtomicU64::new(0),
         }
     }
@@ -68,6 +95,29 @@ impl TopicCounters {
         self.window.count(now);
         let newest = now.as_nanos().saturating_add(1);
         self.newest.store(newest, Ordering::Relaxed);
+    }
+
+    /// Notes the way of a message through a link.
+    pub(crate) fn fly(&self, flight: Flight) {
+        let now = flight.released;
+        if flight.arrives.is_none() {
+            bump(&self.lost);
+            self.losses.count(now);
+        }
+        let mut flights = lock(&self.flights);
+        let over = |flight: &Flight| {
+            let end = flight.arrives.unwrap_or(flight.released);
+            end + KEPT < now
+        };
+        while flights.len() >= MOST_FLIGHTS || flights.front().is_some_and(over) {
+            flights.pop_front();
+        }
+        flights.push_back(flight);
+    }
+
+    /// The recent ways through the link.
+    pub(crate) fn flights(&self) -> Vec<Flight> {
+        lock(&self.flights).iter().copied().collect()
     }
 
     pub(crate) fn newest(&self) -> Option<Time> {

@@ -115,6 +115,11 @@ impl Meter {
         (MeterRecorder(meter.clone()), meter)
     }
 
+    /// A recorder in the place of the first one, which is gone.
+    pub(crate) fn recorder(&self) -> MeterRecorder {
+        MeterRecorder(self.clone())
+    }
+
     /// Reads the samples so far. A sample recorded concurrently may be in the count
     /// already and in the mean only at the next read.
     pub fn read(&self) -> Distribution {

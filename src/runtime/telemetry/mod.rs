@@ -14,6 +14,7 @@ mod replay_counters;
 mod topology;
 mod window;
 
+pub use counters::Flight;
 pub use event_log::{Event, EventKind};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};

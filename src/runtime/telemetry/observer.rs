@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::{
-    Distribution, Event, EventLog, Meter, MeterRecorder, NodeCounters, PushAge, PushAgeView,
-    ReadMark, TopicCounters,
+    Distribution, Event, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
+    PushAgeView, ReadMark, TopicCounters,
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
@@ -188,6 +188,10 @@ pub struct TopicView {
     pub overtaken: u64,
     /// Messages in flight at the last publication or reading, or at the end of the run.
     pub in_flight: u64,
+    /// Messages that its link lost within the last second.
+    pub lost_lately: u64,
+    /// Recent ways of messages through its link; empty without one.
+    pub flights: Vec<Flight>,
     /// Messages per second over the last second.
     pub per_second: f64,
     /// Run time of the newest message; `None` before the first.
@@ -364,6 +368,8 @@ impl TopicEntry {
             lost: self.counters.lost.load(Ordering::Relaxed),
             overtaken: self.counters.overtaken.load(Ordering::Relaxed),
             in_flight: self.counters.in_flight.load(Ordering::Relaxed),
+            lost_lately: self.counters.losses.lately(now),
+            flights: self.counters.flights(),
             per_second: self.counters.window.per_second(now),
             newest: self.counters.newest(),
             publishers: self.publishers.clone(),

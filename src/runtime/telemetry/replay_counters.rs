@@ -1,20 +1,21 @@
 //! The counters of a run, replayed from its record.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 use super::{
-    Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, PushAge,
-    Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry, TopicTopology,
-    Topology,
+    Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
+    PushAge, Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry,
+    TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,
+    head::Head,
     knob::Knob,
     push::Push,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
-        lock,
+        bump, lock,
     },
     tap::TickRecord,
     time::Time,
@@ -46,6 +47,10 @@ struct ReplayTopic {
     entry: TopicEntry,
     /// Ages of messages when each subscription read them.
     ages: Vec<MeterRecorder>,
+    /// Stamps of the messages in flight, by delivery and sequence number.
+    in_flight: BTreeMap<(Time, u64), Time>,
+    /// Sequence number and stamp of the newest delivered message.
+    delivered: Option<(u64, Time)>,
     /// Messages lost up to the newest one; `None` before the first.
     dropped: Option<u64>,
     /// Run time of the last reduction of the queue depth.
@@ -92,12 +97,16 @@ impl ReplayCounters {
         }
     }
 
-    /// Records message number `seq` of the topic with index `topic`, published at
-    /// `stamp`; `dropped` messages of the topic were lost unread by then.
-    pub fn message(&mut self, topic: usize, seq: u64, stamp: Time, dropped: u64) {
+    /// Records a message of the topic with index `topic`.
+    pub fn message(&mut self, topic: usize, head: &Head) {
         if let Some(topic) = self.topics.get_mut(topic) {
-            topic.publish(seq, stamp, dropped);
+            topic.publish(head);
         }
+    }
+
+    /// Delivers the messages that arrive by `now`.
+    pub fn deliver(&mut self, now: Time) {
+        self.topics.iter_mut().for_each(|topic| topic.deliver(now));
     }
 
     /// Records the total number of messages lost unread on the topic with index `topic`,
@@ -223,17 +232,47 @@ impl ReplayTopic {
                 subscriptions,
             },
             ages,
+            in_flight: BTreeMap::new(),
+            delivered: None,
             dropped: None,
             shrunk: Time::ZERO,
         }
     }
 
-    fn publish(&mut self, seq: u64, stamp: Time, dropped: u64) {
+    fn publish(&mut self, head: &Head) {
+        let Head { at, arrives, .. } = *head;
         let counters = &self.entry.counters;
-        let published = seq.saturating_add(1);
+        let published = head.seq.saturating_add(1);
         counters.published.store(published, Ordering::Relaxed);
-        counters.note(stamp);
-        self.lose(stamp, dropped);
+        counters.note(at);
+        if arrives != Some(at) {
+            counters.fly(Flight {
+                released: at,
+                arrives,
+            });
+        }
+        if let Some(arrives) = arrives {
+            self.in_flight.insert((arrives, head.seq), head.stamp);
+        }
+        self.deliver(at);
+        self.lose(at, head.dropped);
+    }
+
+    /// Delivers the messages that arrive by `now`.
+    fn deliver(&mut self, now: Time) {
+        let counters = &self.entry.counters;
+        while let Some(next) = self.in_flight.first_entry()
+            && next.key().0 <= now
+        {
+            let ((_, seq), stamp) = next.remove_entry();
+            if self.delivered.is_some_and(|(newest, _)| seq < newest) {
+                bump(&counters.overtaken);
+            } else {
+                self.delivered = Some((seq, stamp));
+            }
+        }
+        let in_flight = self.in_flight.len() as u64;
+        counters.in_flight.store(in_flight, Ordering::Relaxed);
     }
 
     /// Sets the number of messages lost by `at`.
@@ -250,7 +289,8 @@ impl ReplayTopic {
     }
 
     fn read_by(&mut self, node: usize, now: Time) {
-        let Some(newest) = self.entry.counters.newest() else {
+        self.deliver(now);
+        let Some((_, newest)) = self.delivered else {
             return;
         };
         let subscriptions = self.entry.subscriptions.iter().zip(&mut self.ages);
