@@ -88,6 +88,7 @@ mod timing;
 mod topic;
 mod transit;
 
+pub(crate) use chance::Chance;
 pub use clock::{Clock, ClockExit, RealClock, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
@@ -104,7 +105,7 @@ pub use message::{Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
-pub use rows::{Head, RecordedTopic, RowTap, Rows};
+pub use rows::{Head, RecordedTopic, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};
