@@ -2,6 +2,7 @@
 
 use std::{
     hint::black_box,
+    num::NonZeroUsize,
     ops::ControlFlow,
     sync::{
         Arc, LazyLock,
@@ -23,6 +24,7 @@ use ratelab::{
 };
 
 use super::{
+    causes,
     paired::{Nanos, Paired, nanos, paired, time},
     table::Table,
 };
@@ -35,6 +37,9 @@ const OWN_ROUNDS: usize = 100;
 
 /// Capacity for every message of a run, so that no publisher waits.
 const TAP: usize = 1024;
+
+/// Rounds of two runs of ten milliseconds each.
+const LINKED_ROUNDS: usize = 60;
 
 /// Duration of each round of a throughput measurement.
 const STRETCH: Duration = Duration::from_millis(400);
@@ -84,6 +89,8 @@ pub fn measure(table: &mut Table) {
     }
     sweep(table);
     own_world(table);
+    links(table);
+    ages(table);
 }
 
 /// The same in a world that moves by itself, in ten times as many steps.
@@ -233,6 +240,67 @@ fn sweep(table: &mut Table) {
     row(what, paired(7, swept, alone));
     let what = "sweep on all cores, beside lone runs on all".to_owned();
     row(what, paired(7, swept, together));
+}
+
+/// Every kind of link, on both topics.
+const LINKS: &str = "link /obs delay:0..10,in-order,loss:0.05, \
+    link /action delay:lognormal:3,10,burst:0.01,2,reliable:10";
+
+/// Fills in the row about links, in a world that does not wait.
+fn links(table: &mut Table) {
+    table.heading("A virtual run of 10 s in its own world".to_owned());
+    let run = |links: &str| {
+        let mut config = Config {
+            world: WorldKind::OWN,
+            ..Config::default()
+        };
+        for knob in links.split(", ").filter(|knob| !knob.is_empty()) {
+            config
+                .setup
+                .extend(CartPole::KNOBS.parse(knob).expect("knob"));
+        }
+        let experiment = Experiment::new(cart_pole(), &config).expect("experiment");
+        time(|| assert!(!execute(experiment).verdict.is_lost()))
+    };
+    let linked = paired(LINKED_ROUNDS, || run(LINKS), || run(""));
+    table.row("every kind of link, beside none", &linked, Some(1.1));
+}
+
+/// Fills in the row about the sweeps of `docs/age.md`, with one start of each
+/// configuration: on all cores beside one, times the cores.
+fn ages(table: &mut Table) {
+    let base = causes::base("scripted").expect("configuration");
+    let sweeps: Vec<Sweep> = causes::CAUSES
+        .iter()
+        .map(|cause| causes::sweep(&cart_pole(), &base, cause, 1).expect("sweep"))
+        .collect();
+    let runs: usize = sweeps
+        .iter()
+        .map(|sweep| sweep.cells().expect("cells"))
+        .sum();
+    let per_run = |threads: NonZeroUsize| {
+        let whole = time(|| {
+            for sweep in &sweeps {
+                let swept = sweep.run(threads, |_, _| ControlFlow::Continue(()));
+                assert!(swept.expect("swept").is_complete());
+            }
+        });
+        whole / runs as f64
+    };
+    let cores = all_cores().get() as f64;
+    let rates = paired(
+        3,
+        || per_run(all_cores()),
+        || per_run(NonZeroUsize::MIN) / cores,
+    );
+    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
+    let cells = [per_second(rates.ours), per_second(rates.floor)];
+    table.cells(
+        "runs/s of docs/age.md, beside one core's",
+        cells,
+        rates.ratio,
+        Some(1.11),
+    );
 }
 
 /// Wall time per piece of `work` while `threads` threads run it.

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     names::{self, good, key},
-    report::{ReportContext, push_age_s, saw_the_wall},
+    report::{ReportContext, saw_the_wall},
     timing::is_timed,
 };
 
@@ -63,8 +63,14 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     if let WorldKind::Own { step_ms } = config.world {
         keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
     }
-    if let Some(age) = push_age_s(summary) {
-        keys.insert("mean_push_age_ms".to_owned(), json!(rounded(age * 1e3)));
+    if let Some(age) = summary.push_age() {
+        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
+        keys.insert("mean_push_age_ms".to_owned(), run);
+        keys.insert("late_push_age_ms".to_owned(), late);
+    }
+    if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {
+        keys.insert("quadratic_cost".to_owned(), json!(mean));
+        keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     keys
 }

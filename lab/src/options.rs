@@ -69,7 +69,11 @@ pub fn like(program: &Program, args: &GraphArgs) -> Result<Option<Like>, Error> 
     file.map(|file| like::read(program, file)).transpose()
 }
 
-fn graph(
+/// Builds the configuration from the options of a graph alone.
+///
+/// # Errors
+/// [`Error::BadInput`] if they are invalid for the system.
+pub fn graph(
     program: &Program,
     args: &GraphArgs,
     defaults: &Defaults,

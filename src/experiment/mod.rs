@@ -14,16 +14,20 @@
 //! ```
 
 mod config;
+pub mod hunt;
 mod summary;
 pub mod sweep;
 mod taps;
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
 
 use crossbeam_channel::Sender;
 
 pub use config::Config;
-pub use summary::{NodeSummary, RunEnd, Summary, TopicSummary};
+pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
 pub use taps::Taps;
 
 use crate::{
@@ -31,7 +35,7 @@ use crate::{
         ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
         TimedKnob, clock,
     },
-    system::{BuildError, Builder, Built, System},
+    system::{BuildError, Builder, Built, MeanCost, System},
 };
 
 /// The graph of a system, ready to run once.
@@ -40,8 +44,25 @@ pub struct Experiment {
     config: Config,
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
+    cost: Option<SharedCost>,
     commands: Sender<Command>,
     inbox: Inbox,
+}
+
+/// What the states of a run cost so far.
+type SharedCost = Arc<Mutex<MeanCost>>;
+
+/// Begins to measure what the states of `system` cost, if it judges them.
+fn watch_cost(system: &dyn System, recorded: &[Arc<dyn RecordedTopic>]) -> Option<SharedCost> {
+    let (cost, name) = system.quadratic_cost().zip(system.state())?;
+    let states = recorded.iter().find(|topic| topic.name() == name)?;
+    let mean = SharedCost::default();
+    let shared = mean.clone();
+    states.watch(Box::new(move |now, state| {
+        let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        mean.state(now, (cost.of_state)(state));
+    }));
+    Some(mean)
 }
 
 impl Experiment {
@@ -89,6 +110,7 @@ impl Experiment {
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
         let (commands, inbox) = Inbox::new(timed.collect());
         Ok(Self {
+            cost: watch_cost(&*system, &recorded),
             system,
             config,
             graph,
@@ -151,6 +173,7 @@ impl Experiment {
             config,
             mut graph,
             recorded,
+            cost,
             commands,
             mut inbox,
         } = self;
@@ -178,6 +201,10 @@ impl Experiment {
             sim_time,
             wall_time,
             state,
+            cost: cost.and_then(|mean| {
+                let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
+                mean.until(sim_time)
+            }),
         };
         Ok(Summary::observed(&*system, &config, end, &observer))
     }

@@ -90,6 +90,7 @@ mod timing;
 mod topic;
 mod transit;
 
+pub(crate) use chance::Chance;
 pub use clock::{Clock, ClockExit, RealClock, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
@@ -108,7 +109,7 @@ pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use push::Push;
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
-pub use rows::{RecordedTopic, RowTap, Rows};
+pub use rows::{RecordedTopic, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};

@@ -93,8 +93,8 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
     if !program.course {
         return command;
     }
-    let what = "Put what linear theory says beside what was measured: how fast a small deviation \
-                grows (1/s)";
+    let what = "Add linear theory to the measurement: how fast a small deviation grows (1/s), and \
+                the edges between rows or cells from which on it does";
     let theory = flag(THEORY, what.to_owned()).help_heading(heading::OUTPUT);
     command.arg(theory.display_order(0))
 }

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::Like;
 use crate::{
     metrics::{object, rounded},
-    report::{line, ms, push_age_s},
+    report::{line, ms},
 };
 
 /// Quantiles that are compared.
@@ -59,9 +59,10 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
         }
         rows.push(row(format!("{meter} max"), &|run| ms(run.latency.max())));
     }
-    if runs.iter().any(|run| push_age_s(run).is_some()) {
+    if runs.iter().any(|run| run.push_age().is_some()) {
         rows.push(row("push age mean".to_owned(), &|run| {
-            push_age_s(run).map_or("-".to_owned(), |age| format!("{:.1} ms", age * 1e3))
+            run.push_age()
+                .map_or("-".to_owned(), |age| format!("{:.1} ms", age.run_s * 1e3))
         }));
     }
     let nodes = runs[1].nodes.iter().map(|node| &node.name);
@@ -90,7 +91,7 @@ fn figures(run: &Summary) -> Map<String, Value> {
     object(json!({
         "cause_of_end": run.verdict.name(),
         "latency": latency(&run.latency),
-        "mean_push_age_ms": push_age_s(run).map(|age| rounded(age * 1e3)),
+        "mean_push_age_ms": run.push_age().map(|age| rounded(age.run_s * 1e3)),
         "overruns": overruns.collect::<Map<_, _>>(),
         "sim_time_s": rounded(run.sim_time.as_secs_f64()),
     }))

@@ -8,7 +8,7 @@ use ratelab::{
         ClockExit, Observer, Push, Rows, Time,
         telemetry::{EventKind, ReplayCounters, Status},
     },
-    system::System,
+    system::{MeanCost, System},
 };
 
 use super::{reader::Recording, schema::RunStatus};
@@ -233,8 +233,20 @@ impl Replay {
             sim_time,
             wall_time,
             state: self.newest_state().to_vec(),
+            cost: self.cost(sim_time),
         };
         Summary::observed(&*self.system, self.config(), end, &self.observer())
+    }
+
+    /// What the states cost that are replayed, on average until run time `end`.
+    fn cost(&self, end: Time) -> Option<f64> {
+        let (cost, topic) = self.system.quadratic_cost().zip(self.state)?;
+        let states = self.recording.topics[topic].iter();
+        let mut mean = MeanCost::default();
+        for (head, state) in states.take(self.replayed[topic]) {
+            mean.state(head.stamp, (cost.of_state)(state));
+        }
+        mean.until(end)
     }
 
     fn status(&self) -> Option<&RunStatus> {

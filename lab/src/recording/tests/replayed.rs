@@ -152,7 +152,7 @@ fn a_replay_in_the_own_world_measures_what_the_run_measured() {
         assert!(summary.latency.count() > 10, "{setup}");
         assert_eq!(replayed.latency.count(), summary.latency.count(), "{setup}");
         assert_eq!(replayed.latency.sum(), summary.latency.sum(), "{setup}");
-        let age = |summary: &Summary| summary.nodes[3].push_age_s.expect("pushes");
+        let age = |summary: &Summary| summary.nodes[3].push_age.expect("pushes");
         assert_eq!(age(&replayed), age(&summary), "{setup}");
     }
 }
