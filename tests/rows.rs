@@ -30,6 +30,8 @@ fn head(at: u64, seq: usize) -> Head {
         seq: seq as u64,
         origin: None,
         dropped: 0,
+        released: Time::from_nanos(at),
+        arrives: Some(Time::from_nanos(at)),
     }
 }
 

@@ -23,6 +23,25 @@ pub struct Head {
     pub origin: Option<Time>,
     /// Messages of the topic lost unread by then, over all subscriptions.
     pub dropped: u64,
+    /// Run time at which it was published, whatever the clock of its node shows.
+    pub released: Time,
+    /// Run time at which it can be read; `None` if it is lost.
+    pub arrives: Option<Time>,
+}
+
+impl Head {
+    /// That of a message as a tap sees it.
+    pub fn of<T>(tapped: &TapMessage<T>) -> Self {
+        let message = &tapped.message;
+        Self {
+            stamp: message.stamp,
+            seq: message.seq,
+            origin: message.origin,
+            dropped: tapped.dropped,
+            released: tapped.released,
+            arrives: tapped.arrives,
+        }
+    }
 }
 
 /// Messages of one topic, each a row of as many numbers.
@@ -58,14 +77,8 @@ impl Rows {
     }
 
     fn push_message<T: Fields>(&mut self, tapped: &TapMessage<T>) {
-        let message = &tapped.message;
-        self.heads.push(Head {
-            stamp: message.stamp,
-            seq: message.seq,
-            origin: message.origin,
-            dropped: tapped.dropped,
-        });
-        message.data.append_to(&mut self.values);
+        self.heads.push(Head::of(tapped));
+        tapped.message.data.append_to(&mut self.values);
         self.values.resize(self.heads.len() * self.width, f64::NAN);
     }
 

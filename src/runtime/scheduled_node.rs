@@ -331,7 +331,7 @@ impl ScheduledNode {
         self.overrun_until(passed);
         if !running.noted {
             let took = now.since(running.began);
-            self.note_tick(running.began, running.lateness, Some(took));
+            self.note_tick(running.began, Some(now), running.lateness, Some(took));
         }
         Ok(end_of(running.flow, applied?))
     }
@@ -414,11 +414,12 @@ impl ScheduledNode {
         self.entry.overruns.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Notes what was measured of the tick that began at `at`, when the node has
-    /// moved on past it.
+    /// Notes what was measured of the tick that began at `at` and acted at `ends`, when
+    /// the node has moved on past it.
     pub(crate) fn note_tick(
         &mut self,
         at: Time,
+        ends: Option<Time>,
         lateness: Option<Duration>,
         took: Option<Duration>,
     ) {
@@ -433,6 +434,7 @@ impl ScheduledNode {
         self.taps.offer(|| TickRecord {
             number: entry.ticks.load(Ordering::Relaxed).saturating_sub(1),
             at,
+            ends,
             lateness,
             took,
             overruns: entry.overruns.load(Ordering::Relaxed),
@@ -445,7 +447,7 @@ impl ScheduledNode {
         if let Some(running) = running.filter(|running| !running.noted) {
             running.noted = true;
             let (began, lateness) = (running.began, running.lateness);
-            self.note_tick(began, lateness, None);
+            self.note_tick(began, None, lateness, None);
         }
     }
 }

@@ -36,6 +36,8 @@ impl Backpressure {
 pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
+    /// Run time at which it was published, whatever the clock of its node shows.
+    pub released: Time,
     /// Run time at which subscriptions can read it; `None` if it is lost. A message
     /// that is delivered after a newer one is never read.
     pub arrives: Option<Time>,
@@ -51,6 +53,8 @@ pub struct TickRecord {
     pub number: u64,
     /// Run time at which it began.
     pub at: Time,
+    /// Run time at which it published and acted; `None` if the run ended before.
+    pub ends: Option<Time>,
     /// How late it began; `None` under the virtual clock, which never is.
     pub lateness: Option<Duration>,
     /// How long it took in wall time; `None` where that was not measured.

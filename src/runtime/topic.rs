@@ -174,7 +174,7 @@ impl<T: Payload> Topic<T> {
     /// The newest message as a tap would see it, without being counted as a
     /// reader; `None` before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
-        lock(&self.0.queue).newest()
+        lock(&self.0.queue).newest(None)
     }
 
     /// Changes which message subscriptions read. Returns which it was before.
@@ -244,9 +244,10 @@ impl<T: Payload> Topic<T> {
 
 impl<T: Payload> Queue<T> {
     /// Hands every tap a copy, and forgets those that nobody listens to.
-    fn offer_newest(&mut self) {
+    /// That one was published at run time `now`.
+    fn offer_newest(&mut self, now: Time) {
         if !self.taps.is_empty()
-            && let Some(newest) = self.newest()
+            && let Some(newest) = self.newest(Some(now))
         {
             self.taps.retain(|tap| tap.offer(newest.clone()));
         }
@@ -307,20 +308,23 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, and what was lost by now.
-    fn newest(&self) -> Option<TapMessage<T>> {
+    /// The newest message, and what was lost by now. It was published at run time
+    /// `released`, or when its stamp shows.
+    fn newest(&self, released: Option<Time>) -> Option<TapMessage<T>> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
             None => {
                 let message = self.messages.back()?.clone();
-                let at = message.stamp;
+                let at = released.unwrap_or(message.stamp);
                 (message, Some(at))
             }
         };
+        let released = released.unwrap_or(message.stamp);
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
         Some(TapMessage {
             message,
+            released,
             arrives,
             dropped,
         })
@@ -422,7 +426,7 @@ impl<T: Payload> Bus<T> {
             None => queue.push(message, now),
             Some(_) => queue.send(message, now, &self.counters),
         }
-        queue.offer_newest();
+        queue.offer_newest(now);
         bump(&self.counters.published);
         self.counters.note(now);
     }

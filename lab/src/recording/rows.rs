@@ -25,11 +25,14 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
         .zip(numbers(chunk, message::DROPPED));
     let rows = heads.zip(values(chunk));
     rows.map(|((((stamp, seq), origin), dropped), values)| {
+        let stamp = stamp?;
         let head = Head {
-            stamp: stamp?,
+            stamp,
             seq: seq??,
             origin: origin?.map(Time::from_nanos),
             dropped: dropped??,
+            released: stamp,
+            arrives: Some(stamp),
         };
         Some((head, values?))
     })
@@ -44,9 +47,11 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
         .zip(numbers(chunk, tick::TOOK))
         .zip(numbers(chunk, tick::OVERRUNS));
     rows.map(|((((at, number), lateness), took), overruns)| {
+        let at = at?;
         Some(TickRecord {
             number: number??,
-            at: at?,
+            at,
+            ends: Some(at),
             lateness: lateness_of(lateness?)?,
             took: took?.map(Duration::from_nanos),
             overruns: overruns??,

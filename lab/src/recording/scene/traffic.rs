@@ -174,6 +174,8 @@ mod tests {
             seq: k,
             origin: None,
             dropped: k / 2,
+            released: ms(20 * k),
+            arrives: Some(ms(20 * k)),
         };
         let messages: Vec<_> = (0..500).map(head).collect();
         traffic.count("/obs", &messages);

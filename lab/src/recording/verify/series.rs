@@ -171,8 +171,8 @@ impl Series for Ticks<'_> {
         let item = self.recorded(recorded)?;
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
         // How long a tick took is the wall's time, and not what comes again.
-        let took = recorded.took;
-        if *recorded == (TickRecord { took, ..*computed }) {
+        let (took, ends) = (recorded.took, recorded.ends);
+        if *recorded == (TickRecord { took, ends, ..*computed }) {
             return None;
         }
         let parts = |tick: &TickRecord| {
