@@ -61,10 +61,7 @@ impl Node for Actor {
     fn apply(&mut self, now: Time) -> Tick {
         if let Some((sensed, chain)) = self.command.clone() {
             self.age.push(now, sensed);
-            self.applied
-                .lock()
-                .expect("log")
-                .push((now, sensed, chain));
+            self.applied.lock().expect("log").push((now, sensed, chain));
         }
         GO_ON
     }
@@ -80,7 +77,11 @@ struct Plan {
 }
 
 fn plans(most_inputs: usize) -> impl Strategy<Value = Plan> {
-    let node = (1..=100u32, 0..3u32, prop::collection::vec(0..8usize, 1..=most_inputs));
+    let node = (
+        1..=100u32,
+        0..3u32,
+        prop::collection::vec(0..8usize, 1..=most_inputs),
+    );
     let takes = prop_oneof![
         (0..3u32).prop_map(|kind| format!("takes NODE {}", ["none", "15", "7.5"][kind as usize])),
         (0..40u32, 0..60u32).prop_map(|(from, more)| format!("takes NODE {from}..{}", from + more)),
@@ -146,10 +147,21 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
                     applied: applied.clone(),
                 };
                 *age.lock().expect("age") = Some(actor.age.clone());
-                Box::new(move |now, ends| if ends { actor.apply(now) } else { actor.tick(now) })
+                Box::new(move |now, ends| {
+                    if ends {
+                        actor.apply(now)
+                    } else {
+                        actor.tick(now)
+                    }
+                })
             } else {
                 let output = wiring.publisher(&topics[number]);
-                let mut relay = Relay { inputs, output, topic: number, published: 0 };
+                let mut relay = Relay {
+                    inputs,
+                    output,
+                    topic: number,
+                    published: 0,
+                };
                 Box::new(move |now, ends| if ends { GO_ON } else { relay.tick(now) })
             };
             AnyNode(node)
@@ -186,7 +198,10 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
         }
     }
     for (node, ticks) in ticks.iter().enumerate() {
-        ticks.items().try_iter().for_each(|tick| lineage.tick(node, tick));
+        ticks
+            .items()
+            .try_iter()
+            .for_each(|tick| lineage.tick(node, tick));
     }
     lineage.settle();
     let applied = std::mem::take(&mut *applied.lock().expect("log"));
@@ -214,13 +229,18 @@ fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
         let sent = lineage.sent(topic).find(|sent| sent.seq == seq);
         let sent = *sent.expect("the message");
         let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
-        match lineage.derived_from(node, tick, sent.sensed).filter(|_| sent.derived) {
+        match lineage
+            .derived_from(node, tick, sent.sensed)
+            .filter(|_| sent.derived)
+        {
             Some(before) => chain.insert(0, before),
             None => break,
         }
     }
     let name = |topic: usize| lineage.topology().topics[topic].name[2..].parse();
-    let named = chain.iter().map(|&(topic, seq)| (name(topic).expect("a number"), seq));
+    let named = chain
+        .iter()
+        .map(|&(topic, seq)| (name(topic).expect("a number"), seq));
     named.collect()
 }
 

@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 10] = [
+const OF_COMMANDS: [(&str, &str); 11] = [
     (
         "",
         "\
@@ -42,6 +42,7 @@ const OF_COMMANDS: [(&str, &str); 10] = [
   ratelab replay --terminal fall.rrd    here, in the panes of the lab",
     ),
     ("info", "  ratelab info fall.rrd"),
+    ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),
     (
         "exercise",

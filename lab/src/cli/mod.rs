@@ -26,7 +26,7 @@ pub use self::{
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
     graph::{ClockArg, GraphArgs},
-    recordings::{InfoArgs, ReplayArgs, VerifyArgs},
+    recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::SweepArgs,
     system::DEFAULT_RATES,
@@ -60,6 +60,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
     Verify(VerifyArgs),
+    /// Write a recording as a trace for Perfetto: what each tick and message did.
+    Trace(TraceArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
     #[command(skip)]
     Exercise(ExerciseArgs),
@@ -81,7 +83,7 @@ pub enum Command {
 
 /// The name of the command that only a course has, and its place in the help: the
 /// others have the even ones.
-const EXERCISE: (&str, usize) = ("exercise", 13);
+const EXERCISE: (&str, usize) = ("exercise", 15);
 
 /// What `program` is asked for.
 ///

@@ -10,6 +10,7 @@ mod man;
 mod replay;
 mod run;
 mod sweep;
+mod trace;
 mod verify;
 
 pub use completions::completions;
@@ -21,4 +22,5 @@ pub use man::man;
 pub use replay::replay;
 pub use run::run;
 pub use sweep::sweep;
+pub use trace::trace;
 pub use verify::verify;

@@ -14,6 +14,14 @@ use crate::{
     rescue::{RESCUE, judge_file},
 };
 
+/// The keys of the panel, for the bottom line.
+pub const HINTS: &[(&str, &str)] = &[
+    ("Enter", "go on"),
+    ("↑ ↓ PgUp PgDn", "move"),
+    ("Esc", "back"),
+    ("Ctrl-C", "quit"),
+];
+
 /// Lines that PgUp and PgDn move by.
 const JUMP: usize = 10;
 

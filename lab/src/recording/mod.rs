@@ -34,6 +34,7 @@ mod file;
 mod frames;
 mod legacy;
 mod limits;
+mod lineage;
 mod other;
 mod printable;
 mod progress;

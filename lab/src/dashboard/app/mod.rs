@@ -25,7 +25,8 @@ use restart::Next;
 use super::{
     cliff::CliffMap,
     error::LabError,
-    exercise_panel::ExercisePanel,
+    exercise_panel::{self, ExercisePanel},
+    explain,
     focus::Pane,
     frame::{FrameData, Trace},
     history::FrameHistory,
@@ -34,11 +35,12 @@ use super::{
     knobs::Knobs,
     marks::{TRACE_S, marks},
     model::Model,
+    overlay::{self, Overlay},
     presets::Direction,
     prompt::Prompt,
-    sampler::{RunSource, Sampler},
+    sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, Setup},
-    view::{Footer, ScreenState, StatusExtra},
+    view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
     recording::{Destination, RecordError, Recorded, Recorder},
@@ -94,8 +96,8 @@ pub struct App {
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
     pub zoomed: bool,
-    /// Whether the keys are shown.
-    pub help: bool,
+    /// What lies over the panes.
+    pub overlay: Option<Overlay>,
     /// The line in which a knob is typed.
     prompt: Prompt,
     /// Whether it is open.
@@ -141,7 +143,7 @@ impl App {
             mapping: false,
             focus: Pane::Graph,
             zoomed: false,
-            help: false,
+            overlay: None,
             prompt: Prompt::default(),
             typing: false,
             notice: None,
@@ -236,8 +238,8 @@ impl Model for App {
             scrubber: None,
             map: self.open(),
             footer: self.footer(),
-            help: self.help.then(|| self.keys()),
-            page: self.panel.as_ref().map(ExercisePanel::page),
+            help: self.help(),
+            page: self.page(frame),
             notice: self.notice.as_deref(),
         })
     }
@@ -254,8 +256,8 @@ impl Model for App {
             self.type_key(key);
             return Ok(());
         }
-        if self.help && action != Some(LabAction::Quit) {
-            self.help = false; // Any key closes it.
+        if let Some(overlay) = self.overlay.filter(|_| action != Some(LabAction::Quit)) {
+            self.overlay = overlay.after(key);
             return Ok(());
         }
         if self.panel.is_some() && !is_chord(key) {
@@ -332,22 +334,29 @@ impl App {
             LabAction::Focus(pane) if self.has(pane) => self.focus = pane,
             LabAction::Focus(_) => self.notify("this system has nothing to show there"),
             LabAction::Zoom => self.zoomed = !self.zoomed,
-            LabAction::Help => self.help = true,
+            LabAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
+            LabAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
             LabAction::Quit => return self.leave(),
         }
         Ok(())
     }
 
-    /// The keys and what they do, those of the map first if it is open.
-    fn keys(&self) -> Vec<(String, String)> {
-        let map = if self.mapping {
-            MAP.rows(|_| true)
-        } else {
-            Vec::new()
+    /// The keys of what is open, if they are to be shown.
+    fn help(&self) -> Option<HelpPage> {
+        let scroll = self.overlay?.help()?;
+        let rows = match self.mapping {
+            true => MAP.rows(|_| true),
+            false => LAB.rows(|action| self.knows(*action)),
         };
-        map.into_iter()
-            .chain(LAB.rows(|action| self.knows(*action)))
-            .collect()
+        Some(HelpPage { rows, scroll })
+    }
+
+    /// The page of text that is open: of the exercises, or of what a pane shows.
+    fn page(&self, frame: &FrameData) -> Option<TextPage> {
+        let explained = self.overlay.and_then(Overlay::explained);
+        let signal = sampler::signal(self.system()).map(|signal| signal.name);
+        let explained = explained.map(|scroll| explain::page(self.focus, signal, frame, scroll));
+        explained.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
     }
 
     fn footer(&self) -> Footer<'_> {
@@ -357,6 +366,13 @@ impl App {
                 refusal: self.prompt.refusal(),
                 hint: self.with_vocabulary(|words| words.hint()),
             }
+        } else if self.overlay.is_some() || self.panel.is_some() {
+            let hints = match self.overlay {
+                Some(_) => overlay::HINTS.as_slice(),
+                None => exercise_panel::HINTS,
+            };
+            let hints = hints.iter().map(|(key, what)| (key.to_string(), *what));
+            Footer::Hints(hints.collect())
         } else if self.mapping {
             Footer::Hints(MAP.hints(|_| true))
         } else {

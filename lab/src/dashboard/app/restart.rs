@@ -12,7 +12,7 @@ use crate::{
     dashboard::{
         history::FrameHistory,
         knobs::Knobs,
-        sampler::{RunSource, Sampler},
+        sampler::RunSource,
         session::{Prepared, list},
     },
     recording::RecordError,
@@ -102,6 +102,7 @@ impl App {
 
     /// Starts what was prepared, now that the session before it is over.
     fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
+        let sampler = self.sampler.next(&self.session);
         match self.session.finish() {
             // The rows of a session that is followed by another are not kept.
             Ok(_) | Err(LabError::Csv(_)) => {}
@@ -118,7 +119,7 @@ impl App {
         self.session = prepared.begin(recorder);
         self.config = without_knobs(self.session.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
-        self.sampler = Sampler::default();
+        self.sampler = sampler;
         self.history = FrameHistory::default();
         self.events.clear();
         self.pause = false;

@@ -58,6 +58,8 @@ pub enum LabAction {
     Exercises,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
+    /// Explain the pane in focus.
+    Explain,
     /// Show or hide the keys.
     Help,
     /// Leave.

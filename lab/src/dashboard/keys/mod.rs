@@ -60,6 +60,11 @@ macro_rules! screen_with_panes {
         $crate::dashboard::keys::KeyTable(&[
             row(&[(Key::Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
             row(
+                &[(Key::Char('i'), $Action::Explain)],
+                "explain the pane in focus, with its figures",
+                Some("explain"),
+            ),
+            row(
                 &[(Key::Char('q'), $Action::Quit), (Key::Ctrl('c'), $Action::Quit)],
                 "quit",
                 Some("quit"),

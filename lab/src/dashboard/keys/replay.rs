@@ -30,6 +30,8 @@ pub enum ReplayAction {
     Focus(Pane),
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
+    /// Explain the pane in focus.
+    Explain,
     /// Show or hide the keys.
     Help,
     /// Leave.

@@ -50,6 +50,8 @@ impl ScreenLayout {
         let [status, age, body, second, footer] = rows(area, parts);
         let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
             one_pane(body, focus)
+        } else if lines > 0 && !is_roomy(area) {
+            (None, few_panes(body, focus, exist))
         } else {
             (None, all_panes(body, is_roomy(area), lines > 0, exist))
         };
@@ -85,6 +87,26 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     }
     let [pane, verdict] = rows(body, [Constraint::Fill(1), Constraint::Length(1)]);
     (Some(verdict), vec![(focus, pane)])
+}
+
+/// The graph, and below it the plant and the signal, or the pane in focus instead.
+fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
+    let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
+    if matches!(focus, Pane::Figures | Pane::Events) {
+        return vec![(Pane::Graph, graph), (focus, rest)];
+    }
+    let widths = [Constraint::Percentage(38), Constraint::Fill(1)];
+    let [left, right] = match (exist(Pane::Plant), exist(Pane::Signal)) {
+        (true, true) => columns(rest, widths),
+        (true, false) => [rest, Rect::default()],
+        (false, _) => [Rect::default(), rest],
+    };
+    let panes = [
+        (Pane::Graph, graph),
+        (Pane::Plant, left),
+        (Pane::Signal, right),
+    ];
+    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
 }
 
 fn all_panes(

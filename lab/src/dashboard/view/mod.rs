@@ -16,7 +16,7 @@ mod page;
 mod pane;
 mod plant;
 #[cfg(test)]
-mod sample;
+pub mod sample;
 mod scrubber;
 mod signal;
 mod status;
@@ -35,8 +35,8 @@ use ratelab::{runtime::telemetry::Event, system::System};
 
 #[cfg(test)]
 pub use self::pane::testing;
+pub use self::{help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use self::{layout::ScreenLayout, theme::Theme};
-pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use super::{
     cliff::CliffMap,
     focus::Pane,
@@ -69,7 +69,7 @@ pub struct ScreenState<'a> {
     /// The last line.
     pub footer: Footer<'a>,
     /// The keys and what they do, over everything else.
-    pub help: Option<Vec<(String, String)>>,
+    pub help: Option<HelpPage>,
     /// A page of text over everything but the help.
     pub page: Option<TextPage>,
     /// The last thing that the dashboard itself had to say.
@@ -86,16 +86,21 @@ impl ScreenState<'_> {
         }
     }
 
-    /// Why it is lost, in lines across a screen of the size of `area` where the pane of
-    /// events has no room for them.
-    fn cause(&self, area: Rect) -> Vec<String> {
+    /// How it stands and why, across a screen of the size of `area` where the pane of
+    /// events has no room for it. As many lines whatever there is, so that nothing
+    /// jumps.
+    fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         if self.frame.age.is_none() || layout::is_roomy(area) {
             return Vec::new();
         }
-        let room = usize::from(area.width).saturating_sub(1);
-        let why = self.frame.verdict.why.iter();
-        let lines = why.flat_map(|why| pane::broken(why, room));
-        lines.take(CAUSE_LINES).collect()
+        let room = usize::from(area.width).saturating_sub(2);
+        let verdict = &self.frame.verdict;
+        let why = verdict.why.iter();
+        let why = why.flat_map(|why| pane::broken(&pane::plain(why, theme), room));
+        let mut lines = vec![events::headline(verdict, theme)];
+        lines.extend(why.map(Line::from));
+        lines.resize(VERDICT_LINES, Line::default());
+        lines
     }
 
     /// Whether the system has a picture, or may have one as soon as it has a state.
@@ -105,8 +110,8 @@ impl ScreenState<'_> {
     }
 }
 
-/// Lines of a cause where there is little room.
-const CAUSE_LINES: usize = 2;
+/// Lines of a verdict and its cause where there is little room.
+const VERDICT_LINES: usize = 3;
 
 /// The last line.
 pub enum Footer<'a> {
@@ -131,8 +136,10 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
         too_small(area, buf);
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let age = usize::from(shown.frame.age.is_some()) + shown.cause(area).len();
-        let age = pane::clamp(age);
+        let frame = shown.frame;
+        let age = [frame.age.is_some(), frame.push.is_some()].map(usize::from);
+        let verdict = shown.verdict_lines(area, theme).len();
+        let age = pane::clamp(age.iter().sum::<usize>() + verdict);
         let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
             shown.has(pane)
         });
@@ -144,16 +151,14 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(age) = &shown.frame.age {
-        age::render(age, theme, layout.age, buf);
-        for (number, line) in shown.cause(buf.area).iter().enumerate() {
-            let line = pane::plain(line, theme);
-            pane::put(
-                &line,
-                Style::new(),
-                1,
-                pane::row(layout.age, 1 + number),
-                buf,
-            );
+        age::render(age, shown.frame.push.as_ref(), theme, layout.age, buf);
+        let above = 1 + usize::from(shown.frame.push.is_some());
+        let lines = shown.verdict_lines(buf.area, theme).into_iter();
+        for (number, line) in lines.enumerate() {
+            let mut place = pane::row(layout.age, above + number);
+            place.x += 1;
+            place.width = place.width.saturating_sub(1);
+            line.render(place, buf);
         }
     }
     if let Some(area) = layout.verdict {
@@ -191,8 +196,8 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     {
         over_the_prompt(refusal, theme, layout.body, buf);
     }
-    if let Some(rows) = &shown.help {
-        help::render(rows, theme, layout.body, buf);
+    if let Some(help) = &shown.help {
+        help::render(help, theme, layout.body, buf);
     }
 }
 

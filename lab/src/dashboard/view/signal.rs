@@ -38,7 +38,7 @@ const TIME_COLUMNS: f64 = 8.0;
 const LEAST: (u16, u16) = (30, 5);
 
 /// The least height of two charts.
-const TALL: u16 = 14;
+const TALL: u16 = 8;
 
 /// What the lower chart shows.
 const AGE_TITLE: &str = "age of the push (ms)";
@@ -95,6 +95,7 @@ pub fn render(
     chart.axes(theme, buf);
     chart.marks(&trace.marks, now, theme, buf);
     chart.texts(&trace.marks, now, theme, buf);
+    chart.ghost(&trace.ghost.points, theme, buf);
     chart.curve(past, lost, theme, buf);
     if two {
         let range = age_range(trace.limits, ends(ages, times)[1]);
@@ -108,6 +109,7 @@ pub fn render(
         chart.axes(theme, buf);
         chart.marks(&trace.marks, now, theme, buf);
         put(AGE_TITLE, theme.strong(), 0, chart.text_row, buf);
+        chart.ghost(&trace.ghost.ages, theme, buf);
         chart.curve(ages, |_| false, theme, buf);
     }
 }
@@ -380,6 +382,23 @@ impl PlacedChart {
     }
 
     /// The line through `past`, an alarm where a value is `lost`.
+    /// The run before this one, also where this one has not come to yet.
+    fn ghost(&self, points: &[(f64, f64)], theme: &Theme, buf: &mut Buffer) {
+        let first = points.partition_point(|point| point.0 < self.axis.begin);
+        let last = points.partition_point(|point| point.0 <= self.axis.end);
+        let lines = points[first..last].windows(2);
+        // Half of the strokes, so that it is no curve without colours as well.
+        let lines = lines.step_by(2).map(|pair| {
+            let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+            [x1, y1, x2, y2]
+        });
+        let pen = Pen {
+            style: theme.faint(),
+            ascii: ':',
+        };
+        self.canvas.draw(pen, lines, buf);
+    }
+
     fn curve(
         &self,
         past: &[(f64, f64)],

@@ -172,7 +172,13 @@ impl Series for Ticks<'_> {
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
         // How long a tick took is the wall's time, and not what comes again.
         let (took, ends) = (recorded.took, recorded.ends);
-        if *recorded == (TickRecord { took, ends, ..*computed }) {
+        if *recorded
+            == (TickRecord {
+                took,
+                ends,
+                ..*computed
+            })
+        {
             return None;
         }
         let parts = |tick: &TickRecord| {

@@ -6,6 +6,7 @@
 mod parts;
 mod push;
 mod reads;
+mod traffic;
 
 use std::collections::VecDeque;
 

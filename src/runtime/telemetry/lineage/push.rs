@@ -1,5 +1,7 @@
 //! The action in force, and what its age is spent on.
 
+use std::time::Duration;
+
 use super::{
     Lineage, Worked,
     parts::{AgeParts, Stage},
@@ -27,7 +29,10 @@ impl Push {
     /// The parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
         let (topic, node) = (self.topic, self.node);
-        let outdated = self.outdated.unwrap_or(at).clamp(self.since, at.max(self.since));
+        let outdated = self
+            .outdated
+            .unwrap_or(at)
+            .clamp(self.since, at.max(self.since));
         let mut parts = self.parts.clone();
         parts.add(Stage::Held { topic, node }, self.since, outdated);
         parts.add(Stage::Kept { topic, node }, outdated, at);
@@ -50,7 +55,10 @@ impl Push {
         let held = grown(begin, early.max(begin), self.since)
             + outdated.since(self.since).as_nanos() as f64 * end.since(late).as_nanos() as f64;
         sums.add(Stage::Held { topic, node }, held);
-        sums.add(Stage::Kept { topic, node }, grown(late, end.max(late), outdated));
+        sums.add(
+            Stage::Kept { topic, node },
+            grown(late, end.max(late), outdated),
+        );
     }
 }
 
@@ -77,7 +85,7 @@ impl Lineage {
     }
 
     /// The push that the tick with this index applied, again or for the first time.
-    fn push_of(&self, node: usize, index: usize) -> Option<Push> {
+    pub(super) fn push_of(&self, node: usize, index: usize) -> Option<Push> {
         let ticks = &self.nodes[node].ticks;
         let &(topic, seq) = ticks[index].reads.first()?;
         let first = self.first_read((topic, seq), node, index);
@@ -95,6 +103,30 @@ impl Lineage {
             outdated: newer.filter_map(|sent| sent.arrives).min(),
             parts,
         })
+    }
+
+    /// Run time of the first push of a node that is known; zero if there is none.
+    pub fn first_push(&self, node: usize) -> Time {
+        let ticks = self.nodes[node].ticks.iter();
+        let mut pushes = ticks.filter(|worked| !worked.reads.is_empty());
+        pushes
+            .next()
+            .and_then(|worked| worked.tick.ends)
+            .unwrap_or_default()
+    }
+
+    /// The greatest push age of a node over run time `from` to `to`.
+    pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
+        let (mut greatest, mut end) = (0, to);
+        while end > from {
+            let before = Time::from_nanos(end.as_nanos() - 1);
+            let Some(push) = self.push_at(node, before) else {
+                break;
+            };
+            greatest = greatest.max(push.parts(end).sum_ns());
+            end = push.since;
+        }
+        Duration::from_nanos(greatest.unsigned_abs())
     }
 
     /// The mean of each part of the push age of a node over run time `from` to `to`

@@ -29,7 +29,7 @@ impl TopicRecord {
     }
 
     /// The fewest messages that it kept between two run times.
-    fn least_depth(&self, from: Time, to: Time) -> usize {
+    pub(super) fn least_depth(&self, from: Time, to: Time) -> usize {
         let first = self.rules.partition_point(|(since, ..)| *since <= from);
         let last = self.rules.partition_point(|(since, ..)| *since <= to);
         let rules = &self.rules[first.saturating_sub(1)..last];
@@ -84,7 +84,10 @@ impl Lineage {
                 let mut queue: Vec<&Sent> = Vec::new();
                 for sent in news.rev() {
                     // One that arrives after a newer one is overtaken.
-                    if queue.last().is_none_or(|newer| sent.arrives <= newer.arrives) {
+                    if queue
+                        .last()
+                        .is_none_or(|newer| sent.arrives <= newer.arrives)
+                    {
                         queue.push(sent);
                     }
                 }
@@ -98,9 +101,7 @@ impl Lineage {
     /// Whether a tick of `node` at run time `at` finds `sent` delivered.
     pub(super) fn is_seen(&self, topic: usize, sent: &Sent, node: usize, at: Time) -> bool {
         match sent.arrives {
-            Some(arrives) if arrives == at && sent.released == at => {
-                !self.follows(topic, node, at)
-            }
+            Some(arrives) if arrives == at && sent.released == at => !self.follows(topic, node, at),
             Some(arrives) => arrives <= at,
             None => false,
         }
