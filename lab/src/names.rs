@@ -15,7 +15,7 @@ pub fn key(name: &str) -> String {
     words.join("_")
 }
 
-/// What is turned by the knob called `name`: `control` of `control-hz`, `queue
+/// A label for the knob called `name`: `control` of `control-hz`, `queue
 /// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
 pub fn label(name: &str) -> String {
     match name.split_once(' ') {
@@ -27,10 +27,22 @@ pub fn label(name: &str) -> String {
     }
 }
 
-/// What a node is called in texts: as the alias for its rate, if it has one.
+/// The name of a node in texts: that of the alias for its rate, if it has one.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))
+}
+
+/// The first alias of this kind.
+pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
+    let mut aliases = system.aliases().iter();
+    aliases.find(|alias| alias.kind() == kind)
+}
+
+/// The node of the first alias for a rate: its rate matters most.
+pub fn paced_node(system: &dyn System) -> Option<&'static str> {
+    let (_, node) = first_alias(system, KnobKind::Rate)?.knobs.first()?;
+    Some(node)
 }
 
 /// The first alias for the rate of a node that is `wanted`.
@@ -42,14 +54,14 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
-/// A message to a node in short: of a file, its name without folder and digest.
+/// A short text of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }
 
-/// The value of `alias` in short, as it is in `setup`.
+/// A short text of the value of `alias` in `setup`.
 pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     let value = alias.value(setup);
     match alias.knobs {

@@ -25,7 +25,7 @@ pub enum LabError {
     Record {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         why: std::io::Error,
     },
     /// The rows of a CSV file cannot be written.

@@ -1,4 +1,4 @@
-//! The exercises over the dashboard: choose one, predict, see what is measured.
+//! The exercises over the dashboard: choose one, predict, measure.
 
 use std::{path::PathBuf, thread::JoinHandle};
 
@@ -22,7 +22,7 @@ pub const HINTS: &[(&str, &str)] = &[
     ("Ctrl-C", "quit"),
 ];
 
-/// Lines that PgUp and PgDn move by.
+/// Lines per PgUp and PgDn.
 const JUMP: usize = 10;
 
 /// The panel of the exercises.
@@ -30,14 +30,14 @@ pub struct ExercisePanel {
     file: PathBuf,
     answers: Answers,
     page: PanelPage,
-    /// Lines of the text that are above the first shown.
+    /// Lines of the text above the first shown.
     scroll: usize,
 }
 
 enum PanelPage {
-    /// Before the list, with this one marked.
+    /// The list, with this one marked.
     List(usize),
-    /// Asked for a prediction, of which so much is typed.
+    /// The question, with the prediction typed so far.
     Question {
         exercise: &'static dyn Exercise,
         typed: String,
@@ -49,7 +49,7 @@ enum PanelPage {
         prediction: Prediction,
         thread: JoinHandle<Result<Findings, Failure>>,
     },
-    /// Before the result.
+    /// The result.
     Text {
         title: String,
         text: String,
@@ -57,19 +57,19 @@ enum PanelPage {
     },
 }
 
-/// What a learner wants of the dashboard.
+/// The request of a key to the dashboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PanelAction {
-    /// To go on here.
+    /// Keep the panel open.
     Stay,
-    /// To see the graph again.
+    /// Show the graph again.
     Leave,
-    /// To do by hand what was rehearsed.
+    /// Begin a rescue by hand.
     ByHand,
 }
 
 impl ExercisePanel {
-    /// Before the list of exercises.
+    /// Opens the list of exercises.
     pub fn new() -> Self {
         let file = answers_file(None);
         let (answers, page) = match Answers::load(&file) {
@@ -87,7 +87,7 @@ impl ExercisePanel {
         }
     }
 
-    /// Before what became of the rescue that is recorded in `file`.
+    /// Opens the verdict on the rescue recorded in `file`.
     pub fn judging(file: &std::path::Path) -> Self {
         let text = match judge_file(file) {
             Ok((true, text)) => format!("✓ {text}"),
@@ -104,7 +104,7 @@ impl ExercisePanel {
         }
     }
 
-    /// Sees whether the measurement has come; says whether it has.
+    /// Shows a measurement that is complete; returns whether there was one.
     pub fn poll(&mut self) -> bool {
         let done =
             matches!(&self.page, PanelPage::Measuring { thread, .. } if thread.is_finished());
@@ -124,7 +124,7 @@ impl ExercisePanel {
         true
     }
 
-    /// Does what a key asks for.
+    /// Handles a key.
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
         match key.code {
             KeyCode::PageDown => self.scroll = self.scroll.saturating_add(JUMP),
@@ -181,7 +181,7 @@ impl ExercisePanel {
     }
 
     fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) {
-        // The file may have changed since, or be one that must not be overwritten.
+        // The file may have changed, or must not be overwritten.
         let saved = Answers::load(&self.file).and_then(|mut answers| {
             answers.set(exercise.brief(), prediction.clone());
             answers.save(&self.file).map(|()| answers)
@@ -219,48 +219,46 @@ impl ExercisePanel {
         }
     }
 
-    /// What is on the screen.
+    /// The page on the screen.
     pub fn page(&self) -> TextPage {
-        let scroll = self.scroll;
-        match &self.page {
-            PanelPage::List(marked) => TextPage {
-                title: "exercises".to_owned(),
-                text: self.list(*marked),
-                typed: None,
-                hint: "↑ ↓ choose  Enter open  Esc back to the graph",
-                scroll,
-            },
+        let (title, text, hint) = match &self.page {
+            PanelPage::List(marked) => (
+                "exercises".to_owned(),
+                self.list(*marked),
+                "↑ ↓ choose  Enter open  Esc back to the graph",
+            ),
             PanelPage::Question {
-                exercise,
-                typed,
-                refused,
+                exercise, refused, ..
             } => {
                 let brief = exercise.brief();
-                let refused = refused
-                    .as_ref()
-                    .map_or(String::new(), |why| format!("\n\n{why}"));
-                TextPage {
-                    title: format!("{} {}", brief.number, brief.title),
-                    text: format!("{}\n\n{}{refused}", brief.objective, brief.question),
-                    typed: Some(typed.clone()),
-                    hint: "a number and why, then Enter  Esc back",
-                    scroll,
-                }
+                let refused = refused.as_ref().map(|why| format!("\n\n{why}"));
+                let refused = refused.unwrap_or_default();
+                (
+                    format!("{} {}", brief.number, brief.title),
+                    format!("{}\n\n{}{refused}", brief.objective, brief.question),
+                    "a number and why, then Enter  Esc back",
+                )
             }
-            PanelPage::Measuring { exercise, .. } => TextPage {
-                title: exercise.brief().title.to_owned(),
-                text: "measuring …".to_owned(),
-                typed: None,
-                hint: "Esc back",
-                scroll,
+            PanelPage::Measuring { exercise, .. } => (
+                exercise.brief().title.to_owned(),
+                "measuring …".to_owned(),
+                "Esc back",
+            ),
+            PanelPage::Text { title, text, .. } => (
+                title.clone(),
+                text.clone(),
+                "↑ ↓ read on  Enter go on  Esc back",
+            ),
+        };
+        TextPage {
+            title,
+            text,
+            typed: match &self.page {
+                PanelPage::Question { typed, .. } => Some(typed.clone()),
+                _ => None,
             },
-            PanelPage::Text { title, text, .. } => TextPage {
-                title: title.clone(),
-                text: text.clone(),
-                typed: None,
-                hint: "↑ ↓ read on  Enter go on  Esc back",
-                scroll,
-            },
+            hint,
+            scroll: self.scroll,
         }
     }
 

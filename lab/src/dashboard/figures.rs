@@ -37,7 +37,7 @@ pub struct Figures {
     read: Option<Instant>,
 }
 
-/// What was measured of a node.
+/// The measurements of a node.
 #[derive(Clone, Copy, Default)]
 pub struct NodeFigures {
     /// How late its ticks began.
@@ -81,7 +81,7 @@ impl NodeFigures {
     }
 }
 
-/// What several readers saw of one topic is shown for the one that fares worst.
+/// Of several readers of a topic, the worst is shown.
 fn worst_age(topic: &TopicView) -> Quantiles {
     let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
     ages.max_by_key(|age| age.p99).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! What one frame of the dashboard shows: plain figures, no locks, no handles.
+//! One frame of the dashboard: plain figures without locks and handles.
 //!
 //! It is read once per frame from the library's counters and is never changed
 //! afterwards, so it can be drawn, kept for looking back, and compared with that
@@ -25,7 +25,7 @@ pub struct FrameData {
     pub status: Status,
     /// Seed of the start.
     pub seed: u64,
-    /// What decides, such as `policy scripted`: the messages that are set.
+    /// The messages that are set, such as `policy scripted`.
     pub settings: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.
     pub nodes: Vec<NodeData>,
@@ -33,7 +33,7 @@ pub struct FrameData {
     pub topics: Vec<TopicData>,
     /// The latency that matters, if the system has one.
     pub latency: Option<LatencyData>,
-    /// How old the push in force was of late, if the system has one.
+    /// The recent push age, if the system has one.
     pub age: Option<AgeData>,
     /// What its age is spent on, if that is known.
     pub push: Option<PushData>,
@@ -106,7 +106,7 @@ pub struct TopicData {
 }
 
 impl TopicData {
-    /// Share of its messages that were lost unread of late.
+    /// Recent share of its messages that were lost unread.
     pub fn loss(&self) -> f64 {
         let read = self.per_second * self.readers.len() as f64;
         if read > 0.0 {
@@ -126,7 +126,7 @@ pub struct Quantiles {
     pub mean: Duration,
     /// Median.
     pub p50: Duration,
-    /// What one in a hundred exceeds.
+    /// The 99th percentile.
     pub p99: Duration,
     /// The longest.
     pub max: Duration,
@@ -149,7 +149,7 @@ impl Quantiles {
 /// The latency that matters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LatencyData {
-    /// What it is called, such as `sense→act`.
+    /// Its name, such as `sense→act`.
     pub name: &'static str,
     /// Its figures.
     pub figures: Quantiles,
@@ -171,7 +171,7 @@ pub struct AgeData {
     pub mean: Duration,
     /// The greatest push age in that time.
     pub greatest: Duration,
-    /// What the loop bears.
+    /// The limits of the loop.
     pub limits: AgeLimits,
 }
 
@@ -286,13 +286,13 @@ pub enum Standing {
 /// A signal over time, for the chart.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// What it is.
+    /// The signal.
     pub signal: &'static Signal,
     /// Run time (s) and value, oldest first.
     pub points: Vec<(f64, f64)>,
     /// Run time (s) and push age (ms), oldest first.
     pub ages: Vec<(f64, f64)>,
-    /// What the loop bears of it.
+    /// The limits of the push age.
     pub limits: AgeLimits,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,

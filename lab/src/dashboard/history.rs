@@ -1,4 +1,4 @@
-//! What was seen, for looking back.
+//! The frames of a run, for looking back.
 
 use std::{collections::VecDeque, sync::Arc};
 
@@ -16,7 +16,7 @@ pub struct FrameHistory {
 }
 
 impl FrameHistory {
-    /// Keeps `frame` if it differs from the newest; says whether it does.
+    /// Keeps `frame` if it differs from the newest; returns whether it does.
     pub fn add(&mut self, frame: FrameData) -> bool {
         if let Some(newest) = self.frames.back_mut() {
             if **newest == frame {

@@ -15,7 +15,7 @@ use signal_hook::{
     low_level::emulate_default_handler,
 };
 
-/// What the shell asks for.
+/// A request of the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// Nothing.
@@ -47,7 +47,7 @@ impl Jobs {
         Ok(jobs)
     }
 
-    /// What is asked for since the last call. Where no shell would continue the
+    /// The request since the last call. Without a shell that could continue the
     /// program, it does not stop.
     pub fn turn(&self) -> Turn {
         if self.stop.swap(false, Ordering::Relaxed) && has_shell() {

@@ -1,4 +1,4 @@
-//! The node and the topics whose knobs the keys turn.
+//! The node and the topics whose knobs keys turn.
 
 use ratelab::{
     runtime::{
@@ -8,9 +8,10 @@ use ratelab::{
     system::System,
 };
 
-use super::{presets::Direction, settings::first_alias};
+use super::presets::Direction;
+use crate::names::{first_alias, paced_node};
 
-/// The node whose rate keys turn, and the topics whose depth they do.
+/// The node whose rate keys turn, and the topics whose depths they turn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KnobFocus {
     /// Name of the node.
@@ -20,8 +21,8 @@ pub struct KnobFocus {
 }
 
 impl KnobFocus {
-    /// What the first aliases of `system` turn; without them the node that most
-    /// depends on, and all topics that are read.
+    /// The node and the topics of the first aliases of `system`; without aliases the
+    /// node with the most connections, and all topics with readers.
     pub fn new(system: &dyn System, graph: &Snapshot) -> Self {
         let node = first_node(system, graph);
         Self {
@@ -39,8 +40,8 @@ impl KnobFocus {
         }
     }
 
-    /// Goes to the next topic of `graph` that is read, or the one before; after the
-    /// last of them to those that it began with.
+    /// Goes to the next topic of `graph` with readers, or the one before; after the
+    /// last to the topics of the beginning.
     pub fn move_topic(&mut self, system: &dyn System, graph: &Snapshot, direction: Direction) {
         let first = first_topics(system, graph);
         let single = read(graph).map(|topic| vec![topic.name.to_string()]);
@@ -53,11 +54,10 @@ impl KnobFocus {
     }
 }
 
-/// The node that the first alias of a rate is of; without one that with the most
-/// inputs and outputs, rather not the plant itself.
+/// The node of the first alias for a rate; without one the node with the most inputs
+/// and outputs, the plant last among equals.
 pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeView> {
-    let alias = first_alias(system, KnobKind::Rate).and_then(|alias| alias.knobs.first());
-    if let Some(node) = alias.and_then(|(_, name)| graph.node(name)) {
+    if let Some(node) = paced_node(system).and_then(|name| graph.node(name)) {
         return Some(node);
     }
     let ends = |node: usize| {
@@ -75,8 +75,7 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
         .map(|(_, node)| node)
 }
 
-/// The topics that the first alias of a depth is of; without one all that are
-/// read.
+/// The topics of the first alias for a depth; without one all topics with readers.
 fn first_topics(system: &dyn System, graph: &Snapshot) -> Vec<String> {
     match first_alias(system, KnobKind::Depth) {
         Some(alias) => alias

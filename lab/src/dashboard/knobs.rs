@@ -11,9 +11,9 @@ use ratelab::{
 /// Knobs that were turned, before the run and during it.
 #[derive(Default)]
 pub struct Knobs {
-    /// As the graph has them, as far as its events tell.
+    /// The knobs of the graph, by its events.
     running: Setup,
-    /// What keys turned and the graph has not answered yet, oldest first.
+    /// Turned by keys and not yet answered by the graph, oldest first.
     pending: Vec<Knob>,
 }
 
@@ -26,7 +26,7 @@ impl Knobs {
         }
     }
 
-    /// What the person wants: what runs, and what is on its way to it.
+    /// The knobs of the graph with those on their way to it.
     pub fn wanted(&self) -> Setup {
         let mut wanted = self.running.clone();
         wanted.extend(self.pending.iter().cloned());

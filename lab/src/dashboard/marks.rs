@@ -1,4 +1,4 @@
-//! What the chart of a signal says of knobs.
+//! Marks in the chart of a signal where knobs were turned.
 
 use ratelab::{
     runtime::{Time, telemetry::Event},
@@ -10,7 +10,7 @@ use super::settings::in_words;
 /// Run time that the chart shows (s).
 pub const TRACE_S: f64 = 10.0;
 
-/// What the chart that ends at `now` says of `events`.
+/// The marks of `events` in a chart that ends at `now`.
 pub fn marks<'a>(
     system: &dyn System,
     events: impl Iterator<Item = &'a Event>,

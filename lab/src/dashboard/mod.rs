@@ -132,7 +132,7 @@ fn quit_on_signal() -> Arc<AtomicBool> {
     quit
 }
 
-/// Samples, draws what changed, and obeys keys, until it is told to leave.
+/// Samples, draws changes and handles keys until the person leaves.
 fn run<B>(
     terminal: &mut Terminal<B>,
     input: &mut impl Input,
@@ -182,7 +182,7 @@ where
     Ok(true)
 }
 
-/// Obeys what is typed until the frame is over; says whether anything was.
+/// Handles keys until the frame is over; returns whether there were any.
 fn obey_until(
     frame_ends: Instant,
     input: &mut impl Input,

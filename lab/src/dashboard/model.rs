@@ -1,21 +1,21 @@
-//! What the loop of the dashboard draws and obeys: the lab, or a replay.
+//! The model behind the dashboard: the lab, or a replay.
 
 use crossterm::event::KeyEvent;
 
 use super::{error::LabError, view::ScreenState};
 
-/// What a dashboard is of, and how keys change it.
+/// The lab or a replay, as the loop of the dashboard drives it.
 pub trait Model {
-    /// Looks at it; says whether there is something new to draw.
+    /// Takes a sample; returns whether there is something new to draw.
     ///
     /// # Errors
     /// [`LabError`] if what is looked at failed.
     fn sample(&mut self) -> Result<bool, LabError>;
 
-    /// What is on the screen; `None` before the first sample.
+    /// The screen; `None` before the first sample.
     fn screen(&self) -> Option<ScreenState<'_>>;
 
-    /// Does what a key asks for.
+    /// Handles a key.
     ///
     /// # Errors
     /// [`LabError`] if it cannot be done and nothing else can.

@@ -31,20 +31,16 @@ use super::{
 };
 use crate::recording::{Recording, Replay};
 
-/// What PgUp and PgDn move by.
+/// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Plays a recording: replays it into the counters up to a moment, and shows
-/// them as those of any run.
+/// Plays a recording: replays it into counters up to a moment, and shows them like those
+/// of a run.
 pub struct Player {
     playhead: Playhead,
     sampler: Sampler,
     frame: Option<FrameData>,
     begins: Time,
-    /// The moment that is shown.
-    at: Time,
-    /// When it was reached, if it plays.
-    playing: Option<Instant>,
     speed: f64,
     focus: Pane,
     zoomed: bool,
@@ -54,16 +50,17 @@ pub struct Player {
     quit: bool,
 }
 
-/// What is replayed so far.
+/// A position in a recording.
 struct Playhead {
     replay: Replay,
     observer: Observer,
     /// The chains behind all actions of the run.
     lineage: Lineage,
-    /// What the run came to, if it is replayed to its end.
+    /// The summary of the run, at its end.
     summary: Option<Summary>,
     at: Time,
-    playing: bool,
+    /// Wall time at which `at` was reached, while it plays.
+    playing: Option<Instant>,
 }
 
 impl Player {
@@ -79,13 +76,11 @@ impl Player {
                 replay,
                 summary: None,
                 at: begins,
-                playing: true,
+                playing: Some(Instant::now()),
             },
             sampler: Sampler::default(),
             frame: None,
             begins,
-            at: begins,
-            playing: Some(Instant::now()),
             speed: 1.0,
             focus: Pane::Graph,
             zoomed: false,
@@ -101,43 +96,34 @@ impl Player {
         self.playhead.replay.recording().until.max(self.begins)
     }
 
-    /// Shows the moment `at`, or the end that is nearer.
+    /// Shows the moment `at`, or the nearer end.
     fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
-        if at < self.at {
+        if at < self.playhead.at {
             self.playhead.rewind();
             self.sampler = Sampler::default();
         }
-        self.at = at;
         self.playhead.advance_to(at);
     }
 
-    /// Goes on as long as it took since the last time.
+    /// Goes on by the wall time since the last call.
     fn play(&mut self) {
-        let Some(since) = self.playing else {
+        let Some(since) = self.playhead.playing else {
             return;
         };
         let now = Instant::now();
-        self.playing = Some(now);
-        self.go(self.at + (now - since).mul_f64(self.speed));
-        if self.at == self.ends() {
-            self.stand();
-        }
-    }
-
-    fn stand(&mut self) {
-        self.playing = None;
-        self.playhead.playing = false;
+        self.go(self.playhead.at + (now - since).mul_f64(self.speed));
+        self.playhead.playing = Some(now).filter(|_| self.playhead.at < self.ends());
     }
 
     fn act(&mut self, action: ReplayAction) {
         match action {
-            ReplayAction::Play if self.playing.is_some() => self.stand(),
+            ReplayAction::Play if self.playhead.playing.is_some() => self.playhead.playing = None,
             ReplayAction::Play => self.start(),
             ReplayAction::Step(direction) => self.step(direction),
-            ReplayAction::Second(Direction::Up) => self.jump(self.at + SECOND),
+            ReplayAction::Second(Direction::Up) => self.jump(self.playhead.at + SECOND),
             ReplayAction::Second(Direction::Down) => {
-                let back = self.at.since(Time::ZERO + SECOND);
+                let back = self.playhead.at.since(Time::ZERO + SECOND);
                 self.jump(Time::ZERO + back);
             }
             ReplayAction::Event(direction) => self.event(direction),
@@ -146,15 +132,13 @@ impl Player {
             ReplayAction::Speed(direction) => {
                 match presets::next(&presets::SPEEDS, self.speed, direction) {
                     Some(speed) => self.speed = speed,
-                    None => self.notice = Some(format!("{}× is the end of the speeds", self.speed)),
+                    None => self.notify(format!("{}× is the end of the speeds", self.speed)),
                 }
             }
             ReplayAction::SpeedOne => self.speed = 1.0,
             ReplayAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
             ReplayAction::Focus(pane) if self.has(pane) => self.focus = pane,
-            ReplayAction::Focus(_) => {
-                self.notice = Some("this system has nothing to show there".to_owned());
-            }
+            ReplayAction::Focus(_) => self.notify("this system has nothing to show there"),
             ReplayAction::Zoom => self.zoomed = !self.zoomed,
             ReplayAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
             ReplayAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
@@ -162,48 +146,46 @@ impl Player {
         }
     }
 
-    /// Plays on, from the beginning if it stands at the end.
+    /// Plays on, from the beginning if it is at the end.
     fn start(&mut self) {
-        if self.at == self.ends() {
+        if self.playhead.at == self.ends() {
             self.go(self.begins);
         }
-        self.playing = Some(Instant::now());
-        self.playhead.playing = true;
+        self.playhead.playing = Some(Instant::now());
     }
 
-    /// Goes to `at`, and plays on from there if it plays.
+    /// Goes to `at`, and goes on playing there if it plays.
     fn jump(&mut self, at: Time) {
         self.go(at);
-        self.playing = self.playing.map(|_| Instant::now());
+        self.go_on();
     }
 
     /// Goes to the moment of the messages next to this one.
     fn step(&mut self, direction: Direction) {
-        self.stand();
-        let to = match direction {
-            Direction::Up => self.playhead.replay.next(),
-            Direction::Down => self.playhead.replay.previous(),
+        self.playhead.playing = None;
+        let replay = &self.playhead.replay;
+        let (to, end) = match direction {
+            Direction::Up => (replay.next(), Time::MAX),
+            Direction::Down => (replay.previous(), self.begins),
         };
-        match to {
-            Some(at) => self.go(at),
-            None if direction == Direction::Up => self.go(Time::MAX),
-            None => self.go(self.begins),
-        }
+        self.go(to.unwrap_or(end));
     }
 
     fn event(&mut self, direction: Direction) {
         let mut events = self.events().iter().map(|event| event.at);
         let to = match direction {
-            Direction::Up => events.find(|at| *at > self.at),
-            Direction::Down => events.rfind(|at| *at < self.at),
+            Direction::Up => events.find(|at| *at > self.playhead.at),
+            Direction::Down => events.rfind(|at| *at < self.playhead.at),
         };
-        match to {
-            Some(at) => self.jump(at),
-            None if direction == Direction::Up => {
-                self.notice = Some("no event comes after this".to_owned())
-            }
-            None => self.notice = Some("no event came before this".to_owned()),
+        match (to, direction) {
+            (Some(at), _) => self.jump(at),
+            (None, Direction::Up) => self.notify("no event comes after this"),
+            (None, Direction::Down) => self.notify("no event came before this"),
         }
+    }
+
+    fn notify(&mut self, notice: impl Into<String>) {
+        self.notice = Some(notice.into());
     }
 
     fn events(&self) -> &[Event] {
@@ -212,10 +194,13 @@ impl Player {
 
     fn trace(&self) -> Option<Trace> {
         let system = self.playhead.system();
-        let trace = self.sampler.trace(system, self.at, TRACE_S)?;
-        let events = self.events().iter().filter(|event| event.at <= self.at);
+        let trace = self.sampler.trace(system, self.playhead.at, TRACE_S)?;
+        let events = self
+            .events()
+            .iter()
+            .filter(|event| event.at <= self.playhead.at);
         Some(Trace {
-            marks: marks(system, events, self.at),
+            marks: marks(system, events, self.playhead.at),
             ..trace
         })
     }
@@ -254,10 +239,10 @@ impl Player {
     fn scrubber(&self) -> Scrubber {
         Scrubber {
             begins: self.begins,
-            at: self.at,
+            at: self.playhead.at,
             ends: self.ends(),
             events: self.events().iter().map(|event| event.at).collect(),
-            playing: self.playing.is_some(),
+            playing: self.playhead.playing.is_some(),
             speed: self.speed,
         }
     }
@@ -269,11 +254,14 @@ impl Model for Player {
         let frame = Some(self.sampler.frame_data(&mut self.playhead));
         let new = frame != self.frame;
         self.frame = frame;
-        Ok(new || self.playing.is_some())
+        Ok(new || self.playhead.playing.is_some())
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
-        let events = self.events().iter().filter(|event| event.at <= self.at);
+        let events = self
+            .events()
+            .iter()
+            .filter(|event| event.at <= self.playhead.at);
         Some(ScreenState {
             system: self.playhead.system(),
             frame: self.frame.as_ref()?,
@@ -314,7 +302,7 @@ impl Model for Player {
 
     /// It goes on from where it was, however long the program was stopped.
     fn go_on(&mut self) {
-        self.playing = self.playing.map(|_| Instant::now());
+        self.playhead.playing = self.playhead.playing.map(|_| Instant::now());
     }
 
     fn wants_quit(&self) -> bool {
@@ -381,6 +369,6 @@ impl RunSource for Playhead {
     }
 
     fn at_rest(&self) -> bool {
-        !self.playing
+        self.playing.is_none()
     }
 }

@@ -6,13 +6,15 @@ use ratelab::{
     system::{Alias, System},
 };
 
-/// What is being typed.
+use crate::names::first_alias;
+
+/// The line that is being typed.
 #[derive(Default)]
 pub struct Prompt {
     typed: String,
-    /// What is allowed instead of what was entered last.
+    /// Why the last entry was refused.
     refusal: Option<String>,
-    /// What was entered before, oldest first.
+    /// Earlier entries, oldest first.
     history: Vec<String>,
     /// The entry of the history that is shown, and what was typed before it.
     recalled: Option<(usize, String)>,
@@ -20,19 +22,19 @@ pub struct Prompt {
     completions: Option<(Vec<String>, usize)>,
 }
 
-/// What a key came to.
+/// The result of a key.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Typed {
     /// There may be more to type.
     On,
-    /// All that is to be entered.
+    /// The complete entry.
     Entered(String),
-    /// Nothing is to be entered.
+    /// No entry.
     Cancelled,
 }
 
 impl Prompt {
-    /// What is typed so far.
+    /// The text so far.
     pub fn typed(&self) -> &str {
         &self.typed
     }
@@ -61,7 +63,7 @@ impl Prompt {
         self.edit(|typed| typed.push_str(text));
     }
 
-    /// Does what a key asks for; Tab completes with `vocabulary`.
+    /// Handles a key; Tab completes with `vocabulary`.
     pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Typed {
         match key.code {
             KeyCode::Esc => return Typed::Cancelled,
@@ -136,7 +138,7 @@ pub struct Vocabulary<'a> {
 }
 
 impl Vocabulary<'_> {
-    /// What may be typed first, in a line.
+    /// The words that can come first, in a line.
     pub fn hint(&self) -> String {
         let aliases = self.aliases().map(|alias| alias.name);
         let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
@@ -159,7 +161,7 @@ impl Vocabulary<'_> {
             .collect()
     }
 
-    /// What may come after `earlier`, and whether more must follow.
+    /// The words that can come after `earlier`, and whether more must follow.
     fn next_words(&self, earlier: &[&str]) -> Vec<(String, bool)> {
         let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         match earlier {
@@ -200,7 +202,7 @@ impl Vocabulary<'_> {
     }
 
     fn values(&self, alias: &Alias) -> Vec<(String, bool)> {
-        let first = super::settings::first_alias(self.system, KnobKind::Send);
+        let first = first_alias(self.system, KnobKind::Send);
         let listed: Vec<String> = if first == Some(alias) {
             self.choices.to_vec()
         } else {

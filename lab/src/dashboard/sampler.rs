@@ -55,7 +55,7 @@ pub fn signal(system: &dyn System) -> Option<&'static Signal> {
 
 /// A run to make frames of: one that is under way, or a replay.
 pub trait RunSource {
-    /// What runs.
+    /// The system.
     fn shared_system(&self) -> &Arc<dyn System>;
 
     /// The same, to look at.
@@ -63,7 +63,7 @@ pub trait RunSource {
         &**self.shared_system()
     }
 
-    /// What it was started with.
+    /// The configuration at the start.
     fn config(&self) -> &Config;
 
     /// Reads the graph.
@@ -86,7 +86,7 @@ pub trait RunSource {
     /// Messages that came too fast to be watched.
     fn lost(&self) -> u64;
 
-    /// What it came to, if it is over.
+    /// The summary, once the run is over.
     fn summary(&self) -> Option<&Summary>;
 
     /// Whether its knobs can be turned.
@@ -118,7 +118,7 @@ pub struct Sampler {
     newest_age: Option<Duration>,
     /// The age of the push in force.
     push_ages: PushAges,
-    /// What the loop bears of it with the setup that is in force.
+    /// The limits of that age with the setup in force.
     limits: LimitsInForce,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
@@ -239,7 +239,7 @@ impl Sampler {
         setup
     }
 
-    /// The push age of late, beside what the loop bears of it.
+    /// The recent push age and its limits.
     fn age(&mut self, session: &impl RunSource, graph: &Snapshot) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self.push_ages.recent(period.unwrap_or_default())?;
@@ -281,7 +281,7 @@ impl Sampler {
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let verdict = system.verdict(&ClockExit::Stopped, head.stamp, Some(state));
-        // What is lost stays lost since its first moment.
+        // A run that is lost stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
         if let Some(sensed) = head.origin {
@@ -420,7 +420,7 @@ fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     })
 }
 
-/// What is to be known of the world of `session`, where it matters.
+/// A note on the world of `session`, where it matters.
 fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");

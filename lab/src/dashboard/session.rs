@@ -31,10 +31,10 @@ use crate::{
 /// clock makes some thousands in the time of one.
 const BACKLOG: usize = 65_536;
 
-/// What every session is started with.
+/// The settings of every session.
 #[derive(Clone)]
 pub struct Setup {
-    /// What is run.
+    /// The system.
     pub system: Arc<dyn System>,
     /// Whether the exercises of the course are about this system.
     pub course: bool,
@@ -46,7 +46,7 @@ pub struct Setup {
     pub record: Option<Destination>,
 }
 
-/// What a session came to.
+/// The result of a session.
 #[derive(Debug)]
 pub struct SessionResult {
     /// Its summary.
@@ -83,7 +83,7 @@ impl Prepared {
     /// Has it recorded from its first tick to a new file at `destination`.
     ///
     /// # Errors
-    /// [`LabError::Record`] with what the system says of the file.
+    /// [`LabError::Record`] with the error of the system about the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
         let begun = destination.claim(&self.source.origin, |path| {
             Recorder::from_the_start(path, &self.source)
@@ -115,7 +115,7 @@ pub struct Session {
     taps: Vec<(&'static str, RowTap)>,
     /// The chains behind its actions.
     lineage: LineageTaps,
-    /// Where the run tells what it came to; gone when it has.
+    /// The result of the run; gone when it has come.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
     csv: Option<csv::StepWriter>,
@@ -153,7 +153,7 @@ impl Session {
         let mut real = RealClock::new(realtime);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
-            // Nobody may be left to tell.
+            // The dashboard may be gone.
             let _ = sender.send(experiment.run_with(&mut real));
         });
         Self {
@@ -205,7 +205,7 @@ impl Session {
     /// Has the run end as soon as no node is in a tick.
     pub fn stop(&mut self) {
         self.send(Command::Stop);
-        // Virtual time waits for a full tap, and nobody will empty it any more.
+        // Virtual time waits for a full tap, and nothing will empty it any more.
         self.taps.clear();
         self.lineage.let_go();
     }
@@ -242,7 +242,7 @@ impl Session {
         stuck
     }
 
-    /// Notes what the run came to, and tells the recorder.
+    /// Notes the result of the run, and ends the recorder.
     fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), LabError> {
         self.outcome = None;
         if let Some(recorder) = &self.recorder {
@@ -259,7 +259,7 @@ impl Session {
         Ok(())
     }
 
-    /// Waits until all rows are written; says how many were lost.
+    /// Waits until all rows are written; returns the number of lost ones.
     fn finish_csv(&mut self) -> Result<u64, LabError> {
         // Its tap ends with the topic, which these hold.
         self.source = None;
@@ -271,7 +271,7 @@ impl Session {
     /// Records from now on to a new file at `destination`; which that is.
     ///
     /// # Errors
-    /// What the system says of the file.
+    /// The error of the system about the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
         let source = self.source.as_ref().ok_or(LabError::Panicked)?;
         let begun = destination.claim(&source.origin, |path| Recorder::midway(path, source));
@@ -285,7 +285,7 @@ impl Session {
         self.recorder.as_ref()
     }
 
-    /// The recorder, if it is on its way to its end, or was told to be.
+    /// The recorder, if it is ending or was asked to end.
     pub fn take_recorder(&mut self) -> Option<Recorder> {
         self.recorder.take_if(|recorder| recorder.is_ending())
     }

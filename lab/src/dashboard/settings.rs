@@ -1,20 +1,13 @@
-//! Knobs in words, as short as they can be told apart on a screen.
+//! Short texts of knobs for the screen.
 
 use ratelab::{
-    runtime::{Knob, KnobKind, Time, TimedKnob},
+    runtime::{Knob, Time, TimedKnob},
     system::{Alias, KnobText, Setup, System},
 };
 
 use crate::names::{short, short_value};
 
-/// The first alias of that kind.
-pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
-    let mut aliases = system.aliases().iter();
-    aliases.find(|alias| alias.kind() == kind)
-}
-
-/// What `knobs` are called, by their aliases where they have one, each with its
-/// run time.
+/// The texts of `knobs`, by their aliases if they have one, each with its run time.
 pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)> {
     let mut words = Vec::new();
     for together in knobs.chunk_by(|a, b| a.at == b.at) {
@@ -29,7 +22,7 @@ pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)>
     words
 }
 
-/// What `knobs` are called in a sentence.
+/// The texts of `knobs` in a sentence.
 pub fn listed(system: &dyn System, knobs: &[Knob]) -> String {
     let at = Time::ZERO;
     let knobs = knobs.iter().cloned().map(|knob| TimedKnob { at, knob });

@@ -1,4 +1,4 @@
-//! The terminal: taken over with care, given back whatever happens.
+//! The terminal: taken over with care, given back in any case.
 
 use std::{
     io::{self, IsTerminal, Stdout, stdin, stdout},
@@ -58,7 +58,7 @@ fn take() -> io::Result<()> {
     execute!(stdout(), EnterAlternateScreen, EnableBracketedPaste)
 }
 
-/// Gives the terminal back. There is nobody to tell if that fails.
+/// Gives the terminal back; errors cannot be shown then.
 pub fn restore() {
     let _ = disable_raw_mode();
     let _ = execute!(stdout(), DisableBracketedPaste, LeaveAlternateScreen, Show);
@@ -81,7 +81,7 @@ fn restore_on_panic() {
     });
 }
 
-/// Where keys come from, and what the shell behind them asks for.
+/// The source of keys, and of the shell's requests.
 pub trait Input {
     /// The next event, if one comes within `timeout`.
     ///
@@ -89,7 +89,7 @@ pub trait Input {
     /// If the source fails.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>>;
 
-    /// What the shell asks for by now.
+    /// The newest request of the shell.
     fn turn(&mut self) -> Turn {
         Turn::Stay
     }
@@ -106,7 +106,7 @@ pub trait Input {
         Ok(())
     }
 
-    /// Takes the terminal again after a stop that nobody announced.
+    /// Takes the terminal again after a stop without notice.
     ///
     /// # Errors
     /// If the terminal refuses.

@@ -40,7 +40,7 @@ impl CsvFile {
     /// The file to write to, without what was in it.
     ///
     /// # Errors
-    /// [`Error::Write`] with what the system says.
+    /// [`Error::Write`] with the error of the system.
     pub fn begin(&mut self) -> Result<File, Error> {
         let file = match &mut self.way {
             Way::Whole(file) => file.writer(),

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::error::Error;
 
-/// What a command was asked to write, and what it reads.
+/// The files that a command writes and reads.
 pub struct OutputPlan<'a> {
     /// The folder of `--out`.
     pub out: Option<&'a Path>,
@@ -26,7 +26,7 @@ pub struct OutputPlan<'a> {
     pub header: String,
     /// The file of `--record`, if it has a name.
     pub record: Option<&'a Path>,
-    /// What is read, by option.
+    /// Files that are read, by option.
     pub inputs: Vec<(String, PathBuf)>,
 }
 

@@ -13,7 +13,7 @@ use super::paths::resolved;
 /// before, one that was new is gone.
 pub struct Live {
     file: File,
-    /// What was in it is to go.
+    /// Whether its content will be replaced.
     replaces: bool,
     /// Where it was made.
     made: Option<PathBuf>,
@@ -23,7 +23,7 @@ impl Live {
     /// Opens the file at `path`, or makes it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn open(path: &Path) -> io::Result<Self> {
         if let Some(file) = standard_stream(path) {
             return Ok(Self {
@@ -53,7 +53,7 @@ impl Live {
     /// The file without what was in it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn begin(&mut self) -> io::Result<File> {
         if self.replaces {
             self.file.set_len(0)?;

@@ -1,4 +1,4 @@
-//! What a command prints, and the files that it writes.
+//! The texts that a command prints, and the files that it writes.
 //!
 //! Nothing is opened for writing before everything is known to be possible. A
 //! file of results takes its name when it is whole.

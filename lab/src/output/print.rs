@@ -1,4 +1,4 @@
-//! What is printed, and errors of writing.
+//! Printing, and errors of writing.
 
 use std::{
     fmt,
@@ -14,7 +14,7 @@ pub fn print_line(text: &str) -> Result<(), Error> {
     printed(writeln!(io::stdout(), "{text}"))
 }
 
-/// What became of printing to standard output.
+/// The result of printing to standard output.
 pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
     match outcome {
         Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
@@ -37,7 +37,7 @@ pub fn note(text: &str) {
 
 /// Prints one line to standard error, where the texts of others do no harm.
 fn aside(text: &str) {
-    // Without standard error there is nobody to tell.
+    // Without standard error the text is lost.
     let _ = writeln!(io::stderr(), "{}", one_line(text));
 }
 

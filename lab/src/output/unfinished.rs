@@ -15,7 +15,7 @@ use std::{
 
 use tempfile::{Builder, NamedTempFile};
 
-/// What the hidden names end with.
+/// End of the hidden names.
 const SUFFIX: &str = ".ratelab-tmp";
 
 /// Characters of the result's name in the hidden one, whose length is limited.
@@ -31,10 +31,10 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// A file that is to become `target`, which is left as it is until then.
+    /// A file that will replace `target`, which stays as it is until then.
     ///
     /// # Errors
-    /// What the system says of the folder.
+    /// The error of the system about the folder.
     pub fn create(target: &Path) -> io::Result<Self> {
         let folder = target.parent().unwrap_or(Path::new("/"));
         remove_leftovers(folder);
@@ -50,7 +50,7 @@ impl Unfinished {
     /// Writes `text` and a line's end.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn write_line(&self, text: &str) -> io::Result<()> {
         writeln!(self.file.as_file(), "{text}")
     }
@@ -58,7 +58,7 @@ impl Unfinished {
     /// The file, to be written to.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn writer(&self) -> io::Result<File> {
         self.file.as_file().try_clone()
     }
@@ -66,7 +66,7 @@ impl Unfinished {
     /// Gives it its name, in the place of a file that has it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn complete(self) -> io::Result<()> {
         let persisted = self.file.persist(self.target);
         persisted.map(drop).map_err(|error| error.error)
@@ -95,8 +95,8 @@ fn hidden(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
             // Those of any new file: the umask is applied to them.
             .permissions(Permissions::from_mode(0o666))
             .tempfile_in(folder)?;
-        // Somebody who removes leftovers may have been faster than the lock. On a
-        // file system without locks nobody removes anything.
+        // Another program that removes leftovers may have been faster than the lock.
+        // On a file system without locks nothing is removed.
         if file.as_file().lock().is_err() || file.path().exists() {
             return Ok(file);
         }

@@ -32,7 +32,7 @@ use super::{
     scene::{
         graph::GRAPH,
         histogram::HISTOGRAM,
-        latency::{LATENCY, paced_node},
+        latency::LATENCY,
         lines::stepped,
         modes::MODES,
         palette,
@@ -43,13 +43,14 @@ use super::{
     schema::{EVENTS, NODES},
     timeline::RUN_TIME,
 };
+use crate::names::paced_node;
 
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// What a layout is for.
+/// The subject of a layout.
 pub struct Subject<'a> {
-    /// What is run.
+    /// The system.
     pub system: &'a dyn System,
     /// Whether it has a picture.
     pub picture: bool,
@@ -83,7 +84,7 @@ pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResu
     Ok(())
 }
 
-/// What the layout of a run depends on.
+/// The settings that change the layout of a run.
 #[derive(PartialEq)]
 struct Key {
     system: &'static str,
@@ -101,9 +102,9 @@ static MADE: Mutex<Vec<(Key, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 pub struct ViewerLayout {
     /// The views.
     pub root: ContainerLike,
-    /// What they are drawn over.
+    /// Their timeline.
     pub timeline: &'static str,
-    /// What the views are to look like.
+    /// Properties of the views.
     pub properties: Properties,
 }
 
@@ -350,7 +351,7 @@ fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
     })
 }
 
-/// What the SDK makes of `blueprint`, without its activation.
+/// The messages of `blueprint`, without its activation.
 fn messages_of(blueprint: &Blueprint, rec: &RecordingStream) -> RecordingStreamResult<Vec<LogMsg>> {
     let Some(info) = rec.store_info() else {
         return Ok(Vec::new());

@@ -1,4 +1,4 @@
-//! What a file says, held against what is in it: up to where it is good.
+//! Compares the claims of a file with its content, and finds up to where it is good.
 
 use ratelab::runtime::{
     ClockKind, Command, Hz, Knob, Rows, TickRecord, Time,
@@ -24,7 +24,7 @@ impl Recording {
         ];
         if let Some(limit) = limit.into_iter().flatten().min() {
             self.damage = Some(DAMAGED_ROW);
-            // A false end does not tell up to where anything is complete.
+            // After a false end the limit is all that is known.
             let known = self.outcome.take().map_or(self.until, |_| limit);
             self.until = known.min(limit);
         }

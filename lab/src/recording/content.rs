@@ -17,15 +17,15 @@ use super::{
     },
 };
 
-/// What a row is that cannot be what was recorded.
+/// The defect of a file with an impossible row.
 pub const DAMAGED_ROW: &str = "a row in it is damaged";
 
-/// What was found in a file so far.
+/// The content of a file so far.
 #[derive(Default)]
 pub struct Content {
-    /// What was run; nothing is taken of the file before this is known.
+    /// The run. Until it is known, the rest of the file is ignored.
     pub origin: Option<Origin>,
-    /// What the topics carried.
+    /// The messages of the topics.
     pub topics: Vec<Rows>,
     /// The ticks of the nodes.
     pub ticks: Vec<Vec<TickRecord>>,
@@ -37,7 +37,7 @@ pub struct Content {
     pub outcome: Option<RecordingEnd>,
     /// Run time up to which no row is damaged, where one is.
     pub sound: Option<Time>,
-    /// What could not be understood.
+    /// The defect of the file.
     pub damage: Option<&'static str>,
 }
 
@@ -45,7 +45,7 @@ impl Content {
     /// Adds what is in `chunk`, if it is anything of ours.
     ///
     /// # Errors
-    /// In words, if what the recording says of itself is not understood.
+    /// A text, if the recording's description of itself is not understood.
     pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
         let entity = chunk.entity_path();
         if entity
@@ -57,7 +57,7 @@ impl Content {
         let Some(origin) = &self.origin else {
             return Ok(());
         };
-        // What does not change is how things look.
+        // Static chunks are styles.
         if chunk.is_static() {
             return Ok(());
         }

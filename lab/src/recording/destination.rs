@@ -33,7 +33,7 @@ impl Destination {
     /// that was not chosen, or was used once, is numbered until it is free.
     ///
     /// # Errors
-    /// What `begin` says, and of which file.
+    /// The file and the error of `begin`.
     pub fn claim<T>(
         &mut self,
         origin: &Origin,
@@ -44,7 +44,7 @@ impl Destination {
             let path = numbered(&first, number);
             match begin(&path) {
                 Ok(begun) => return Ok((path, begun)),
-                // Somebody else may have been faster.
+                // Another program may have been faster.
                 Err(error) if !chosen && path.is_file() && is_taken(&error) => {}
                 Err(error) => return Err((path, error)),
             }

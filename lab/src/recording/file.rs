@@ -1,7 +1,7 @@
 //! The file that a recording goes to.
 //!
-//! rerun's own file sink keeps errors to itself. This one remembers the first:
-//! a full disk must end the recording, and say so.
+//! rerun's own file sink drops errors. This one keeps the first: a full disk must end the
+//! recording with an error.
 
 use std::{
     fs::{self, File},
@@ -18,13 +18,13 @@ use rerun::{
 };
 use tempfile::NamedTempFile;
 
-/// A file that rerun writes to, and what became of it. Clones are the same file.
+/// A file that rerun writes to, and its first error. Clones are the same file.
 #[derive(Clone)]
 pub struct RecordingFile(Arc<Mutex<State>>);
 
 struct State {
     path: PathBuf,
-    /// The file again, to ask the system about it.
+    /// Another handle of the file, for its metadata.
     file: File,
     /// `None` once it is complete or has failed.
     encoder: Option<Encoder<BufWriter<File>>>,
@@ -35,7 +35,7 @@ impl RecordingFile {
     /// Makes a file, which must not exist yet, and the folders that lead to it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn create(path: &Path) -> io::Result<Self> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
@@ -45,7 +45,7 @@ impl RecordingFile {
         let writer = BufWriter::new(file.try_clone()?);
         let version = rerun::build_info().version;
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
-        let encoder = Encoder::new_eager(version, options, writer).map_err(said_by_system)?;
+        let encoder = Encoder::new_eager(version, options, writer).map_err(system_error)?;
         Ok(Self(Arc::new(Mutex::new(State {
             path: path.to_owned(),
             file,
@@ -54,11 +54,10 @@ impl RecordingFile {
         }))))
     }
 
-    /// Brings what was written to the system, which keeps it even if this
-    /// program is killed.
+    /// Hands all bytes to the system, where they outlive a kill of this program.
     ///
     /// # Errors
-    /// The first thing that went wrong, now or before.
+    /// The first error, now or before.
     pub fn flush(&self) -> io::Result<()> {
         let mut state = self.state();
         state.attempt(Encoder::flush_blocking);
@@ -68,10 +67,10 @@ impl RecordingFile {
         state.outcome()
     }
 
-    /// Writes what a complete file ends with; says how long it is.
+    /// Writes the end of the file; returns its size in bytes.
     ///
     /// # Errors
-    /// The first thing that went wrong, now or before.
+    /// The first error, now or before.
     pub fn complete(&self) -> io::Result<u64> {
         let mut state = self.state();
         state.attempt(|encoder| {
@@ -83,10 +82,10 @@ impl RecordingFile {
         Ok(state.file.metadata()?.len())
     }
 
-    /// Puts `other` in the place of this file, if that is still where it was.
+    /// Replaces this file by `other`, if it still has its name.
     ///
     /// # Errors
-    /// If it is not, or what the system says.
+    /// If it has not, or the error of the system.
     pub fn replace_by(&self, other: NamedTempFile) -> io::Result<u64> {
         let state = self.state();
         if !state.is_in_place() {
@@ -98,10 +97,10 @@ impl RecordingFile {
         Ok(other.metadata()?.len())
     }
 
-    /// What is in the file, from its beginning, and the folder it is in.
+    /// The file from its beginning, and its folder.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn reread(&self) -> io::Result<(File, PathBuf)> {
         let state = self.state();
         let mut file = state.file.try_clone()?;
@@ -113,24 +112,27 @@ impl RecordingFile {
         Ok((file, folder.unwrap_or(Path::new(".")).to_owned()))
     }
 
+    /// Its path.
+    pub fn path(&self) -> PathBuf {
+        self.state().path.clone()
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl State {
-    /// Does something to a file that is in order.
+    /// Does something with a file without errors.
     fn attempt<T>(
         &mut self,
         what: impl FnOnce(&mut Encoder<BufWriter<File>>) -> Result<T, EncodeError>,
     ) -> Option<T> {
         let outcome = what(self.encoder.as_mut()?);
-        outcome
-            .map_err(|error| self.fail(said_by_system(error)))
-            .ok()
+        outcome.map_err(|error| self.fail(system_error(error))).ok()
     }
 
-    /// Nothing more is written: what is there stays readable.
+    /// Ends writing after an error; the file so far stays readable.
     fn fail(&mut self, error: io::Error) {
         self.error.get_or_insert(error);
         // Dropped in pieces: whole, it would write its end to a disk that failed.
@@ -139,8 +141,8 @@ impl State {
         }
     }
 
-    /// Whether the file is still what its name is of. An open file outlives its
-    /// name, and what is written to it then is lost.
+    /// Whether the file still has its name. An open file outlives its name, and later
+    /// writes are lost.
     fn is_in_place(&self) -> bool {
         let named = same_file::Handle::from_path(&self.path);
         let open = self.file.try_clone().and_then(same_file::Handle::from_file);
@@ -155,7 +157,7 @@ impl State {
     }
 }
 
-fn said_by_system(error: EncodeError) -> io::Error {
+fn system_error(error: EncodeError) -> io::Error {
     match error {
         EncodeError::Write(error) => error,
         error => io::Error::other(error.to_string()),

@@ -24,13 +24,13 @@ use rerun::{
     log::Chunk,
 };
 
-/// What a `.rrd` file begins with.
+/// The first bytes of a `.rrd` file.
 const MAGIC: &[u8] = b"RRF2";
 
 /// The most that a byte of LZ4 can stand for.
 const LZ4_BEST_RATIO: u64 = 255;
 
-/// What a message of Arrow's begins with, before its length.
+/// The first word of an Arrow message, before its length.
 const CONTINUATION: u32 = u32::MAX;
 
 /// Whether `bytes` begin like a `.rrd` file.
@@ -110,7 +110,7 @@ fn application(content: &[u8]) -> Option<String> {
     Some(info.store_id?.application_id?.id)
 }
 
-/// The chunk in a message; `None` if there is none to be had.
+/// The chunk in a message; `None` if it cannot be read.
 fn chunk(content: &[u8]) -> Option<Chunk> {
     let message = ArrowMsg::from_rrd_bytes(content).ok()?;
     if message.encoding() != Encoding::ArrowIpc {

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use super::schema::{Origin, RecordingEnd, RunResult, VerdictRecord};
 
-/// What the file says of the run, from JSON of format 1.
+/// The origin of a run, from JSON of format 1.
 pub fn origin(json: Value) -> Option<Origin> {
     let old: OldOrigin = serde_json::from_value(json).ok()?;
     Some(Origin {

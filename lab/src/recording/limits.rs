@@ -1,4 +1,4 @@
-//! What a file may claim: no more than a recorder writes.
+//! Limits of a file: no more than a recorder writes.
 
 use std::collections::HashSet;
 
@@ -7,7 +7,7 @@ use ratelab::runtime::{Time, telemetry::Topology};
 use super::schema::{RecordingEnd, RunStatus};
 
 /// Nodes, topics, ends of topics and meters of the largest graph that is read.
-/// Each may take half a megabyte when the run is told again; the cart-pole has 12.
+/// Each may take half a megabyte in a replay; the cart-pole has 12.
 const PARTS: usize = 256;
 
 /// Checks that the graph of a recording is one: not too large, every name there

@@ -32,7 +32,7 @@ pub enum ReadError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         why: io::Error,
     },
     /// It holds curves of a sweep, and no run.
@@ -50,7 +50,7 @@ pub enum ReadError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What it is or is not.
+        /// The reason.
         what: String,
     },
 }
@@ -62,9 +62,9 @@ pub struct Recording {
     pub path: PathBuf,
     /// Its size in bytes.
     pub bytes: u64,
-    /// What was run.
+    /// The run.
     pub origin: Origin,
-    /// What the topics carried, in the order of the [`Topology`]; nothing of those
+    /// The messages of the topics, in the order of the [`Topology`]; empty for those
     /// that are not recorded.
     pub topics: Vec<Rows>,
     /// The ticks of the nodes, in the order of the [`Topology`].
@@ -173,7 +173,7 @@ impl Recording {
         self.damage.is_none() && self.outcome.is_some()
     }
 
-    /// What is wrong with the file; `None` if it is whole.
+    /// The defect of the file; `None` if it is whole.
     pub fn defect(&self) -> Option<String> {
         if self.is_whole() {
             return None;

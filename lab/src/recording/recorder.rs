@@ -1,7 +1,7 @@
 //! Writes a running experiment to a file, on a thread of its own.
 //!
-//! The run never waits for it but in virtual time, where waiting costs nothing.
-//! What came faster than it could be taken is counted.
+//! The run waits for it in virtual time only, where waiting costs nothing. Under the real
+//! clock, messages that come too fast are lost and counted.
 
 use std::{
     cell::Cell,
@@ -19,36 +19,22 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use thiserror::Error;
 
 use super::{
-    compact::compact,
     file::RecordingFile,
     source::{Source, StopReason},
-    writer::{AttachedTaps, RecordingWriter, Written},
+    writer::{AttachedTaps, Recorded, RecordingWriter},
 };
 
 /// Wall time between two looks at the taps.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Why a recording ended before it was to.
+/// A recording that ended early.
 #[derive(Debug, Error)]
 #[error("the recording {} ended early: {why}", path.display())]
 pub struct RecordError {
-    /// The file, which is readable up to its last second.
+    /// The file, which is good up to its last second.
     pub path: PathBuf,
-    /// What the system said.
+    /// The error of the system.
     pub why: io::Error,
-}
-
-/// A recording that is complete.
-#[derive(Clone, Debug)]
-pub struct Recorded {
-    /// The file.
-    pub path: PathBuf,
-    /// Its size in bytes.
-    pub bytes: u64,
-    /// Messages in it.
-    pub messages: u64,
-    /// Messages and ticks that came faster than they could be recorded.
-    pub lost: u64,
 }
 
 /// A recording that is being made.
@@ -66,7 +52,7 @@ impl Recorder {
     /// `path`.
     ///
     /// # Errors
-    /// What the system says of the file.
+    /// The error of the system about the file.
     pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
         let attached = AttachedTaps::new(source);
         Self::start(path, source, move |_| attached)
@@ -76,10 +62,10 @@ impl Recorder {
     /// it.
     ///
     /// # Errors
-    /// What the system says of the file.
+    /// The error of the system about the file.
     pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
-        // A topic lets nobody in while it waits for a full tap, and the caller
-        // may be who is to empty that.
+        // A topic that waits for a full tap is locked, and the caller may be the one
+        // that empties the tap.
         Self::start(path, source, AttachedTaps::new)
     }
 
@@ -91,19 +77,14 @@ impl Recorder {
         let file = RecordingFile::create(path)?;
         let (reason, asked) = bounded(1);
         let lost = Arc::<AtomicU64>::default();
-        let (to, source, losses) = (path.to_owned(), source.clone(), lost.clone());
+        let (source, losses) = (source.clone(), lost.clone());
         let thread = thread::Builder::new().name("recorder".to_owned());
         let thread = thread.spawn(move || {
             let attached = attach(&source);
-            let writer = RecordingWriter::start(file, attached, source, losses)?;
-            let written = record(writer, &asked)?;
-            Ok(Recorded {
-                // If that cannot be done, the file is complete all the same.
-                bytes: compact(&written.file).unwrap_or(written.bytes),
-                messages: written.messages,
-                lost: written.lost,
-                path: to,
-            })
+            record(
+                RecordingWriter::start(file, attached, source, losses)?,
+                &asked,
+            )
         })?;
         Ok(Self {
             path: path.to_owned(),
@@ -119,7 +100,7 @@ impl Recorder {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Asks it to end; the first to ask is heard.
+    /// Asks it to end. Only the first reason counts.
     pub fn end(&self, reason: StopReason) {
         self.asked.set(true);
         let _ = self.reason.try_send(reason);
@@ -130,7 +111,7 @@ impl Recorder {
         self.asked.get() || self.has_ended()
     }
 
-    /// Whether it has ended, as asked or because it could not go on.
+    /// Whether it has ended, by request or by an error.
     pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
@@ -154,7 +135,7 @@ impl Recorder {
 }
 
 /// Writes until asked to end.
-fn record(mut writer: RecordingWriter, asked: &Receiver<StopReason>) -> io::Result<Written> {
+fn record(mut writer: RecordingWriter, asked: &Receiver<StopReason>) -> io::Result<Recorded> {
     let mut wait = LOOK;
     loop {
         match asked.recv_timeout(wait) {

@@ -69,7 +69,7 @@ impl Replay {
         &self.system
     }
 
-    /// What is replayed.
+    /// The recording.
     pub fn recording(&self) -> &Recording {
         &self.recording
     }

@@ -1,4 +1,4 @@
-//! Names in a recording, and what it says of itself.
+//! Names in a recording, and its description of itself.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -19,7 +19,7 @@ pub const APPLICATION: &str = "ratelab";
 /// The same for the curves of sweeps: the viewer keeps a layout for each name.
 pub const SWEEP_APPLICATION: &str = "ratelab-sweep";
 
-/// Property that says what was run, to be read by [`Origin`].
+/// Property with the [`Origin`].
 pub const ORIGIN: &str = "origin";
 
 /// Entity of what happened to the run: text for people, [`JSON`] for readers.
@@ -82,14 +82,14 @@ pub fn node_entity(name: &str) -> EntityPath {
     path(&[NODES, name])
 }
 
-/// What was run, and by what: enough to run it again.
+/// The run and its software: enough to run it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// [`FORMAT`] of the file.
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
-    /// What computed the plant, with its version; see [`System::engine`].
+    /// The engine of the plant, with its version; see [`System::engine`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
     /// Processor and operating system, such as `x86_64-linux`: mathematical
@@ -97,7 +97,7 @@ pub struct Origin {
     pub platform: String,
     /// Name of the system.
     pub system: String,
-    /// What the run was started with.
+    /// The configuration at the start.
     #[serde(with = "ConfigRecord")]
     pub config: Config,
     /// The graph when it was started.
@@ -156,7 +156,7 @@ pub struct RecordingEnd {
     pub at: Time,
     /// The clock then.
     pub clock: ClockKind,
-    /// What became of the run.
+    /// The end of the run.
     pub end: RunStatus,
     /// Messages in the file, per topic of the [`Topology`].
     pub messages: Vec<u64>,
@@ -171,7 +171,7 @@ pub struct RecordingEnd {
     pub dropped: Option<Vec<u64>>,
 }
 
-/// What became of a run that was recorded.
+/// The end of a run that was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RunStatus {
     /// It ended.
@@ -188,7 +188,7 @@ pub enum RunStatus {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
-    /// What became of it.
+    /// The verdict.
     pub verdict: VerdictRecord,
     /// Steps of the plant.
     pub steps: u64,
@@ -201,7 +201,7 @@ pub struct RunResult {
     pub finals: BTreeMap<String, Option<f64>>,
 }
 
-/// What became of a run, by the name that its system has for it.
+/// A verdict by its name in the system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerdictRecord {
     /// [`VerdictKind::name`].

@@ -1,4 +1,4 @@
-//! What a recorder is given: a run to look at, and in the end why to stop.
+//! The input of a recorder: a run, and in the end the reason to stop.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::schema::{Origin, RunResult, RunStatus};
 /// A run as a recorder sees it.
 #[derive(Clone)]
 pub struct Source {
-    /// What is run.
+    /// The system.
     pub system: Arc<dyn System>,
     /// How it is run.
     pub origin: Origin,

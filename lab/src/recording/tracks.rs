@@ -18,7 +18,7 @@ use super::{
 /// Nanoseconds in a microsecond.
 pub const NANOS_PER_MICRO: f64 = 1e3;
 
-/// What comes out of a tap, waiting to be written.
+/// Items of a tap, waiting to be written.
 pub trait Track {
     /// Takes what is in the tap; returns how much that was.
     fn drain(&mut self) -> usize;

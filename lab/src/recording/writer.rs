@@ -1,8 +1,9 @@
-//! What is written, and when: in batches, so that a recording is small, and
-//! often enough that little is lost with the power.
+//! Writes in batches: large enough for a small file, and often enough to lose little in a
+//! power cut.
 
 use std::{
     io,
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -19,6 +20,7 @@ use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use super::{
     blueprint::{self, Subject},
     columns,
+    compact::compact,
     file::RecordingFile,
     progress::Progress,
     properties,
@@ -28,10 +30,10 @@ use super::{
     tracks::{NodeTrack, TopicTrack, Track},
 };
 
-/// Wall time between two batches: a kill loses what came since the last.
+/// Wall time between two batches. A kill loses the messages since the last one.
 const BATCH: Duration = Duration::from_millis(900);
 
-/// Items that are a batch whatever the time: what a run flat out makes.
+/// Items that make a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
 
 /// Items that a tap holds: minutes at 50 Hz, between two looks of 50 ms more
@@ -66,7 +68,7 @@ impl AttachedTaps {
         nodes.chain(topics)
     }
 
-    /// Takes what is there; returns how much the fullest tap had.
+    /// Empties the taps; returns the number of items of the fullest.
     fn drain(&mut self) -> usize {
         let nodes = self.nodes.iter_mut().map(Track::drain).max();
         let topics = self.topics.iter_mut().map(Track::drain).max();
@@ -87,11 +89,12 @@ impl AttachedTaps {
     }
 }
 
-/// What was written.
-pub struct Written {
+/// A recording that is complete.
+#[derive(Clone, Debug)]
+pub struct Recorded {
     /// The file.
-    pub file: RecordingFile,
-    /// Size of the file.
+    pub path: PathBuf,
+    /// Its size in bytes.
     pub bytes: u64,
     /// Messages in it.
     pub messages: u64,
@@ -163,7 +166,7 @@ impl RecordingWriter {
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
         if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
-            // What came before the newest is there when all taps are drained once more.
+            // All items before the newest have arrived when all taps are drained once more.
             let newest = self.taps.newest();
             self.drain();
             let until = newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1));
@@ -173,7 +176,7 @@ impl RecordingWriter {
     }
 
     /// Writes the rest, and the end.
-    pub fn complete(mut self, reason: &StopReason) -> io::Result<Written> {
+    pub fn complete(mut self, reason: &StopReason) -> io::Result<Recorded> {
         self.drain();
         self.batch(Time::MAX)?;
         let observer = &self.observer;
@@ -190,9 +193,13 @@ impl RecordingWriter {
         self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
-        Ok(Written {
-            bytes: self.file.complete()?,
-            file: self.file,
+        // The run does not wait for them any more.
+        drop(self.taps);
+        let bytes = self.file.complete()?;
+        Ok(Recorded {
+            path: self.file.path(),
+            // A file that cannot be compacted is complete as well.
+            bytes: compact(&self.file).unwrap_or(bytes),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
         })
@@ -324,7 +331,7 @@ impl RecordingWriter {
     }
 
     fn flush(&self) -> io::Result<()> {
-        // The stream says less of what went wrong than the file does.
+        // The file has a better error than the stream.
         let _ = self.rec.flush_blocking();
         self.file.flush()
     }

@@ -9,9 +9,9 @@ use ratelab::{
 };
 
 use super::App;
-use crate::dashboard::{presets::Direction, settings::first_alias};
+use crate::{dashboard::presets::Direction, names::first_alias};
 
-/// Where files lie that nobody has to name.
+/// The folder that is searched for files.
 const FOLDER: &str = "policies";
 
 /// Kinds of files that policies come in.
@@ -41,7 +41,7 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
             choices.push(text);
         }
     }
-    // Nobody passes by those that lose on the way to one that does not.
+    // Policies that always lose come last.
     choices.sort_by_key(|text| {
         let (node, text) = (node.to_owned(), text.clone());
         let setup = Setup::default().with(Knob::Send { node, text });
@@ -70,7 +70,7 @@ fn files(folder: &Path) -> Vec<String> {
     paths.map(str::to_owned).collect()
 }
 
-/// A message to `node` that names the file that it does, whatever is in that now.
+/// A message to `node` with the path of its file, without the digest.
 fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let path = file.as_ref().and_then(|file| file.to_str());

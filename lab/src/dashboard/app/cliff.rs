@@ -30,7 +30,7 @@ impl App {
         }
     }
 
-    /// Keeps up with the map; says whether it shows something new.
+    /// Takes in new runs of the map; returns whether there are any.
     pub(super) fn follow_map(&mut self) -> bool {
         if self.mapping {
             self.follow_conditions();
@@ -54,7 +54,7 @@ impl App {
         self.map.as_ref().filter(|_| self.mapping)
     }
 
-    /// Does what a key of the map asks for.
+    /// Handles a key of the map.
     pub(super) fn act_on_map(&mut self, action: MapAction) -> Result<(), LabError> {
         let Some(map) = &mut self.map else {
             return Ok(());

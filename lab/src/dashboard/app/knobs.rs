@@ -127,7 +127,7 @@ impl App {
     /// Turns knobs of the running graph; the next session starts with them.
     ///
     /// # Errors
-    /// What is allowed, if one of them is not; none is turned then.
+    /// The allowed values, if one of them is not allowed; none is turned then.
     fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
         let knobs = knobs.into_iter().map(|knob| self.checked(knob));
         let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;

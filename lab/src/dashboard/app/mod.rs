@@ -58,16 +58,16 @@ pub struct App {
     knob_focus: KnobFocus,
     /// The world of its own that the system has, if it has one.
     own_world: Option<WorldKind>,
-    /// What p and P go through.
+    /// The choices of p and P.
     choices: Vec<String>,
     /// Whether the person wants run time to stand still; the clock may not have
     /// heard of it yet.
     pause: bool,
-    /// What happened to the session so far.
+    /// The events of the session so far.
     events: Vec<Event>,
     setup: Setup,
     session: Session,
-    /// What comes when the session has ended, if it is to end.
+    /// The step after the end of the session, if it is to end.
     next: Option<Next>,
     /// Whether run time stands still because the program is to be stopped.
     resting: bool,
@@ -77,7 +77,7 @@ pub struct App {
     destination: Destination,
     /// Whether the person wants sessions recorded.
     record: bool,
-    /// Recordings that were told to end, and have to write a little yet.
+    /// Recordings that are writing their ends.
     completing: Vec<Recorder>,
     /// Recordings that are complete.
     recorded: Vec<Recorded>,
@@ -102,7 +102,7 @@ pub struct App {
     prompt: Prompt,
     /// Whether it is open.
     typing: bool,
-    /// The last thing that the dashboard itself had to say.
+    /// The last message of the dashboard itself.
     pub notice: Option<String>,
     /// Whether to leave.
     pub quit: bool,
@@ -174,7 +174,7 @@ impl App {
         }
     }
 
-    /// Ends the session in order: what it came to, and what became of recordings.
+    /// Ends the session in order; returns its result and the recordings.
     /// One that was to end and did not is not waited for any longer.
     pub fn finish(mut self) -> LabOutcome {
         let ended = match self.next {
@@ -190,10 +190,10 @@ impl App {
     }
 }
 
-/// What is left of the lab when a person leaves it.
+/// The results of a lab.
 #[derive(Debug)]
 pub struct LabOutcome {
-    /// What the last session came to.
+    /// The result of the last session.
     pub ended: Result<SessionResult, LabError>,
     /// Recordings that are complete.
     pub recorded: Vec<Recorded>,
@@ -247,7 +247,7 @@ impl Model for App {
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         let action = LAB.action(key);
         if self.next.is_some() {
-            // What is on its way to its end obeys nothing else.
+            // A session that is ending ignores other keys.
             self.quit |= action == Some(LabAction::Quit);
             return Ok(());
         }
@@ -409,7 +409,7 @@ impl App {
         self.notice = Some(notice.into());
     }
 
-    /// Whether the graph can still be changed; says so if not.
+    /// Whether the graph can still be changed; prints a notice if not.
     fn alive(&mut self) -> bool {
         if self.ended() {
             self.notify("the run is over: r starts again");

@@ -47,7 +47,7 @@ impl App {
         }
     }
 
-    /// Notes what became of a recording that was told to end.
+    /// Notes the result of a recording that was asked to end.
     fn note_recorded(&mut self, recorder: Recorder) {
         match recorder.finish() {
             Ok(recorded) => {

@@ -22,7 +22,7 @@ use crate::{
 /// node that is still in its tick then is waited for frame by frame.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// What comes when a session has ended.
+/// The step after the end of a session.
 pub(super) enum Next {
     /// The person has left.
     Leave,
@@ -41,7 +41,7 @@ impl App {
     }
 
     /// Ends this session and starts one of `config`, with files as they are now.
-    /// If that cannot be done, the notice says why, and this one goes on.
+    /// If that fails, the notice gives the reason, and this one goes on.
     pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
         self.start(config, false)
     }
@@ -131,7 +131,7 @@ impl App {
         Ok(())
     }
 
-    /// The session goes on without a recording; the exit code tells, too.
+    /// The session goes on without a recording; the exit code reports it as well.
     fn unrecordable(&mut self, error: LabError) {
         self.notify(error.to_string());
         self.record = false;

@@ -79,7 +79,7 @@ impl App {
         }
     }
 
-    /// Whether the clock has a speed to choose; says so if not.
+    /// Whether the clock has a speed to set; prints a notice if not.
     fn has_speed(&mut self) -> bool {
         let real = self.clock() == ClockKind::Real;
         if real {

@@ -1,4 +1,4 @@
-//! Runs made in the background, in nobody's way.
+//! Runs in the background, at low priority.
 
 use std::{
     num::NonZeroUsize,
@@ -16,7 +16,7 @@ use ratelab::{
     runtime::clock::lower_priority,
 };
 
-/// A run and what it came to.
+/// A run and its result.
 pub type Made = (Cell, CellResult);
 
 /// A sweep on one thread, which runs where the graph and the screen leave a core
@@ -33,7 +33,7 @@ impl Fill {
         let (sender, made) = unbounded();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
-        // Nobody waits for its end: where everything is busy it may take long.
+        // Dropping does not wait for its end, which may take long on a busy machine.
         thread::spawn(move || {
             lower_priority();
             let swept = sweep.run(NonZeroUsize::MIN, |cell, outcome| {
@@ -62,7 +62,6 @@ impl Fill {
         }
     }
 
-    /// One that makes nothing.
     #[cfg(test)]
     pub fn nobody() -> Self {
         Self {

@@ -14,10 +14,8 @@ use ratelab::{
     system::{KnobText, Setup, System},
 };
 
-use super::{
-    presets::Direction,
-    settings::{first_alias, listed},
-};
+use super::{presets::Direction, settings::listed};
+use crate::names::{first_alias, paced_node};
 use fill::Fill;
 
 /// How many rates the map has.
@@ -58,8 +56,7 @@ impl CliffMap {
         config: &Config,
     ) -> Result<Self, AxisError> {
         let alias = first_alias(&**system, KnobKind::Rate);
-        let of_alias = alias.and_then(|alias| alias.knobs.first());
-        let node = of_alias.map_or(node, |(_, node)| node);
+        let node = paced_node(&**system).unwrap_or(node);
         let name = axis_name(&**system, node);
         let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
         let usual = alias.and_then(|alias| alias.default.parse().ok());
@@ -189,12 +186,12 @@ impl CliffMap {
         &self.rates
     }
 
-    /// What the runs have in common.
+    /// The settings that the runs share.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
 
-    /// What a run came to, if it is made.
+    /// The result of a run, if it is made.
     pub fn outcome(&self, rate: usize, seed: usize) -> Option<&CellResult> {
         self.outcomes.get(self.index(rate, seed))?.as_ref()
     }
@@ -214,7 +211,7 @@ impl CliffMap {
     }
 }
 
-/// What is turned from rate to rate: the first alias of one, or that of `node`.
+/// The knob of the map: the first alias of a rate, or the rate of `node`.
 fn axis_name(system: &dyn System, node: &str) -> String {
     let alias = first_alias(system, KnobKind::Rate);
     alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())

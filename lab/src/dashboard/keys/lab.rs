@@ -1,9 +1,18 @@
 //! The keys of the lab.
 
-use super::{DOWN, END, HOME, Key, KeyTable, LEFT, RIGHT, UP, row, screen_with_panes};
-use crate::dashboard::{focus::Pane, presets::Direction};
+use LabAction::*;
 
-/// What a person can do in the lab.
+use super::{
+    DOWN, END, HOME,
+    Key::{Char, Ctrl},
+    KeyTable, LEFT, RIGHT, TAB, UP, row, screen_with_panes,
+};
+use crate::dashboard::{
+    focus::Pane,
+    presets::Direction::{self, Down, Up},
+};
+
+/// Actions in the lab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabAction {
     /// Change the rate of the node in focus by a preset.
@@ -66,139 +75,48 @@ pub enum LabAction {
     Quit,
 }
 
-/// All keys of the lab, the way out first.
+/// All keys of the lab, help and quit first.
 pub const LAB: KeyTable<LabAction> = screen_with_panes![
     LabAction;
-    row(
-        &[
-            (Key::Char('['), LabAction::Rate(Direction::Down)),
-            (Key::Char(']'), LabAction::Rate(Direction::Up)),
-        ],
-        "rate of the marked node down, up",
-        Some("rate"),
-    ),
-    row(
-        &[
-            (Key::Char('<'), LabAction::Depth(Direction::Down)),
-            (Key::Char('>'), LabAction::Depth(Direction::Up)),
-        ],
-        "depth of the marked topics down, up",
-        Some("depth"),
-    ),
-    row(
-        &[(Key::Char('b'), LabAction::Break)],
-        "break it, as --break does",
-        Some("break"),
-    ),
-    row(
-        &[(Key::Char('r'), LabAction::Restart)],
-        "start again: same seed, knobs as they stand",
-        Some("restart"),
-    ),
-    row(
-        &[(Key::Char(' '), LabAction::Pause)],
-        "pause, or go on",
-        Some("pause"),
-    ),
-    row(
-        &[
-            (Key::Char('.'), LabAction::StepForward),
-            (RIGHT, LabAction::StepForward),
-        ],
-        "one tick of one node; looking back, one picture forward",
-        Some("step"),
-    ),
-    row(
-        &[(Key::Char(','), LabAction::StepBack), (LEFT, LabAction::StepBack)],
-        "look back one picture",
-        Some("back"),
-    ),
-    row(
-        &[
-            (HOME, LabAction::Oldest),
-            (END, LabAction::Newest),
-            (Key::Char('f'), LabAction::Live),
-        ],
-        "look at the oldest picture kept, the newest, what is live",
-        None,
-    ),
-    row(
-        &[(Key::Char('m'), LabAction::Map)],
-        "the cliff map: which rates and seeds go well",
-        Some("map"),
-    ),
-    row(
-        &[(Key::Char('w'), LabAction::Record)],
-        "record to a file in the folder recordings, or stop recording",
-        Some("record"),
-    ),
-    row(
-        &[(Key::Char('e'), LabAction::Exercises)],
-        "open the exercises: predict, then see",
-        Some("exercises"),
-    ),
-    row(
-        &[(Key::Char('c'), LabAction::OtherClock)],
-        "hand the running graph to the other clock",
-        Some("clock"),
-    ),
-    row(
-        &[
-            (Key::Char('+'), LabAction::Speed(Direction::Up)),
-            (Key::Char('-'), LabAction::Speed(Direction::Down)),
-            (Key::Char('0'), LabAction::SpeedOne),
-        ],
-        "virtual time faster, slower, as fast as the wall's",
-        Some("speed"),
-    ),
-    row(
-        &[
-            (UP, LabAction::Node(Direction::Down)),
-            (DOWN, LabAction::Node(Direction::Up)),
-        ],
-        "mark the node before, the next one",
-        Some("node"),
-    ),
-    row(
-        &[
-            (Key::Char('t'), LabAction::Topic(Direction::Up)),
-            (Key::Char('T'), LabAction::Topic(Direction::Down)),
-        ],
-        "mark the next topic, the one before, or those of the beginning",
-        Some("topic"),
-    ),
-    row(
-        &[(Key::Char('o'), LabAction::OtherWorld)],
+    row(&[(Char('['), Rate(Down)), (Char(']'), Rate(Up))],
+        "rate of the marked node down, up", Some("rate")),
+    row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],
+        "depth of the marked topics down, up", Some("depth")),
+    row(&[(Char('b'), Break)],
+        "break it, as --break does", Some("break")),
+    row(&[(Char('r'), Restart)],
+        "start again: same seed, knobs as they stand", Some("restart")),
+    row(&[(Char(' '), Pause)],
+        "pause, or go on", Some("pause")),
+    row(&[(Char('.'), StepForward), (RIGHT, StepForward)],
+        "one tick of one node; looking back, one picture forward", Some("step")),
+    row(&[(Char(','), StepBack), (LEFT, StepBack)],
+        "look back one picture", Some("back")),
+    row(&[(HOME, Oldest), (END, Newest), (Char('f'), Live)],
+        "look at the oldest picture kept, the newest, what is live", None),
+    row(&[(Char('m'), Map)],
+        "the cliff map: which rates and seeds go well", Some("map")),
+    row(&[(Char('w'), Record)],
+        "record to a file in the folder recordings, or stop recording", Some("record")),
+    row(&[(Char('e'), Exercises)],
+        "open the exercises: predict, then see", Some("exercises")),
+    row(&[(Char('c'), OtherClock)],
+        "hand the running graph to the other clock", Some("clock")),
+    row(&[(Char('+'), Speed(Up)), (Char('-'), Speed(Down)), (Char('0'), SpeedOne)],
+        "virtual time faster, slower, as fast as the wall's", Some("speed")),
+    row(&[(UP, Node(Down)), (DOWN, Node(Up))],
+        "mark the node before, the next one", Some("node")),
+    row(&[(Char('t'), Topic(Up)), (Char('T'), Topic(Down))],
+        "mark the next topic, the one before, or those of the beginning", Some("topic")),
+    row(&[(Char('o'), OtherWorld)],
         "start again in the other world: one that waits for the actuator, or does not",
-        Some("world"),
-    ),
-    row(
-        &[
-            (Key::Char('{'), LabAction::SecondRate(Direction::Down)),
-            (Key::Char('}'), LabAction::SecondRate(Direction::Up)),
-        ],
-        "rate of the second alias, such as sensor-hz, down, up",
-        Some("second rate"),
-    ),
-    row(
-        &[(Key::Char(':'), LabAction::Type)],
-        "type a knob and its exact value, such as rate NODE 7.5",
-        Some("type a value"),
-    ),
-    row(
-        &[
-            (Key::Char('n'), LabAction::Seed(Direction::Up)),
-            (Key::Char('N'), LabAction::Seed(Direction::Down)),
-        ],
-        "start again with the next seed, the previous one",
-        Some("seed"),
-    ),
-    row(
-        &[
-            (Key::Char('p'), LabAction::Choice(Direction::Up)),
-            (Key::Char('P'), LabAction::Choice(Direction::Down)),
-        ],
-        "swap the policy for the next one, the previous one",
-        Some("policy"),
-    ),
+        Some("world")),
+    row(&[(Char('{'), SecondRate(Down)), (Char('}'), SecondRate(Up))],
+        "rate of the second alias, such as sensor-hz, down, up", Some("second rate")),
+    row(&[(Char(':'), Type)],
+        "type a knob and its exact value, such as rate NODE 7.5", Some("type a value")),
+    row(&[(Char('n'), Seed(Up)), (Char('N'), Seed(Down))],
+        "start again with the next seed, the previous one", Some("seed")),
+    row(&[(Char('p'), Choice(Up)), (Char('P'), Choice(Down))],
+        "swap the policy for the next one, the previous one", Some("policy")),
 ];

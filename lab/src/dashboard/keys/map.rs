@@ -1,11 +1,12 @@
 //! The keys of the cliff map. All others do what they do in the lab.
 
+use MapAction::*;
 use crossterm::event::KeyCode;
 
 use super::{DOWN, Key, KeyTable, LEFT, RIGHT, UP, row};
-use crate::dashboard::presets::Direction;
+use crate::dashboard::presets::Direction::{self, Down, Up};
 
-/// What a person can do with the map.
+/// Actions on the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapAction {
     /// Go to the next rate.
@@ -24,28 +25,22 @@ const ESC: Key = Key::Named(KeyCode::Esc, "Esc");
 /// All keys of the map.
 pub const MAP: KeyTable<MapAction> = KeyTable(&[
     row(
-        &[
-            (LEFT, MapAction::Rate(Direction::Down)),
-            (RIGHT, MapAction::Rate(Direction::Up)),
-        ],
+        &[(LEFT, Rate(Down)), (RIGHT, Rate(Up))],
         "to the next lower rate, the next higher",
         Some("rate"),
     ),
     row(
-        &[
-            (UP, MapAction::Seed(Direction::Down)),
-            (DOWN, MapAction::Seed(Direction::Up)),
-        ],
+        &[(UP, Seed(Down)), (DOWN, Seed(Up))],
         "to the previous seed, the next",
         Some("seed"),
     ),
     row(
-        &[(ENTER, MapAction::Run)],
+        &[(ENTER, Run)],
         "start again live, with this rate and this seed",
         Some("run it live"),
     ),
     row(
-        &[(ESC, MapAction::Close), (Key::Char('m'), MapAction::Close)],
+        &[(ESC, Close), (Key::Char('m'), Close)],
         "close the map",
         Some("close"),
     ),

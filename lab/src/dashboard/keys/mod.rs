@@ -1,5 +1,5 @@
-//! One table of keys for each screen: what they do, what the help and the footer
-//! say of them, and what `ratelab keys` prints.
+//! One table of keys for each screen: their actions, and their texts in the help, in the
+//! footer and in `ratelab keys`.
 
 mod lab;
 mod map;
@@ -20,9 +20,9 @@ pub struct KeyTable<A: 'static>(&'static [Binding<A>]);
 pub struct Binding<A: 'static> {
     /// Each key and what it does.
     pub keys: &'static [(Key, A)],
-    /// What they do, in words, in the order of the keys.
+    /// Their actions in words, in the order of the keys.
     pub help: &'static str,
-    /// What the footer says of them; rows without are in the help only.
+    /// Their text in the footer; rows without one are in the help only.
     pub footer: Option<&'static str>,
 }
 
@@ -53,37 +53,33 @@ const fn row<A>(
     Binding { keys, help, footer }
 }
 
-/// The keys of a screen with panes: the way out first, then its own rows, and
-/// those of the panes last, all as its own kind of action.
+/// The keys of a screen with panes: help and quit first, then its own rows, and those
+/// of the panes last.
 macro_rules! screen_with_panes {
     ($Action:ident; $($row:expr),+ $(,)?) => {
         $crate::dashboard::keys::KeyTable(&[
-            row(&[(Key::Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
+            row(&[(Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
             row(
-                &[(Key::Char('i'), $Action::Explain)],
+                &[(Char('i'), $Action::Explain)],
                 "explain the pane in focus, with its figures",
                 Some("explain"),
             ),
-            row(
-                &[(Key::Char('q'), $Action::Quit), (Key::Ctrl('c'), $Action::Quit)],
-                "quit",
-                Some("quit"),
-            ),
+            row(&[(Char('q'), $Action::Quit), (Ctrl('c'), $Action::Quit)], "quit", Some("quit")),
             $($row,)+
             row(
                 &[
-                    ($crate::dashboard::keys::TAB, $Action::NextPane),
-                    (Key::Char('1'), $Action::Focus(Pane::Graph)),
-                    (Key::Char('2'), $Action::Focus(Pane::Plant)),
-                    (Key::Char('3'), $Action::Focus(Pane::Signal)),
-                    (Key::Char('4'), $Action::Focus(Pane::Figures)),
-                    (Key::Char('5'), $Action::Focus(Pane::Events)),
+                    (TAB, $Action::NextPane),
+                    (Char('1'), $Action::Focus(Pane::Graph)),
+                    (Char('2'), $Action::Focus(Pane::Plant)),
+                    (Char('3'), $Action::Focus(Pane::Signal)),
+                    (Char('4'), $Action::Focus(Pane::Figures)),
+                    (Char('5'), $Action::Focus(Pane::Events)),
                 ],
                 "focus the next pane; graph, plant, signal, figures, events",
                 None,
             ),
             row(
-                &[(Key::Char('z'), $Action::Zoom)],
+                &[(Char('z'), $Action::Zoom)],
                 "give the focused pane the whole screen, or take it back",
                 Some("zoom"),
             ),
@@ -93,7 +89,7 @@ macro_rules! screen_with_panes {
 use screen_with_panes;
 
 impl Key {
-    /// What is written on the key.
+    /// The label of the key.
     pub fn label(self) -> String {
         match self {
             Self::Char(' ') => "Space".to_owned(),
@@ -126,7 +122,7 @@ impl<A> Binding<A> {
 }
 
 impl<A: Copy> KeyTable<A> {
-    /// What `event` asks for.
+    /// The action of `event`.
     pub fn action(&self, event: &KeyEvent) -> Option<A> {
         let mut keys = self.0.iter().flat_map(|binding| binding.keys);
         keys.find(|(key, _)| key.is(event))

@@ -1,16 +1,24 @@
-//! The keys of a recording that is played.
+//! The keys of a replay.
 
+use ReplayAction::*;
 use crossterm::event::KeyCode;
 
-use super::{END, HOME, Key, KeyTable, LEFT, RIGHT, row, screen_with_panes};
-use crate::dashboard::{focus::Pane, presets::Direction};
+use super::{
+    END, HOME,
+    Key::{self, Char, Ctrl},
+    KeyTable, LEFT, RIGHT, TAB, row, screen_with_panes,
+};
+use crate::dashboard::{
+    focus::Pane,
+    presets::Direction::{self, Down, Up},
+};
 
-/// What a person can do with a recording.
+/// Actions in a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReplayAction {
     /// Play, or stand still.
     Play,
-    /// Go to the next thing that happened, or the last one before.
+    /// Go to the next messages or ticks, or to the last ones before.
     Step(Direction),
     /// Go on or back by a second of run time.
     Second(Direction),
@@ -41,52 +49,18 @@ pub enum ReplayAction {
 const PAGE_UP: Key = Key::Named(KeyCode::PageUp, "PgUp");
 const PAGE_DOWN: Key = Key::Named(KeyCode::PageDown, "PgDn");
 
-/// All keys of the replay, the way out first.
+/// All keys of the replay, help and quit first.
 pub const REPLAY: KeyTable<ReplayAction> = screen_with_panes![
     ReplayAction;
-    row(
-        &[(Key::Char(' '), ReplayAction::Play)],
-        "play, or stand still",
-        Some("play"),
-    ),
-    row(
-        &[
-            (Key::Char(','), ReplayAction::Step(Direction::Down)),
-            (Key::Char('.'), ReplayAction::Step(Direction::Up)),
-            (LEFT, ReplayAction::Step(Direction::Down)),
-            (RIGHT, ReplayAction::Step(Direction::Up)),
-        ],
-        "to the messages before, to the next messages",
-        Some("step"),
-    ),
-    row(
-        &[
-            (PAGE_UP, ReplayAction::Second(Direction::Down)),
-            (PAGE_DOWN, ReplayAction::Second(Direction::Up)),
-        ],
-        "a second back, a second on",
-        None,
-    ),
-    row(
-        &[
-            (Key::Char('N'), ReplayAction::Event(Direction::Down)),
-            (Key::Char('n'), ReplayAction::Event(Direction::Up)),
-        ],
-        "to the event before, to the next event",
-        Some("event"),
-    ),
-    row(
-        &[(HOME, ReplayAction::Start), (END, ReplayAction::End)],
-        "to the beginning, to the end",
-        None,
-    ),
-    row(
-        &[
-            (Key::Char('+'), ReplayAction::Speed(Direction::Up)),
-            (Key::Char('-'), ReplayAction::Speed(Direction::Down)),
-            (Key::Char('0'), ReplayAction::SpeedOne),
-        ],
-        "play faster, slower, as fast as it was",
-        Some("speed"),
-    ),
+    row(&[(Char(' '), Play)], "play, or stand still", Some("play")),
+    row(&[(Char(','), Step(Down)), (Char('.'), Step(Up)), (LEFT, Step(Down)), (RIGHT, Step(Up))],
+        "to the messages before, to the next messages", Some("step")),
+    row(&[(PAGE_UP, Second(Down)), (PAGE_DOWN, Second(Up))],
+        "a second back, a second on", None),
+    row(&[(Char('N'), Event(Down)), (Char('n'), Event(Up))],
+        "to the event before, to the next event", Some("event")),
+    row(&[(HOME, Start), (END, End)],
+        "to the beginning, to the end", None),
+    row(&[(Char('+'), Speed(Up)), (Char('-'), Speed(Down)), (Char('0'), SpeedOne)],
+        "play faster, slower, as fast as it was", Some("speed")),
 ];

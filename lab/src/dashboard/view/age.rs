@@ -1,4 +1,4 @@
-//! The age of what acts on the world, as a number and a bar.
+//! The push age as a number and a bar.
 
 use std::{cmp::Reverse, time::Duration};
 
@@ -59,7 +59,7 @@ pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect,
     }
 }
 
-/// The age and the limit, as wide whatever the age.
+/// The age and the limit, always equally wide.
 fn number(age: &AgeData) -> String {
     let mean = ms(age.mean);
     match age.limit() {

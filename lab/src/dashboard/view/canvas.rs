@@ -21,12 +21,12 @@ const FAR: f64 = 20.0;
 /// A straight line: x and y of one end, x and y of the other.
 pub type Stroke = [f64; 4];
 
-/// What lines are drawn with.
+/// Style and glyph of lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Pen {
     /// Their style.
     pub style: Style,
-    /// What they consist of where there is only ASCII.
+    /// Their glyph in ASCII.
     pub ascii: char,
 }
 

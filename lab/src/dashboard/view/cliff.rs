@@ -17,14 +17,13 @@ use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel};
 /// The most rows of seeds that are shown at a time.
 const MOST_SEEDS: usize = 24;
 
-/// Rows besides those of seeds: the line of all seeds, and what is said of the
-/// place, in two lines.
+/// Rows besides those of seeds: the line of all seeds, and two lines about the place.
 const OTHERS: usize = 3;
 
-/// What the overlay is called.
+/// Title of the overlay.
 const TITLE: &str = "cliff map";
 
-/// What stands before the cells of all seeds.
+/// Label of the cells of all seeds.
 const ALL: &str = "all";
 
 /// Draws `map` in the lower right corner of `area`.
@@ -63,7 +62,7 @@ fn title(map: &CliffMap) -> String {
     }
 }
 
-/// What there is to say of the place: its run, and all of its rate.
+/// The result at the place, and the results of all seeds at its rate.
 fn said(map: &CliffMap) -> [String; 2] {
     let (rate, seed) = map.at();
     let (value, number) = map.chosen();

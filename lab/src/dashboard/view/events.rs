@@ -1,4 +1,4 @@
-//! How it stands and why, and what was done to the run.
+//! The verdict with its reasons, and the events of the run.
 
 use ratatui::{
     buffer::Buffer,
@@ -14,13 +14,13 @@ use super::{
 };
 use crate::dashboard::frame::{Standing, VerdictData};
 
-/// What the pane is called.
+/// Title of the pane.
 const TITLE: &str = "5 events";
 
 /// Columns of the run time of an event: up to 9999.999 s.
 const TIME_COLUMNS: usize = 10;
 
-/// Events that are shown before the last lines of an explanation are.
+/// Events that have priority over the last lines of an explanation.
 const LEAST_EVENTS: usize = 1;
 
 /// Draws the verdict, then events with the newest last, then the notice. The
@@ -90,7 +90,7 @@ pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     Line::from(Span::styled(text, style))
 }
 
-/// At most `most` lines of explanation; where it is cut, the last one says so.
+/// At most `most` lines of explanation; where it is cut, the last one ends with a sign.
 fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
     let mut lines = wrapped(why, width, theme);
     if lines.len() > most {
@@ -121,20 +121,16 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
         EventKind::Applied { .. } | EventKind::Ended { .. } => false,
     };
     let begin = TIME_COLUMNS + 2;
-    put(
-        &format!("{time:>TIME_COLUMNS$}"),
-        theme.faint(),
-        0,
-        row,
-        buf,
-    );
-    let room = usize::from(row.width).saturating_sub(begin);
-    if bad {
-        let text = format!("{} {what}", theme.glyph("✖", "!"));
-        put(&clip(&text, room, theme), theme.alarm(), begin, row, buf);
+    let time = format!("{time:>TIME_COLUMNS$}");
+    put(&time, theme.faint(), 0, row, buf);
+    let (text, style) = if bad {
+        let sign = theme.glyph("✖", "!");
+        (format!("{sign} {what}"), theme.alarm())
     } else {
-        put(&clip(what, room, theme), Style::new(), begin, row, buf);
-    }
+        (what.to_owned(), Style::new())
+    };
+    let room = usize::from(row.width).saturating_sub(begin);
+    put(&clip(&text, room, theme), style, begin, row, buf);
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, TopicData};
 
-/// What the pane is called.
+/// Title of the pane.
 const TITLE: &str = "4 figures";
 
 /// Width from which latency has a column of its own, the width of that column,

@@ -13,7 +13,7 @@ use super::{
     theme::Theme,
 };
 
-/// What the overlay is called.
+/// Title of the overlay.
 const TITLE: &str = "keys";
 
 /// Blanks between a key and what it does, and between two columns.

@@ -42,7 +42,7 @@ fn draw_bars(bars: &[u64], wide: usize, theme: &Theme, area: Rect, buf: &mut Buf
     let most = bars.iter().copied().max().unwrap_or(0).max(1);
     let full = u64::from(area.height) * 8;
     for (number, &bar) in bars.iter().enumerate() {
-        // What happened once is seen, however often the others happened.
+        // A single sample is visible beside any number of others.
         let eighths = scaled(bar, full, most).max(u64::from(bar > 0));
         for level in 0..area.height {
             let part = eighths.saturating_sub(u64::from(level) * 8).min(8) as usize;
@@ -63,7 +63,7 @@ fn scaled(bar: u64, full: u64, most: u64) -> u64 {
     u64::try_from(exact).unwrap_or(full)
 }
 
-/// What is under the bars.
+/// The axis under the bars.
 struct BinAxis<'a> {
     latency: &'a LatencyData,
     /// Columns that bars take.

@@ -1,5 +1,4 @@
-//! What is drawn where. One pane per file; each draws a frame and knows
-//! nothing of where it comes from.
+//! The screen. One pane per file; each draws a frame, from any source.
 
 pub mod theme;
 
@@ -44,9 +43,9 @@ use super::{
     knob_focus::KnobFocus,
 };
 
-/// What is on the screen, whatever it is of: a run under way or a recording.
+/// The content of the screen, of a run or of a recording.
 pub struct ScreenState<'a> {
-    /// What it is of.
+    /// The system.
     pub system: &'a dyn System,
     /// The figures.
     pub frame: &'a FrameData,
@@ -56,7 +55,7 @@ pub struct ScreenState<'a> {
     pub knob_focus: KnobFocus,
     /// Events until then.
     pub events: Vec<Event>,
-    /// What the top line says beside.
+    /// More parts of the top line.
     pub extra: StatusExtra,
     /// The pane that keys of focus and zoom mean.
     pub focus: Pane,
@@ -72,7 +71,7 @@ pub struct ScreenState<'a> {
     pub help: Option<HelpPage>,
     /// A page of text over everything but the help.
     pub page: Option<TextPage>,
-    /// The last thing that the dashboard itself had to say.
+    /// The last message of the dashboard itself.
     pub notice: Option<&'a str>,
 }
 
@@ -117,13 +116,13 @@ const VERDICT_LINES: usize = 3;
 pub enum Footer<'a> {
     /// Keys and what for.
     Hints(Vec<(String, &'static str)>),
-    /// What is being typed.
+    /// A line that is being typed.
     Prompt {
-        /// It.
+        /// The text so far.
         typed: &'a str,
-        /// What is allowed instead of the last entry, over the line.
+        /// Why the last entry was refused, above the line.
         refusal: Option<&'a str>,
-        /// What may be typed.
+        /// The words to choose from.
         hint: String,
     },
 }
@@ -236,7 +235,7 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
             .is_none_or(|notice| pane::width(notice) <= usize::from(room))
 }
 
-/// The verdict, or what the dashboard has to say, where no pane shows it.
+/// The verdict, or the notice, where no pane shows it.
 fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = match shown.notice {
         Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
@@ -245,7 +244,7 @@ fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Bu
     line.render(area, buf);
 }
 
-/// What is being typed, its end in sight, and what may be typed if there is room.
+/// The line that is being typed, with its end in sight, and a hint if there is room.
 fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
     let tail = pane::tail(typed, room);

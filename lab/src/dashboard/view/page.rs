@@ -17,20 +17,20 @@ use super::{
 const WIDEST: usize = 80;
 const EDGES: usize = 4;
 
-/// Rows of the box, and of the line that says what may be done.
+/// Rows of the box, and of the hint.
 const BORDERS: usize = 2;
 const HINT: usize = 1;
 
-/// What is on it.
+/// A page of text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextPage {
-    /// What it is called.
+    /// Its title.
     pub title: String,
     /// Paragraphs, broken to fit.
     pub text: String,
-    /// What is being typed beneath, if something is.
+    /// The line that is being typed, if there is one.
     pub typed: Option<String>,
-    /// What may be done.
+    /// Keys and their actions.
     pub hint: &'static str,
     /// Lines above the first that is shown.
     pub scroll: usize,
@@ -51,33 +51,23 @@ pub fn render(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let inner = border(&page.title, Span::default(), theme, true, place, buf);
     let below = typed + HINT + 1;
     let shown = usize::from(inner.height).saturating_sub(below);
-    // The last lines stay in sight, however far one goes.
+    // The last lines stay in sight, however far one scrolls.
     let first = page.scroll.min(lines.len().saturating_sub(shown));
+    let mut draw = |text: &str, style, at| put(text, style, 1, row(inner, at), buf);
     for (at, line) in lines.iter().skip(first).take(shown).enumerate() {
-        put(line, Style::new(), 1, row(inner, at), buf);
+        draw(line, Style::new(), at);
     }
     let bottom = usize::from(inner.height);
     if let Some(typed) = &page.typed {
         let mark = theme.glyph("▏", "_");
         let typed = tail(&plain(typed, theme), room.saturating_sub(3));
-        put(
-            &format!("> {typed}{mark}"),
-            theme.strong(),
-            1,
-            row(inner, bottom.saturating_sub(3)),
-            buf,
-        );
+        let at = bottom.saturating_sub(3);
+        draw(&format!("> {typed}{mark}"), theme.strong(), at);
     }
     let more = lines.len() > first + shown;
     let hint = if more { "PgDn for more  " } else { "" }.to_owned() + page.hint;
     let hint = clip(&hint, room, theme);
-    put(
-        &hint,
-        theme.faint(),
-        1,
-        row(inner, bottom.saturating_sub(1)),
-        buf,
-    );
+    draw(&hint, theme.faint(), bottom.saturating_sub(1));
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What panes have in common: the box around them, rows, and text that fits.
+//! Parts that panes share: the box around them, rows, and text that fits.
 
 use std::borrow::Cow;
 
@@ -58,7 +58,7 @@ pub fn rows(area: Rect, first: usize, count: usize) -> Rect {
     }
 }
 
-/// Draws `text` at column `x` of `row`, as far as the row goes.
+/// Draws `text` at column `x` of `row`, cut at the end of the row.
 pub fn put(text: &str, style: Style, x: usize, row: Rect, buf: &mut Buffer) {
     let skip = clamp(x).min(row.width);
     let room = Rect {

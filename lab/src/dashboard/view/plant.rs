@@ -10,7 +10,7 @@ use super::{
 };
 use crate::dashboard::frame::{Standing, VerdictData};
 
-/// What the pane is called.
+/// Title of the pane.
 const TITLE: &str = "2 plant";
 
 /// Dots of Braille below which one side of a view is too short to see anything
@@ -205,7 +205,7 @@ impl<'t> Drawing<'t> {
         Pen { style: cell, ascii }
     }
 
-    /// A limit is dashed; what is to be looked at is two dots thick.
+    /// A limit is dashed; the subject is two dots thick.
     fn line(&self, style: Style, line: Stroke) -> Vec<Stroke> {
         let [x1, y1, x2, y2] = line;
         let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);

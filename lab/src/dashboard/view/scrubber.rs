@@ -1,4 +1,4 @@
-//! Where in a recording we are.
+//! The position in a recording.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 use ratelab::runtime::Time;
@@ -16,63 +16,43 @@ pub struct Scrubber {
     pub at: Time,
     /// Where it ends.
     pub ends: Time,
-    /// When something happened.
+    /// Run times of events.
     pub events: Vec<Time>,
     /// Whether it plays.
     pub playing: bool,
-    /// How fast, against the run's own time.
+    /// Speed against run time.
     pub speed: f64,
 }
 
-/// Draws the moment as a place on a line, with marks where something happened.
+/// Draws the moment as a place on a line, with a mark for each event.
 pub fn render(scrubber: &Scrubber, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = row(area.intersection(buf.area), 0);
+    let mut draw = |text: &str, style, x| put(text, style, x, line, buf);
     let sign = if scrubber.playing {
         theme.glyph("▶", ">")
     } else {
         theme.glyph("⏸", "=")
     };
     let left = format!(" {sign} {:>8.3} s ", scrubber.at.as_secs_f64());
-    let right = format!(
-        " {:.3} s  {}× ",
-        scrubber.ends.as_secs_f64(),
-        scrubber.speed
-    );
+    let (end, speed) = (scrubber.ends.as_secs_f64(), scrubber.speed);
+    let right = format!(" {end:.3} s  {speed}× ");
     let (left, right) = (plain(&left, theme), plain(&right, theme));
-    put(&left, theme.strong(), 0, line, buf);
+    draw(&left, theme.strong(), 0);
     let from = width(&left);
     let columns = usize::from(line.width).saturating_sub(from + width(&right));
     if columns == 0 {
         return;
     }
-    let place = |at: Time| column(scrubber, at, columns);
-    let here = place(scrubber.at);
+    let place = |at: Time| from + column(scrubber, at, columns);
+    let (here, end) = (place(scrubber.at), from + columns);
     let (done, ahead) = (theme.glyph("━", "="), theme.glyph("─", "-"));
-    put(&done.repeat(here), theme.active(), from, line, buf);
-    put(
-        &ahead.repeat(columns - here),
-        theme.faint(),
-        from + here,
-        line,
-        buf,
-    );
+    draw(&done.repeat(here - from), theme.active(), from);
+    draw(&ahead.repeat(end - here), theme.faint(), here);
     for at in scrubber.events.iter().filter(|at| **at >= scrubber.begins) {
-        put(
-            theme.glyph("◆", "*"),
-            theme.strong(),
-            from + place(*at),
-            line,
-            buf,
-        );
+        draw(theme.glyph("◆", "*"), theme.strong(), place(*at));
     }
-    put(
-        theme.glyph("●", "O"),
-        theme.active(),
-        from + here,
-        line,
-        buf,
-    );
-    put(&right, Style::new(), from + columns, line, buf);
+    draw(theme.glyph("●", "O"), theme.active(), here);
+    draw(&right, Style::new(), end);
 }
 
 /// The column of `at` among `columns`.

@@ -15,11 +15,11 @@ use super::{
 };
 use crate::dashboard::frame::Trace;
 
-/// How much of the run is in sight (s).
+/// Run time in sight (s).
 const WINDOW_S: f64 = 10.0;
 
-/// By how much more the axis reaches out, once or several times, where the signal
-/// leaves its range: the scale stands still while all is well.
+/// Factor by which the axis grows, once or several times, when the signal leaves its
+/// range. Within the range the scale stands still.
 const WIDER: f64 = 1.5;
 
 /// The widest axis in ranges of the signal.
@@ -40,14 +40,13 @@ const LEAST: (u16, u16) = (30, 5);
 /// The least height of two charts.
 const TALL: u16 = 8;
 
-/// What the lower chart shows.
+/// Title of the lower chart.
 const AGE_TITLE: &str = "age of the push (ms)";
 
 /// The lowest end of the axis of ages (ms).
 const LEAST_AGE_MS: f64 = 40.0;
 
-/// Draws the trace up to `now`, and under it on the same axis of time the push age,
-/// where there is room.
+/// Draws the trace up to `now`, and below it the push age if there is room.
 pub fn render(
     trace: &Trace,
     now: Time,
@@ -57,10 +56,11 @@ pub fn render(
     buf: &mut Buffer,
 ) {
     let now = now.as_secs_f64();
-    // When looking back, the trace knows more than is to be seen.
+    // A trace may go on beyond a moment in the past.
     let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
     let past = &trace.points[..until_now(&trace.points)];
     let ages = &trace.ages[..until_now(&trace.ages)];
+    let marks: Vec<_> = trace.marks.iter().filter(|mark| mark.0 <= now).collect();
     let title = format!("3 {}", trace.signal.name);
     let current = current(trace.signal, past, theme);
     let inner = border(&title, current, theme, focused, area, buf);
@@ -71,46 +71,33 @@ pub fn render(
     let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
     let lower = usize::from(inner.height) / 2;
     let upper = usize::from(inner.height) - if two { lower } else { 0 };
-    let levels = [signal_levels(trace.signal, theme), age_levels(trace.limits)];
-    let widths = levels
-        .iter()
-        .flatten()
-        .map(|level| pane::width(&level.label));
+    let signal_levels = signal_levels(trace.signal, theme);
+    let age_levels = age_levels(trace.limits);
+    let levels = signal_levels.iter().chain(&age_levels);
+    let widest = levels.map(|level| pane::width(&level.label)).max();
     let margin = if labelled {
-        clamp(widths.max().unwrap_or(0) + 1)
+        clamp(widest.unwrap_or(0) + 1)
     } else {
         0
     };
-    let times = TimeAxis::new(now, inner.width - margin, theme);
-    let [levels, age_levels] = levels;
-    let range = reach(trace.signal, ends(past, times));
-    let chart = Chart {
-        edges: [labelled, labelled && !two],
-        levels,
-        margin,
-        times,
-    };
-    let chart = chart.place(rows(inner, 0, upper), range, theme);
-    let lost = |value: f64| trace.signal.is_lost_at(value);
-    chart.axes(theme, buf);
-    chart.marks(&trace.marks, now, theme, buf);
-    chart.texts(&trace.marks, now, theme, buf);
-    chart.ghost(&trace.ghost.points, theme, buf);
-    chart.curve(past, lost, theme, buf);
+    let columns = Columns::new(now, inner, margin, theme);
+    let range = reach(trace.signal, columns.ends(past));
+    let edges = [labelled, labelled && !two];
+    let chart = columns.chart(rows(inner, 0, upper), edges, signal_levels, range);
+    chart.axes(buf);
+    chart.marks(&marks, buf);
+    chart.texts(&marks, buf);
+    chart.ghost(&trace.ghost.points, buf);
+    chart.curve(past, |value| trace.signal.is_lost_at(value), buf);
     if two {
-        let range = age_range(trace.limits, ends(ages, times)[1]);
-        let chart = Chart {
-            edges: [labelled; 2],
-            levels: age_levels,
-            margin,
-            times,
-        };
-        let chart = chart.place(rows(inner, upper, lower), range, theme);
-        chart.axes(theme, buf);
-        chart.marks(&trace.marks, now, theme, buf);
+        let range = age_range(trace.limits, columns.ends(ages)[1]);
+        let place = rows(inner, upper, lower);
+        let chart = columns.chart(place, [labelled; 2], age_levels, range);
+        chart.axes(buf);
+        chart.marks(&marks, buf);
         put(AGE_TITLE, theme.strong(), 0, chart.text_row, buf);
-        chart.ghost(&trace.ghost.ages, theme, buf);
-        chart.curve(ages, |_| false, theme, buf);
+        chart.ghost(&trace.ghost.ages, buf);
+        chart.curve(ages, |_| false, buf);
     }
 }
 
@@ -165,14 +152,14 @@ fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
     format!("{text:>3}{unit}")
 }
 
-/// What stands at an axis, and how its line across the chart is dashed.
+/// A labelled value, and the dashes of its line across the chart.
 struct Level {
     at: f64,
     line: Option<(u32, u32, char)>,
     label: String,
 }
 
-/// The limits of a signal and zero; where a limit is out of sight, the end of the
+/// The limits of a signal and zero; instead of a limit out of range, the end of the
 /// range without a line.
 fn signal_levels(signal: &Signal, theme: &Theme) -> Vec<Level> {
     let [low, high] = signal.range;
@@ -212,15 +199,6 @@ fn age_range(limits: AgeLimits, greatest: f64) -> [f64; 2] {
     [0.0, (limit * 4.0 / 3.0).max(greatest).max(LEAST_AGE_MS)]
 }
 
-/// The least and the greatest that is in sight.
-fn ends(past: &[(f64, f64)], times: TimeAxis) -> [f64; 2] {
-    let seen = past.iter().filter(|point| point.0 >= times.begin);
-    seen.fold(
-        [f64::INFINITY, f64::NEG_INFINITY],
-        |[least, most], point| [least.min(point.1), most.max(point.1)],
-    )
-}
-
 /// The axis of `signal`, wide enough for values from `least` to `greatest`.
 fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     let [low, high] = signal.range;
@@ -233,102 +211,108 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     [middle - half * times, middle + half * times]
 }
 
-/// The run times in sight (s).
-#[derive(Clone, Copy)]
-struct TimeAxis {
-    begin: f64,
-    end: f64,
+/// The columns of all charts: labels of values, then the run times in sight.
+struct Columns<'t> {
+    /// Columns for the labels.
+    margin: u16,
+    /// The first and the last run time (s).
+    times: [f64; 2],
+    theme: &'t Theme,
 }
 
-impl TimeAxis {
-    /// The last seconds before `now` in so many columns.
-    fn new(now: f64, columns: u16, theme: &Theme) -> Self {
-        let dots = BrailleCanvas::dots(Rect::new(0, 0, columns, 1), theme).0;
+impl<'t> Columns<'t> {
+    /// The last seconds before `now` in the width of `inner`.
+    fn new(now: f64, inner: Rect, margin: u16, theme: &'t Theme) -> Self {
+        let width = inner.width - margin;
+        let dots = BrailleCanvas::dots(Rect { width, ..inner }, theme).0;
         // Starting on a whole dot, the curve moves without changing its shape.
         let dot = WINDOW_S / (dots - 1.0).max(1.0);
         let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
         Self {
-            begin,
-            end: begin + WINDOW_S,
+            margin,
+            times: [begin, begin + WINDOW_S],
+            theme,
         }
     }
-}
 
-/// What a chart is like before it has a place.
-struct Chart {
-    /// Whether there is a row for texts above, and for times below.
-    edges: [bool; 2],
-    levels: Vec<Level>,
-    /// Columns for the labels of the levels.
-    margin: u16,
-    times: TimeAxis,
-}
+    /// The least and the greatest value in sight.
+    fn ends(&self, past: &[(f64, f64)]) -> [f64; 2] {
+        let seen = past.iter().filter(|point| point.0 >= self.times[0]);
+        seen.fold(
+            [f64::INFINITY, f64::NEG_INFINITY],
+            |[least, most], point| [least.min(point.1), most.max(point.1)],
+        )
+    }
 
-/// Where things are in the pane.
-struct PlacedChart {
-    levels: Vec<Level>,
-    canvas: BrailleCanvas,
-    plot: Rect,
-    /// Room for the texts of marks, for times, and for values.
-    text_row: Rect,
-    times: Rect,
-    values: Rect,
-    axis: TimeAxis,
-}
-
-impl Chart {
-    fn place(self, inner: Rect, range: [f64; 2], theme: &Theme) -> PlacedChart {
+    /// A chart of values in `range` in `area`, with a row for texts above and one for
+    /// times below if `edges` ask for them.
+    fn chart(
+        &self,
+        area: Rect,
+        edges: [bool; 2],
+        levels: Vec<Level>,
+        range: [f64; 2],
+    ) -> Chart<'_> {
         let right = Rect {
-            x: inner.x + self.margin,
-            width: inner.width - self.margin,
-            ..inner
+            x: area.x + self.margin,
+            width: area.width - self.margin,
+            ..area
         };
-        let [top, bottom] = self.edges.map(usize::from);
-        let height = usize::from(inner.height).saturating_sub(top + bottom);
+        let [top, bottom] = edges.map(usize::from);
+        let height = usize::from(area.height).saturating_sub(top + bottom);
         let plot = rows(right, top, height);
-        let axis = self.times;
-        PlacedChart {
-            levels: self.levels,
-            canvas: BrailleCanvas::new(plot, [axis.begin, axis.end], range, theme),
+        Chart {
+            columns: self,
+            levels,
+            canvas: BrailleCanvas::new(plot, self.times, range, self.theme),
             plot,
             text_row: rows(right, 0, top),
             times: rows(right, top + height, bottom),
             values: Rect {
-                x: inner.x,
+                x: area.x,
                 width: self.margin,
                 ..plot
             },
-            axis,
         }
     }
 }
 
-impl PlacedChart {
-    /// The limits, zero, and what the axes say.
-    fn axes(&self, theme: &Theme, buf: &mut Buffer) {
-        let pen = |ascii| Pen {
-            style: theme.faint(),
-            ascii,
-        };
+/// A curve over time, and where its parts are.
+struct Chart<'a> {
+    columns: &'a Columns<'a>,
+    levels: Vec<Level>,
+    canvas: BrailleCanvas,
+    plot: Rect,
+    /// Rows for the texts of marks and for times, and columns for values.
+    text_row: Rect,
+    times: Rect,
+    values: Rect,
+}
+
+impl Chart<'_> {
+    /// The levels with their labels, and the times.
+    fn axes(&self, buf: &mut Buffer) {
+        let style = self.columns.theme.faint();
         for level in &self.levels {
             let Some(y) = self.canvas.row(level.at) else {
                 continue;
             };
             if let Some((on, of, ascii)) = level.line {
                 let line = self.canvas.level(level.at, on, of);
-                self.canvas.draw(pen(ascii), line, buf);
+                self.canvas.draw(Pen { style, ascii }, line, buf);
             }
             let place = row(self.values, usize::from(y - self.plot.y));
-            put(&level.label, theme.faint(), 0, place, buf);
+            put(&level.label, style, 0, place, buf);
         }
-        self.time_axis(theme, buf);
+        self.time_axis(buf);
     }
 
-    fn time_axis(&self, theme: &Theme, buf: &mut Buffer) {
+    fn time_axis(&self, buf: &mut Buffer) {
+        let style = self.columns.theme.faint();
         let columns = f64::from(self.plot.width) / WINDOW_S;
         let fits = |step: &f64| step * columns >= TIME_COLUMNS;
         let step = STEPS_S.into_iter().find(fits).unwrap_or(WINDOW_S);
-        let first = (self.axis.begin / step).ceil();
+        let first = (self.columns.times[0] / step).ceil();
         for number in 0..=(WINDOW_S / step) as u32 {
             let time = (first + f64::from(number)) * step;
             let Some(column) = self.canvas.column(time) else {
@@ -339,29 +323,30 @@ impl PlacedChart {
             let half = (pane::width(&text) - 2) / 2;
             let start = usize::from(column - self.plot.x).saturating_sub(half);
             if start + pane::width(&text) <= usize::from(self.times.width) {
-                put(&text, theme.faint(), start, self.times, buf);
+                put(&text, style, start, self.times, buf);
             }
         }
     }
 
     /// A vertical line where a knob was turned.
-    fn marks(&self, marks: &[(f64, String)], now: f64, theme: &Theme, buf: &mut Buffer) {
+    fn marks(&self, marks: &[&(f64, String)], buf: &mut Buffer) {
         if self.text_row.is_empty() {
             return;
         }
-        for (time, _) in marks.iter().filter(|mark| mark.0 <= now) {
-            let pen = Pen {
-                style: theme.faint(),
-                ascii: ':',
-            };
+        let pen = Pen {
+            style: self.columns.theme.faint(),
+            ascii: ':',
+        };
+        for (time, _) in marks {
             self.canvas.draw(pen, self.canvas.upright(*time, 2, 4), buf);
         }
     }
 
-    /// Texts of marks from the newest to the oldest, as far as they do not touch.
-    fn texts(&self, marks: &[(f64, String)], now: f64, theme: &Theme, buf: &mut Buffer) {
+    /// Texts of marks from the newest to the oldest, if they do not touch.
+    fn texts(&self, marks: &[&(f64, String)], buf: &mut Buffer) {
+        let theme = self.columns.theme;
         let mut free = usize::from(self.text_row.width);
-        for (time, text) in marks.iter().rev().filter(|mark| mark.0 <= now) {
+        for (time, text) in marks.iter().rev() {
             let Some(column) = self.canvas.column(*time).filter(|_| free > 0) else {
                 continue;
             };
@@ -381,36 +366,30 @@ impl PlacedChart {
         }
     }
 
-    /// The line through `past`, an alarm where a value is `lost`.
-    /// The run before this one, also where this one has not come to yet.
-    fn ghost(&self, points: &[(f64, f64)], theme: &Theme, buf: &mut Buffer) {
-        let first = points.partition_point(|point| point.0 < self.axis.begin);
-        let last = points.partition_point(|point| point.0 <= self.axis.end);
-        let lines = points[first..last].windows(2);
-        // Half of the strokes, so that it is no curve without colours as well.
-        let lines = lines.step_by(2).map(|pair| {
+    /// The run before this one, also ahead of the present.
+    fn ghost(&self, points: &[(f64, f64)], buf: &mut Buffer) {
+        let first = points.partition_point(|point| point.0 < self.columns.times[0]);
+        let last = points.partition_point(|point| point.0 <= self.columns.times[1]);
+        // Half of the strokes: told from a curve without colours as well.
+        let lines = points[first..last].windows(2).step_by(2).map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]
         });
         let pen = Pen {
-            style: theme.faint(),
+            style: self.columns.theme.faint(),
             ascii: ':',
         };
         self.canvas.draw(pen, lines, buf);
     }
 
-    fn curve(
-        &self,
-        past: &[(f64, f64)],
-        lost: impl Fn(f64) -> bool,
-        theme: &Theme,
-        buf: &mut Buffer,
-    ) {
+    /// The line through `past`, an alarm where a value is `lost`.
+    fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, buf: &mut Buffer) {
+        let theme = self.columns.theme;
         let lines = past.windows(2).map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]
         });
-        let seen = lines.filter(|line| line[2] >= self.axis.begin);
+        let seen = lines.filter(|line| line[2] >= self.columns.times[0]);
         let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);
         let pen = |style: Style, ascii| Pen { style, ascii };

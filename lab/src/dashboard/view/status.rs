@@ -12,7 +12,7 @@ use crate::dashboard::frame::FrameData;
 /// Blanks between the parts of a line.
 const GAP: usize = 2;
 
-/// What the top line says that is not in a frame.
+/// The parts of the top line beside a frame.
 #[derive(Clone, Debug, Default)]
 pub struct StatusExtra {
     /// Which frame is being looked at, and how many are kept, both counted

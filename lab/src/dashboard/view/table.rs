@@ -13,7 +13,7 @@ const GAP: usize = 2;
 /// A column of figures.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
-    /// What it is called, with the unit.
+    /// Its title, with the unit.
     pub head: &'static str,
     /// Its width, which neither head nor figures may exceed.
     pub width: usize,

@@ -17,28 +17,28 @@ pub struct Theme {
 }
 
 impl Theme {
-    /// What is well.
+    /// Good news.
     pub fn good(&self) -> Style {
         self.coloured(Color::Blue)
     }
 
-    /// What is wrong. Bold and reversed as well, for those without colours.
+    /// An alarm. Bold and reversed as well, for terminals without colours.
     pub fn alarm(&self) -> Style {
         self.coloured(Color::Yellow)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// What is wrong, drawn in lines: reversed they would turn into blocks.
+    /// An alarm in lines: reversed they would turn into blocks.
     pub fn alarm_line(&self) -> Style {
         self.coloured(Color::Yellow).add_modifier(Modifier::BOLD)
     }
 
-    /// What moves: a message on its way, a node that ticks.
+    /// Motion: a message on its way, a node that ticks.
     pub fn active(&self) -> Style {
         self.coloured(Color::Cyan).add_modifier(Modifier::BOLD)
     }
 
-    /// What is only there for reference: axes, limits, hints.
+    /// References: axes, limits, hints.
     pub fn faint(&self) -> Style {
         Style::new().add_modifier(Modifier::DIM)
     }

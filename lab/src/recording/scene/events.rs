@@ -20,7 +20,7 @@ pub fn add(
     log(rec, &stamps, texts, levels)
 }
 
-/// Logs what the run came to.
+/// Logs the verdict of the run.
 pub fn verdict(
     rec: &RecordingStream,
     stamps: &Stamps,

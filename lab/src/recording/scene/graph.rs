@@ -93,7 +93,7 @@ impl GraphScene {
         columns
     }
 
-    /// Logs how the graph is to begin with.
+    /// Logs the graph at the beginning.
     pub fn begin(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
         let names = |&(from, to): &(usize, usize)| {
             let name = |vertex: usize| self.vertices[vertex].name.as_str();
@@ -141,7 +141,7 @@ impl GraphScene {
         })
     }
 
-    /// What stands at the vertices now.
+    /// The labels of the vertices now.
     fn labels(&self) -> impl Iterator<Item = String> {
         let vertices = self.vertices.iter();
         vertices.map(|vertex| format!("{}\n{}", vertex.name, vertex.setting))

@@ -1,10 +1,10 @@
-//! The latency of each step of the plant: over time beside the period of the node
-//! whose rate matters most, and as a distribution.
+//! The latency of each step of the plant: over time beside the period of the
+//! [paced node](paced_node), and as a distribution.
 
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{
-    runtime::{Command, Knob, KnobKind, Snapshot, Time, telemetry::Event},
+    runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
     system::System,
 };
 use rerun::{RecordingStream, RecordingStreamResult};
@@ -14,18 +14,10 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE},
 };
-use crate::recording::progress::Progress;
+use crate::{names::paced_node, recording::progress::Progress};
 
 /// Latency and period (ms).
 pub const LATENCY: &str = "plot/latency";
-
-/// The node whose rate matters most: that of the first name that `system` has for a
-/// rate.
-pub fn paced_node(system: &dyn System) -> Option<&'static str> {
-    let mut aliases = system.aliases().iter();
-    let alias = aliases.find(|alias| alias.kind() == KnobKind::Rate)?;
-    alias.knobs.first().map(|(_, node)| *node)
-}
 
 /// Draws latencies.
 pub struct LatencyScene {

@@ -9,7 +9,7 @@ use crate::recording::timeline::Stamps;
 
 /// How a line looks.
 pub struct Line {
-    /// What it is, and its unit.
+    /// Its name and unit.
     pub name: String,
     /// Its colour.
     pub colour: Color,

@@ -1,7 +1,7 @@
 //! The part of a recording that is made for the eye: what the viewer draws.
 //!
 //! Whole columns go in at once, and what belongs together is one entity: a
-//! chunk of an entity costs a kilobyte or two whatever is in it.
+//! chunk of an entity costs a kilobyte or two, however small it is.
 
 mod events;
 pub mod graph;
@@ -31,7 +31,7 @@ use self::{
 };
 use super::progress::Progress;
 
-/// What came since the last batch, each list in the order in which it came.
+/// The news since the last batch, each list in the order of arrival.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
     /// Steps of the plant, and where they place things on the timelines.

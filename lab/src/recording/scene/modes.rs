@@ -1,4 +1,4 @@
-//! What was in force for how long: the clock, and the rate of each node.
+//! The clock and the rate of each node over time, as lanes.
 
 use std::collections::HashSet;
 
@@ -33,7 +33,7 @@ struct RateLane {
 type Changes = Vec<(Time, String)>;
 
 impl Modes {
-    /// What holds at the beginning.
+    /// The lanes at the beginning.
     pub fn new(start: &Snapshot) -> Self {
         let lanes = start.nodes.iter().map(|node| RateLane {
             node: node.name.to_string(),
@@ -47,7 +47,7 @@ impl Modes {
         }
     }
 
-    /// Logs what holds at the beginning.
+    /// Logs the beginning of the lanes.
     pub fn begin(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
         let clocks = [ClockKind::Virtual, ClockKind::Real];
         let colours = StateConfiguration::new()
@@ -100,7 +100,7 @@ impl RateLane {
         Ok(())
     }
 
-    /// A colour for each rate, which replaces what was said before.
+    /// A colour for each rate, in place of the earlier ones.
     fn colour(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         let colours = StateConfiguration::new()
             .with_values(self.rates.iter().map(String::as_str))

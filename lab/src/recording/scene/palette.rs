@@ -1,17 +1,17 @@
-//! Colours that nearly everybody can tell apart, on light and dark ground.
+//! Colours that nearly everybody can distinguish, on light and dark ground.
 
 use rerun::Color;
 
-/// The plant, and what is well.
+/// The plant, and good news.
 pub const BLUE: Color = rgb(0x56, 0xb4, 0xe9);
 
-/// What acts on it, and what is wrong.
+/// Actions on it, and alarms.
 pub const ORANGE: Color = rgb(0xe6, 0x9f, 0x00);
 
 /// Behind everything in space.
 pub const NIGHT: Color = rgb(0x14, 0x17, 0x1c);
 
-/// What is neither.
+/// Neutral.
 pub const WHITE: Color = rgb(0xe0, 0xe0, 0xe0);
 
 /// Limits and references.

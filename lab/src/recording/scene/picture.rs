@@ -16,7 +16,7 @@ use crate::recording::{progress::Progress, timeline::Stamps};
 /// The picture.
 pub const PICTURE: &str = "picture";
 
-/// What stands still in it.
+/// Its parts that do not move.
 const SCENERY: &str = "picture/scenery";
 
 /// Run time between two pictures, at the least: 25 in a second look smooth.

@@ -55,7 +55,7 @@ pub fn run_again(
         .as_ref()
         .filter(|outcome| outcome.end != RunStatus::WentOn);
     let config = with_tables(config_again(recording, whole))?;
-    // What cannot be had any more is known before anything is compared.
+    // Missing files are errors before the comparison begins.
     let turned = recording.events.iter().filter_map(Event::knob).collect();
     let needed = Config {
         knobs: turned,
@@ -125,7 +125,7 @@ fn compare<'scope>(
     taps: Taps,
 ) -> Vec<Check<'scope>> {
     let nodes = recording.origin.topology.nodes.iter();
-    // A tap that nobody empties would hold the run up for ever.
+    // A tap that is never emptied would block the run for ever.
     let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
     let mut checks: Vec<Check<'_>> = nodes
         .map(|((node, ticks), tap)| {

@@ -1,4 +1,4 @@
-//! What was recorded held against what comes, item by item.
+//! Compares the recorded items with those of the new run, one by one.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

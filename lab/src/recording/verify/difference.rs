@@ -1,4 +1,4 @@
-//! What is not the same, and where.
+//! A difference and its place.
 
 use std::fmt;
 
@@ -9,11 +9,11 @@ use ratelab::runtime::Time;
 pub struct Difference {
     /// Run time of it.
     pub at: Time,
-    /// What it is.
+    /// The item.
     pub what: String,
-    /// What was recorded.
+    /// The recorded value.
     pub recorded: String,
-    /// What came of running it again.
+    /// The value of the new run.
     pub computed: String,
 }
 

@@ -50,7 +50,7 @@ pub enum VerifyError {
         /// By what it was made, if by other software than this.
         made: Option<String>,
     },
-    /// Whoever watched ended it.
+    /// Stopped by its watcher.
     #[error("stopped before all of it was compared")]
     Stopped,
     /// It cannot be run at all.
@@ -63,7 +63,7 @@ fn if_made_elsewhere(made: &Option<String>) -> String {
     made.map_or_else(String::new, |made| format!(" (it was made with {made})"))
 }
 
-/// What was found to be the same.
+/// The result of a comparison without differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identical {
     /// Topics compared, of which something was recorded.
@@ -160,7 +160,7 @@ fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
     }
 }
 
-/// What made the recording, if that may compute other bits than this program.
+/// The software of the recording, if it may compute other bits than this program.
 fn made_elsewhere(recording: &Recording, system: &Arc<dyn System>) -> Option<String> {
     let Origin {
         config, topology, ..

@@ -1,4 +1,4 @@
-//! What a recording holds of one topic or one node, in order.
+//! The items of one topic or one node, in order.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use ratelab::runtime::{Head, RowTap, Rows, Tap, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
 
-/// What was recorded, and what a tap gives when it is run again.
+/// The recorded items, and those of a tap of the new run.
 pub trait Series {
     /// Takes what comes next; false when no more can come.
     fn wait(&mut self) -> bool;

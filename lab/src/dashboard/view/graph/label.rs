@@ -1,20 +1,20 @@
-//! What is written about topics on their lines, where there is room.
+//! Text about topics on their lines, where there is room.
 
 use ratatui::{buffer::Buffer, layout::Rect, widgets::Widget};
 
 use super::{
-    label_writer::{LabelRow, LabelWriter},
+    GraphView,
+    label_writer::{
+        LabelRow::{self, *},
+        LabelWriter,
+    },
     list::List,
     place::GraphLayout,
     route::Route,
     text::{NARROW, dangling_width},
     wires::{Wires, level},
 };
-use crate::dashboard::{
-    frame::FrameData,
-    knob_focus::KnobFocus,
-    view::{pane, theme::Theme},
-};
+use crate::dashboard::view::pane;
 
 /// The least room for writing side by side on a line.
 const WIDE: usize = 18;
@@ -22,66 +22,28 @@ const WIDE: usize = 18;
 /// Rows above and below a line, and the room they need; best first. What is
 /// last below may be left out.
 const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
-    (
-        &[LabelRow::Name, LabelRow::RateAndDepth],
-        &[LabelRow::Drops, LabelRow::Age],
-        WIDE,
-    ),
-    (
-        &[LabelRow::Name, LabelRow::Rate],
-        &[LabelRow::Drops, LabelRow::Depth, LabelRow::Age],
-        NARROW,
-    ),
-    (
-        &[LabelRow::NameAndRate],
-        &[LabelRow::Drops, LabelRow::Depth, LabelRow::Age],
-        NARROW,
-    ),
-    (&[LabelRow::NameAndRate, LabelRow::Drops], &[], NARROW),
-    (
-        &[],
-        &[
-            LabelRow::NameAndRate,
-            LabelRow::Drops,
-            LabelRow::Depth,
-            LabelRow::Age,
-        ],
-        NARROW,
-    ),
-    (&[LabelRow::Short], &[], NARROW),
-    (&[], &[LabelRow::Short], NARROW),
+    (&[Name, RateAndDepth], &[Drops, Age], WIDE),
+    (&[Name, Rate], &[Drops, Depth, Age], NARROW),
+    (&[NameAndRate], &[Drops, Depth, Age], NARROW),
+    (&[NameAndRate, Drops], &[], NARROW),
+    (&[], &[NameAndRate, Drops, Depth, Age], NARROW),
+    (&[Short], &[], NARROW),
+    (&[], &[Short], NARROW),
 ];
 
 /// Writes about topics.
 pub(super) struct Labels<'a> {
-    frame: &'a FrameData,
-    knobs: &'a KnobFocus,
-    theme: &'a Theme,
-    layout: &'a GraphLayout,
-    wires: &'a Wires,
-    area: Rect,
+    /// The graph.
+    pub(super) view: GraphView<'a>,
+    /// Where its boxes are.
+    pub(super) layout: &'a GraphLayout,
+    /// Its lines.
+    pub(super) wires: &'a Wires,
+    /// The inside of the pane.
+    pub(super) area: Rect,
 }
 
-impl<'a> Labels<'a> {
-    /// What is needed to write in `area`.
-    pub(super) fn new(
-        frame: &'a FrameData,
-        knobs: &'a KnobFocus,
-        theme: &'a Theme,
-        layout: &'a GraphLayout,
-        wires: &'a Wires,
-        area: Rect,
-    ) -> Self {
-        Self {
-            frame,
-            knobs,
-            theme,
-            layout,
-            wires,
-            area,
-        }
-    }
-
+impl Labels<'_> {
     /// Writes where there is room.
     pub(super) fn draw(&self, buf: &mut Buffer) {
         let mut rest = Vec::new();
@@ -93,15 +55,15 @@ impl<'a> Labels<'a> {
             .partition(|route| route.dangles());
         for route in read {
             if !self.layout.roomy || !self.write(route, buf) {
-                rest.push(&self.frame.topics[route.topic]);
+                rest.push(self.view.topic(route.topic));
             }
         }
         let unnamed = dangling_edges
             .into_iter()
             .filter(|route| !self.name(route, buf));
-        let unnamed: Vec<_> = unnamed.map(|r| &self.frame.topics[r.topic]).collect();
+        let unnamed: Vec<_> = unnamed.map(|r| self.view.topic(r.topic)).collect();
         let free = pane::rows(self.area, usize::from(self.layout.bottom), usize::MAX);
-        // What nobody reads comes last, and only if that leaves out no other.
+        // Topics without readers come last, and only if there is room for all.
         let all = [&rest[..], &unnamed[..]].concat();
         let list = if List::room(&all, free) >= all.len() {
             all
@@ -109,7 +71,12 @@ impl<'a> Labels<'a> {
             rest
         };
         if !list.is_empty() && blank(free, buf) {
-            List::new(&list, self.frame, self.knobs, self.theme, free).draw(buf);
+            let list = List {
+                view: self.view,
+                topics: &list,
+                area: free,
+            };
+            list.draw(buf);
         }
     }
 
@@ -125,29 +92,29 @@ impl<'a> Labels<'a> {
 
     /// Writes the name into a dangling edge.
     fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
-        let name = &self.frame.topics[route.topic].name;
+        let name = &self.view.topic(route.topic).name;
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
         if usize::from(room) < dangling_width(name) {
             return false;
         }
-        let text = format!(" {} ", pane::plain(name, self.theme));
+        let text = format!(" {} ", pane::plain(name, self.view.theme));
         let place = Rect {
             x: self.area.x + start + 1,
             width: pane::clamp(pane::width(&text)),
             ..pane::row(self.area, usize::from(row))
         };
-        let line = filled(place, level(self.theme), buf);
+        let line = filled(place, level(self.view.theme), buf);
         if line {
-            pane::put(&text, self.theme.strong(), 0, place, buf);
+            pane::put(&text, self.view.theme.strong(), 0, place, buf);
         }
         line
     }
 
-    /// Writes above and below the line of `route`; whether there was room.
+    /// Writes above and below the line of `route`; returns whether there was room.
     fn write(&self, route: &Route, buf: &mut Buffer) -> bool {
-        let topic = &self.frame.topics[route.topic];
+        let topic = self.view.topic(route.topic);
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
@@ -171,8 +138,8 @@ impl<'a> Labels<'a> {
         };
         let rows = (row - up.len()..row).zip(*up);
         let rows = rows.chain((row + 1..=row + below).zip(*down));
-        let room = usize::from(room);
-        let writer = LabelWriter::new(topic, self.frame, self.knobs, self.theme, room);
+        let (view, room) = (self.view, usize::from(room));
+        let writer = LabelWriter { view, topic, room };
         for (row, what) in rows {
             writer.line(*what).render(at(row), buf);
         }

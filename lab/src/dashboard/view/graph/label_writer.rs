@@ -1,17 +1,16 @@
-//! The name and the figures of a topic in words.
+//! The name and the figures of a topic as text.
 
 use std::time::Duration;
 
 use ratatui::text::{Line, Span};
 
-use super::text::{count, fitting};
-use crate::dashboard::{
-    frame::{FrameData, TopicData},
-    knob_focus::KnobFocus,
-    view::{pane, theme::Theme},
+use super::{
+    GraphView,
+    text::{count, fitting},
 };
+use crate::dashboard::{frame::TopicData, view::pane};
 
-/// A message is old if the next one is overdue by half a period.
+/// Periods after which the next message is overdue.
 const OVERDUE: f64 = 1.5;
 
 /// One row of writing.
@@ -27,39 +26,23 @@ pub(super) enum LabelRow {
     Short,
 }
 
-/// Puts the figures of a topic into words.
+/// Writes the figures of a topic.
 pub(super) struct LabelWriter<'a> {
-    topic: &'a TopicData,
-    frame: &'a FrameData,
-    knobs: &'a KnobFocus,
-    theme: &'a Theme,
-    room: usize,
+    /// The graph.
+    pub(super) view: GraphView<'a>,
+    /// The topic.
+    pub(super) topic: &'a TopicData,
+    /// Columns at the most.
+    pub(super) room: usize,
 }
 
-impl<'a> LabelWriter<'a> {
-    /// What is needed to write at most `room` columns about `topic`.
-    pub(super) fn new(
-        topic: &'a TopicData,
-        frame: &'a FrameData,
-        knobs: &'a KnobFocus,
-        theme: &'a Theme,
-        room: usize,
-    ) -> Self {
-        Self {
-            topic,
-            frame,
-            knobs,
-            theme,
-            room,
-        }
-    }
-
-    /// The words and figures of one row.
+impl LabelWriter<'_> {
+    /// The text of one row.
     pub(super) fn line(&self, row: LabelRow) -> Line<'static> {
         let full_name = format!("{}{}", self.mark(""), self.topic.name);
         let name = |room| {
-            let name = pane::clip(&full_name, room, self.theme);
-            Span::styled(name, self.theme.strong())
+            let name = pane::clip(&full_name, room, self.view.theme);
+            Span::styled(name, self.view.theme.strong())
         };
         match row {
             LabelRow::Name => Line::from(name(self.room)),
@@ -84,7 +67,7 @@ impl<'a> LabelWriter<'a> {
             LabelRow::Short => {
                 let drops = match self.topic.dropped {
                     0 => String::new(),
-                    dropped => format!(" {}{}", self.theme.glyph("✖", "x"), count(dropped)),
+                    dropped => format!(" {}{}", self.view.theme.glyph("✖", "x"), count(dropped)),
                 };
                 let left = self.room.saturating_sub(pane::width(&drops));
                 let rate = format!(" {:.0}/s", self.topic.per_second);
@@ -100,14 +83,14 @@ impl<'a> LabelWriter<'a> {
 
     /// The name, cut to `room` columns.
     pub(super) fn name(&self, room: usize) -> String {
-        pane::clip(&self.topic.name, room, self.theme)
+        pane::clip(&self.topic.name, room, self.view.theme)
     }
 
-    /// A mark if keys turn the depth, or else `nothing`.
+    /// The mark of a topic whose depth keys change, or else `nothing`.
     pub(super) fn mark(&self, nothing: &'static str) -> &'static str {
-        let mut marked = self.knobs.topics.iter();
+        let mut marked = self.view.knobs.topics.iter();
         if marked.any(|topic| **topic == *self.topic.name) {
-            self.theme.glyph("▸", ">")
+            self.view.theme.glyph("▸", ">")
         } else {
             nothing
         }
@@ -125,7 +108,7 @@ impl<'a> LabelWriter<'a> {
         format!("depth {:<3}", self.topic.depth)
     }
 
-    /// How old the message is that readers hold.
+    /// The age of the message that readers hold.
     pub(super) fn age(&self) -> Line<'static> {
         let Some(held) = self.topic.held else {
             return Line::default();
@@ -135,7 +118,7 @@ impl<'a> LabelWriter<'a> {
             _ => format!("held {:>5.1} s", held.as_secs_f64().min(99_999.0)),
         };
         if self.overdue(held) {
-            let glyph = self.theme.glyph("◷", "~");
+            let glyph = self.view.theme.glyph("◷", "~");
             Line::raw(format!("{glyph} {text}"))
         } else {
             Line::raw(format!("  {text}"))
@@ -144,7 +127,7 @@ impl<'a> LabelWriter<'a> {
 
     fn overdue(&self, held: Duration) -> bool {
         let publishers = self.topic.publishers.iter();
-        let nodes = publishers.filter_map(|n| self.frame.nodes.get(*n));
+        let nodes = publishers.filter_map(|n| self.view.frame.nodes.get(*n));
         let periods = nodes.map(|node| node.hz.period());
         let shortest = periods.min();
         shortest.is_some_and(|period| held.as_secs_f64() > OVERDUE * period.as_secs_f64())

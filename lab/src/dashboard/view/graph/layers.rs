@@ -45,7 +45,7 @@ impl Flow {
             for publisher in topic.publishers.iter().filter(|n| **n < nodes) {
                 flow.join(*publisher, vertex);
             }
-            // Nobody has to wait for a topic that nobody publishes.
+            // A topic without publishers is no edge.
             if !flow.into[vertex].is_empty() {
                 for reader in topic.readers.iter().filter(|n| **n < nodes) {
                     flow.join(vertex, *reader);

@@ -1,4 +1,4 @@
-//! A list of topics, for those that could not be written on their lines.
+//! A list of the topics without room for text on their lines.
 
 use ratatui::{
     buffer::Buffer,
@@ -7,11 +7,10 @@ use ratatui::{
     widgets::Widget,
 };
 
-use super::{label_writer::LabelWriter, route::Routes, text::count};
+use super::{GraphView, label_writer::LabelWriter, route::Routes, text::count};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
-    knob_focus::KnobFocus,
-    view::{pane, theme::Theme},
+    view::pane,
 };
 
 /// Columns of a name in the list, at most.
@@ -33,31 +32,15 @@ pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
 
 /// Topics side by side and below each other.
 pub(super) struct List<'a> {
-    topics: &'a [&'a TopicData],
-    frame: &'a FrameData,
-    knobs: &'a KnobFocus,
-    theme: &'a Theme,
-    area: Rect,
+    /// The graph.
+    pub(super) view: GraphView<'a>,
+    /// The topics.
+    pub(super) topics: &'a [&'a TopicData],
+    /// Where they are listed.
+    pub(super) area: Rect,
 }
 
-impl<'a> List<'a> {
-    /// A list of `topics` in `area`.
-    pub(super) fn new(
-        topics: &'a [&'a TopicData],
-        frame: &'a FrameData,
-        knobs: &'a KnobFocus,
-        theme: &'a Theme,
-        area: Rect,
-    ) -> Self {
-        Self {
-            topics,
-            frame,
-            knobs,
-            theme,
-            area,
-        }
-    }
-
+impl List<'_> {
     fn name_width(topics: &[&TopicData]) -> usize {
         let names = topics.iter().map(|topic| pane::width(&topic.name));
         names.max().unwrap_or(0).min(LIST_NAME)
@@ -91,7 +74,7 @@ impl<'a> List<'a> {
             let left = self.topics.len() - number;
             if number + 1 == cells && left > 1 {
                 let text = format!("+{left} topics");
-                pane::put(&text, self.theme.faint(), 0, cell, buf);
+                pane::put(&text, self.view.theme.faint(), 0, cell, buf);
             } else {
                 self.entry(topic, cell, buf);
             }
@@ -100,7 +83,8 @@ impl<'a> List<'a> {
 
     fn entry(&self, topic: &TopicData, cell: Rect, buf: &mut Buffer) {
         let room = usize::from(cell.width);
-        let writer = LabelWriter::new(topic, self.frame, self.knobs, self.theme, room);
+        let (view, theme) = (self.view, self.view.theme);
+        let writer = LabelWriter { view, topic, room };
         let name = Self::name_width(self.topics);
         let text = format!("{:name$}", writer.name(name));
         let full = name + LIST_FIGURES;
@@ -117,8 +101,8 @@ impl<'a> List<'a> {
             String::new()
         };
         let mut line = Line::from_iter([
-            Span::styled(text, self.theme.strong()),
-            Span::styled(writer.mark(" "), self.theme.strong()),
+            Span::styled(text, theme.strong()),
+            Span::styled(writer.mark(" "), theme.strong()),
             Span::raw(format!("{}{depth} ", writer.rate())),
             Span::raw(drops),
             Span::raw(" ".repeat(blank)),

@@ -1,5 +1,5 @@
-//! The graph as it runs: nodes as boxes, topics as lines with messages on
-//! them. Laid out from who publishes and who reads, whatever the robot is.
+//! The graph as it runs: nodes as boxes, topics as lines with messages on them, from
+//! publishers to readers.
 
 mod label;
 mod label_writer;
@@ -15,9 +15,27 @@ use ratatui::{buffer::Buffer, layout::Rect, text::Span};
 
 use self::{label::Labels, place::GraphLayout, wires::Wires};
 use super::{pane, theme::Theme};
-use crate::dashboard::{frame::FrameData, knob_focus::KnobFocus};
+use crate::dashboard::{
+    frame::{FrameData, TopicData},
+    knob_focus::KnobFocus,
+};
 
-/// Draws the graph, with marks on what `knobs` are of.
+/// A graph to draw.
+#[derive(Clone, Copy)]
+struct GraphView<'a> {
+    frame: &'a FrameData,
+    /// The node and the topics to mark.
+    knobs: &'a KnobFocus,
+    theme: &'a Theme,
+}
+
+impl<'a> GraphView<'a> {
+    fn topic(&self, index: usize) -> &'a TopicData {
+        &self.frame.topics[index]
+    }
+}
+
+/// Draws the graph, with marks on the node and the topics in `knobs`.
 pub fn render(
     frame: &FrameData,
     knobs: &KnobFocus,
@@ -38,14 +56,25 @@ pub fn render(
     };
     let more = Span::styled(more, theme.faint());
     let inner = pane::border("1 graph", more, theme, focused, area, buf);
-    // Part of the area may lie outside the screen, then nothing fits as planned.
+    // Where part of the area is outside the screen, the layout does not fit.
     if inner.as_size() != inside.as_size() {
         return;
     }
-    nodes::draw(frame, knobs, &layout, theme, inner, buf);
+    let view = GraphView {
+        frame,
+        knobs,
+        theme,
+    };
+    nodes::draw(view, &layout, inner, buf);
     let wires = Wires::of(frame, &layout);
-    wires.draw(frame, theme, inner, buf);
-    Labels::new(frame, knobs, theme, &layout, &wires, inner).draw(buf);
+    wires.draw(view, inner, buf);
+    let labels = Labels {
+        view,
+        layout: &layout,
+        wires: &wires,
+        area: inner,
+    };
+    labels.draw(buf);
 }
 
 #[cfg(test)]

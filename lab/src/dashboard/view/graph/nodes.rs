@@ -9,12 +9,12 @@ use ratatui::{
 };
 
 use super::{
+    GraphView,
     place::GraphLayout,
     text::{count, fitting},
 };
 use crate::dashboard::{
-    frame::{FrameData, NodeData},
-    knob_focus::KnobFocus,
+    frame::NodeData,
     view::{pane, theme::Theme},
 };
 
@@ -22,16 +22,11 @@ use crate::dashboard::{
 const ROOM: usize = 14;
 
 /// Draws the boxes of all nodes shown.
-pub(super) fn draw(
-    frame: &FrameData,
-    knobs: &KnobFocus,
-    layout: &GraphLayout,
-    theme: &Theme,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let boxes = layout.boxes.iter().map(|b| (&frame.nodes[b.node], b.rect));
-    // All show their rate or none does, otherwise one looks like a mistake.
+pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, area: Rect, buf: &mut Buffer) {
+    let theme = view.theme;
+    let boxes = layout.boxes.iter();
+    let boxes = boxes.map(|b| (&view.frame.nodes[b.node], b.rect));
+    // All show their rates or none does: a single one would look like a mistake.
     let with_rate = boxes.clone().all(|(node, rect)| {
         let text = format!("{} {}", node.name, hz(node));
         pane::width(&text) <= pill_room(rect)
@@ -43,7 +38,7 @@ pub(super) fn draw(
             ..rect
         };
         let rect = rect.intersection(area);
-        let mark = if *knobs.node == *node.name {
+        let mark = if *view.knobs.node == *node.name {
             theme.glyph("▸", ">")
         } else {
             " "
@@ -56,8 +51,7 @@ pub(super) fn draw(
     }
 }
 
-/// A node with name, rate and overruns, and whether it ticks; `mark` is before the
-/// name.
+/// A node with name, rate, overruns and tick marker; `mark` comes before the name.
 fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer) {
     let room = usize::from(rect.width.saturating_sub(2));
     let name = match room.checked_sub(2) {
@@ -82,7 +76,7 @@ fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer
     }
 }
 
-/// What a node in one row has room for, without brackets and marker.
+/// Columns for name and rate of a node in one row.
 fn pill_room(rect: Rect) -> usize {
     usize::from(rect.width.saturating_sub(4))
 }
@@ -105,7 +99,7 @@ fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect,
     Line::from_iter(spans).render(rect, buf);
 }
 
-/// The tick marker and the rate; overruns behind it if they have no row.
+/// The tick marker and the rate, with overruns if they have no row of their own.
 fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
     let (glyph, style) = tick(node, theme);
     let glyph = Span::styled(glyph, style);

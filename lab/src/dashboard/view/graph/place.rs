@@ -1,5 +1,4 @@
-//! Where everything is: columns of boxes, the gaps between them, and what had
-//! to be left out.
+//! The layout: columns of boxes, the gaps between them, and the hidden nodes.
 
 use ratatui::layout::{Rect, Size};
 
@@ -93,7 +92,7 @@ impl GraphLayout {
         let rect = self.placed(node)?.rect;
         let there = self.routes.all.iter().filter(|r| ends(r).contains(&node));
         let mut there: Vec<&Route> = there.collect();
-        // What comes from or goes to a lane is lowest, as the lanes are.
+        // Topics with a lane come last, as lanes are at the bottom.
         there.sort_by_key(|r| (r.lane.is_some(), r.dangles()));
         let order = there.iter().position(|r| r.topic == route.topic)?;
         let first = rect.y + u16::from(rect.height > 2);
@@ -310,7 +309,7 @@ impl Plan {
         (width, gaps)
     }
 
-    /// What a line out of the last column needs to carry its name.
+    /// Columns of a line out of the last column with its name.
     fn dangling(&self, frame: &FrameData) -> usize {
         let last = self.columns.len();
         let dangling_edges = self

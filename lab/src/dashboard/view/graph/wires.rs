@@ -10,6 +10,7 @@ use ratatui::{
 };
 
 use super::{
+    GraphView,
     place::GraphLayout,
     route::{Route, column_of},
     text,
@@ -70,9 +71,9 @@ impl Wires {
     }
 
     /// Draws them.
-    pub(super) fn draw(&self, frame: &FrameData, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    pub(super) fn draw(&self, view: GraphView<'_>, area: Rect, buf: &mut Buffer) {
         for wire in &self.wires {
-            wire.draw(&frame.topics[wire.topic], theme, area, buf);
+            wire.draw(view.topic(wire.topic), view.theme, area, buf);
         }
     }
 }
@@ -122,7 +123,7 @@ impl Wire {
 
     fn draw(&self, topic: &TopicData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         let line = Style::new();
-        // As many of the messages are lost as of late: evenly, and each all the way.
+        // The recent share of lost messages, evenly spread, each lost on all of its way.
         let loss = topic.loss();
         let lost = |far: u64| {
             let lost_by = |message: f64| (message * loss).floor();
@@ -160,7 +161,7 @@ impl Wire {
     }
 }
 
-/// What a level line consists of.
+/// The glyph of a level line.
 pub(super) fn level(theme: &Theme) -> &'static str {
     theme.glyph("─", "-")
 }
@@ -192,7 +193,7 @@ fn joint(to: u8, theme: &Theme) -> &'static str {
     theme.glyph(glyph, "+")
 }
 
-/// What one topic does in one gap: rows on which it comes in and goes out.
+/// One topic in one gap: the rows on which it comes in and goes out.
 struct Passage {
     route: usize,
     from: Vec<u16>,
@@ -249,7 +250,7 @@ impl<'a> Router<'a> {
         there.filter_map(|n| self.layout.entry(route, *n)).collect()
     }
 
-    /// What goes up or down in `gap`.
+    /// The topics that go up or down in `gap`.
     fn bends(&self, gap: usize) -> Vec<Passage> {
         let routes = self.layout.routes.all.iter().enumerate();
         let here = routes.filter(|(_, r)| r.gaps.contains(&gap) && !r.dangles());
@@ -367,7 +368,7 @@ fn in_order(mut passages: Vec<Passage>) -> Vec<usize> {
             let mut others = passages.iter().enumerate().filter(|(m, _)| m != n);
             !others.any(|(_, other)| other.from.iter().any(|row| out.contains(row)))
         });
-        // In a circle somebody has to begin, lines overlap for a few cells.
+        // In a circle lines overlap for a few cells.
         order.push(passages.remove(first.unwrap_or(0)).route);
     }
     order
