@@ -179,11 +179,11 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
     let taps: Vec<Tap<TapMessage<Chain>>> =
         topics.iter().map(|topic| graph.tap(topic, ROOM)).collect();
     let ticks = graph.tap_handle().ticks(ROOM);
+    let mut lineage = Lineage::new(graph.observer().topology());
     let (_commander, mut inbox) = Inbox::new(commands);
     let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
     assert_eq!(exit.expect("no fault"), ClockExit::Completed);
     let observer = graph.observer();
-    let mut lineage = Lineage::new(observer.topology());
     for event in observer.events(0) {
         if let Some(timed) = event.knob() {
             lineage.knob(timed.at, &timed.knob);

@@ -107,6 +107,7 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Sweep(args)) => commands::sweep(program, &args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
+        Ok(Command::Picture(args)) => commands::picture(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args.files),
         Ok(Command::Exercise(args)) => commands::exercise(&args),

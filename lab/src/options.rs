@@ -54,7 +54,11 @@ pub fn config(program: &Program, args: &RunArgs, defaults: &Defaults) -> Result<
     graph(program, &args.graph, &smoke)
 }
 
-fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
+/// The same of a graph alone.
+///
+/// # Errors
+/// [`Error::BadInput`] if the options make no sense to the system.
+pub fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
     let clock = args.clock.map_or(defaults.clock, ClockKind::from);
     check_clock(args, clock)?;
     let mut config = Config {

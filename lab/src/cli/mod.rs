@@ -4,6 +4,7 @@ mod examples;
 mod exercise;
 mod explain;
 mod graph;
+mod picture;
 mod recordings;
 mod run;
 mod sweep;
@@ -26,6 +27,7 @@ pub use self::{
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
     graph::{ClockArg, GraphArgs},
+    picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::SweepArgs,
@@ -62,6 +64,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
+    /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
+    Picture(PictureArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
     #[command(skip)]
     Exercise(ExerciseArgs),
@@ -83,7 +87,7 @@ pub enum Command {
 
 /// The name of the command that only a course has, and its place in the help: the
 /// others have the even ones.
-const EXERCISE: (&str, usize) = ("exercise", 15);
+const EXERCISE: (&str, usize) = ("exercise", 17);
 
 /// What `program` is asked for.
 ///
@@ -124,7 +128,7 @@ pub fn command(program: &Program) -> clap::Command {
         command = command.subcommand(exercise.about(about));
     }
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" => system::with_run_options(command, program),
+        "lab" | "run" | "picture" => system::with_run_options(command, program),
         "sweep" => system::with_axes(command, program),
         _ => command,
     };

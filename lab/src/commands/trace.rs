@@ -16,7 +16,12 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
     let system = recording.system(&program.system);
     let acts = system.latency().map(|(node, _)| node);
-    write_whole("--output", &path, &args.file, &encoded(&recording, acts))?;
+    write_whole(
+        "--output",
+        &path,
+        Some(args.file.as_path()),
+        &encoded(&recording, acts),
+    )?;
     print_line(&format!(
         "{}: open it in https://ui.perfetto.dev",
         path.display()

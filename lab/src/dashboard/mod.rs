@@ -24,6 +24,7 @@ mod lineage_taps;
 mod marks;
 mod model;
 mod overlay;
+pub mod picture;
 mod player;
 mod presets;
 mod prompt;
@@ -32,7 +33,6 @@ mod sameness;
 mod sampler;
 mod session;
 mod settings;
-#[cfg(test)]
 mod svg;
 mod terminal;
 #[cfg(test)]

@@ -92,6 +92,14 @@ impl Player {
         player
     }
 
+    /// At run time `at`, and there it stays.
+    pub fn still(recording: Arc<Recording>, system: &Arc<dyn System>, at: Time) -> Self {
+        let mut player = Self::new(recording, system);
+        player.playhead.playing = None;
+        player.go(at);
+        player
+    }
+
     fn ends(&self) -> Time {
         self.playhead.replay.recording().until.max(self.begins)
     }

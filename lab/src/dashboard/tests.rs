@@ -18,7 +18,7 @@ use std::{
 };
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
-use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
 use ratelab::{
     cartpole::CartPole,
     experiment::Config,
@@ -33,12 +33,16 @@ use super::{
     run,
     session::Setup,
     terminal::Input,
-    view::{self, theme::Theme},
+    view::{
+        self,
+        theme::{Look, Theme},
+    },
 };
 
 const PLAIN: Theme = Theme {
     colour: true,
     ascii: false,
+    look: Look::Dark,
 };
 
 /// The cart-pole, nothing recorded.
@@ -138,17 +142,14 @@ fn chars(text: &str) -> Vec<KeyCode> {
 #[test]
 fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let knobs = "4 control-hz 8\n7 control-hz 5";
-    let app = ended(Config {
+    let config = Config {
         seed: 1,
         knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         speed: Speed::Unlimited,
         ..Config::default()
-    });
-    let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
-    let drawn = terminal
-        .draw(|frame| view::render(app.screen().as_ref(), &PLAIN, frame))
-        .expect("drawn");
-    let drawn = super::svg::svg(drawn.buffer);
+    };
+    let size = Size::new(120, 40);
+    let drawn = super::picture::of_run(&config, setup(), size, &PLAIN).expect("a picture");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
     if std::env::var_os("RATELAB_UPDATE").is_some() {
         std::fs::write(path, &drawn).expect("written");
@@ -217,7 +218,11 @@ fn no_size_and_no_theme_panics() {
         sizes.flat_map(|w| [0, 1, 2, 5, 11, 12, 23, 24, 35, 36, 80].map(|h| (w, h)))
     {
         for (colour, ascii) in [(true, false), (false, true)] {
-            let theme = Theme { colour, ascii };
+            let theme = Theme {
+                colour,
+                ascii,
+                look: Look::Dark,
+            };
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
             let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &theme, frame));
             assert!(drawn.is_ok(), "{width}x{height}");
@@ -231,6 +236,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
     let theme = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
     for pane in Pane::ALL {
         app.focus = pane;
@@ -300,6 +306,7 @@ fn the_cliff_map_lies_over_the_panes() {
     let poor = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
     insta::assert_snapshot!("map_40x12", screen(&app, &poor, 40, 12));
 }

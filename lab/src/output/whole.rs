@@ -10,13 +10,18 @@ use super::{
 use crate::error::Error;
 
 /// Writes `bytes` to the file at `path`, which `option` named. It takes its name when
-/// it is whole, and is not the file `read`.
+/// it is whole, and is not the file that is `read`.
 ///
 /// # Errors
 /// [`Error::BadInput`] if nothing can be written there, [`Error::Write`] with what
 /// went wrong.
-pub fn write_whole(option: &str, path: &Path, read: &Path, bytes: &[u8]) -> Result<(), Error> {
-    if is_same(path, read) {
+pub fn write_whole(
+    option: &str,
+    path: &Path,
+    read: Option<&Path>,
+    bytes: &[u8],
+) -> Result<(), Error> {
+    if read.is_some_and(|read| is_same(path, read)) {
         return Err(Error::BadInput(format!(
             "{option} {}: this is the file that is read: choose another name",
             path.display()

@@ -172,18 +172,20 @@ pub mod testing {
 
     use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-    use super::Theme;
+    use super::{super::theme::Look, Theme};
 
     /// With everything.
     pub const RICH: Theme = Theme {
         colour: true,
         ascii: false,
+        look: Look::Dark,
     };
 
     /// With nothing.
     pub const POOR: Theme = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
 
     /// What `draw` draws on a screen of that size.
