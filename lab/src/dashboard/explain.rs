@@ -16,6 +16,7 @@ pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) 
         Pane::Signal => ("over time", over_time(signal, frame)),
         Pane::Figures => ("figures", figures(frame)),
         Pane::Events => ("events", events(frame)),
+        Pane::Timeline => ("the timeline", timeline(frame)),
     };
     TextPage {
         title: title.to_owned(),
@@ -159,6 +160,21 @@ fn events(frame: &FrameData) -> [String; 3] {
         why,
         "Below are the knobs that were turned, each with its run time; the newest is last."
             .to_owned(),
+    ]
+}
+
+fn timeline(frame: &FrameData) -> [String; 3] {
+    let push = frame.push.as_ref();
+    let push = push.map_or("Nothing was applied yet", |push| push.sentence.as_str());
+    [
+        "A lane for each node and each topic, in the order in which a reading becomes a push: \
+         blocks are ticks, as long as they take; dots are messages, where they are published and \
+         where they arrive."
+            .to_owned(),
+        "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
+         V show more or less."
+            .to_owned(),
+        format!("At {}: {push}.", frame.now),
     ]
 }
 

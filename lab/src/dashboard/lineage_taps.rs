@@ -68,6 +68,11 @@ impl LineageTaps {
         &self.lineage
     }
 
+    /// All that happened until the last update.
+    pub fn known(&self) -> &Lineage {
+        &self.lineage
+    }
+
     /// The digest of all that happened until the last update.
     pub fn digest(&self) -> &RunDigest {
         &self.digest

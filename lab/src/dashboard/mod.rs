@@ -37,6 +37,7 @@ mod svg;
 mod terminal;
 #[cfg(test)]
 mod tests;
+mod timeline;
 pub mod view;
 
 use std::{

@@ -27,6 +27,7 @@ use super::{
     overlay::{self, Overlay},
     presets::{self, Direction},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
+    timeline::TimelineView,
     view::{Footer, HelpPage, ScreenState, Scrubber, StatusExtra, TextPage},
 };
 use crate::recording::{Recording, Replay};
@@ -44,6 +45,8 @@ pub struct Player {
     speed: f64,
     focus: Pane,
     zoomed: bool,
+    /// Where the person looks in the timeline.
+    timeline: TimelineView,
     /// What lies over the panes.
     overlay: Option<Overlay>,
     notice: Option<String>,
@@ -84,6 +87,7 @@ impl Player {
             speed: 1.0,
             focus: Pane::Graph,
             zoomed: false,
+            timeline: TimelineView::default(),
             overlay: None,
             notice,
             quit: false,
@@ -147,6 +151,11 @@ impl Player {
             ReplayAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
             ReplayAction::Focus(pane) if self.has(pane) => self.focus = pane,
             ReplayAction::Focus(_) => self.notify("this system has nothing to show there"),
+            ReplayAction::Push(later) => {
+                let now = self.playhead.at;
+                sampler::select(&self.playhead, &mut self.timeline, now, later);
+            }
+            ReplayAction::Span(closer) => self.timeline.zoom(closer),
             ReplayAction::Zoom => self.zoomed = !self.zoomed,
             ReplayAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
             ReplayAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
@@ -274,6 +283,7 @@ impl Model for Player {
             system: self.playhead.system(),
             frame: self.frame.as_ref()?,
             trace: self.trace(),
+            timeline: sampler::timeline(&self.playhead, self.timeline, self.playhead.at),
             knob_focus: KnobFocus::default(),
             events: events.cloned().collect(),
             extra: StatusExtra {
@@ -364,6 +374,10 @@ impl RunSource for Playhead {
     }
 
     fn lineage(&mut self) -> &Lineage {
+        &self.lineage
+    }
+
+    fn known_lineage(&self) -> &Lineage {
         &self.lineage
     }
 

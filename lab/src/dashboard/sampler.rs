@@ -27,6 +27,7 @@ use super::{
     push_age::PushAges,
     sameness::RunDigest,
     settings::setting,
+    timeline::{Timeline, TimelineView},
 };
 use crate::timing::is_of_time;
 
@@ -74,6 +75,9 @@ pub trait RunSource {
 
     /// The chains behind its actions, as far as they are known.
     fn lineage(&mut self) -> &Lineage;
+
+    /// The same as of the last frame.
+    fn known_lineage(&self) -> &Lineage;
 
     /// The digest of all that happened so far, if it is to be compared with another run.
     fn digest(&self) -> Option<&RunDigest> {
@@ -387,6 +391,27 @@ impl Sampler {
         };
         facts.cause().lines
     }
+}
+
+/// The timeline of `session` at run time `now`, as `view` shows it.
+pub fn timeline(session: &impl RunSource, view: TimelineView, now: Time) -> Option<Timeline> {
+    let lineage = session.known_lineage();
+    let acts = acting_name(session.system(), lineage)?;
+    Timeline::of(lineage, acts, view, now)
+}
+
+/// Selects another push in the timeline of `session`; see [`TimelineView::select`].
+pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, later: bool) {
+    let lineage = session.known_lineage();
+    if let Some(acts) = acting_name(session.system(), lineage) {
+        view.select(lineage, acts, now, later);
+    }
+}
+
+fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {
+    let (acts, _) = system.latency()?;
+    let nodes = &lineage.topology().nodes;
+    nodes.iter().position(|node| node.name == acts)
 }
 
 /// What goes on, in a sentence with the figures of now.

@@ -326,6 +326,10 @@ impl RunSource for Session {
         taken.collect()
     }
 
+    fn known_lineage(&self) -> &Lineage {
+        self.lineage.known()
+    }
+
     fn digest(&self) -> Option<&RunDigest> {
         Some(self.lineage.digest())
     }

@@ -40,6 +40,7 @@ use super::{
     prompt::Prompt,
     sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, Setup},
+    timeline::TimelineView,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
@@ -96,6 +97,8 @@ pub struct App {
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
     pub zoomed: bool,
+    /// Where the person looks in the timeline.
+    timeline: TimelineView,
     /// What lies over the panes.
     pub overlay: Option<Overlay>,
     /// The line in which a knob is typed.
@@ -143,6 +146,7 @@ impl App {
             mapping: false,
             focus: Pane::Graph,
             zoomed: false,
+            timeline: TimelineView::default(),
             overlay: None,
             prompt: Prompt::default(),
             typing: false,
@@ -225,6 +229,7 @@ impl Model for App {
                 marks: marks(system, self.events(frame.now), frame.now),
                 ..trace
             }),
+            timeline: sampler::timeline(&self.session, self.timeline, frame.now),
             knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
@@ -333,6 +338,8 @@ impl App {
             LabAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
             LabAction::Focus(pane) if self.has(pane) => self.focus = pane,
             LabAction::Focus(_) => self.notify("this system has nothing to show there"),
+            LabAction::Push(later) => self.select_push(later),
+            LabAction::Span(closer) => self.timeline.zoom(closer),
             LabAction::Zoom => self.zoomed = !self.zoomed,
             LabAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
             LabAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
@@ -407,6 +414,14 @@ impl App {
 
     fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
+    }
+
+    /// Looks at another push in the timeline, which gets the focus.
+    fn select_push(&mut self, later: bool) {
+        if let Some(frame) = self.frame.clone() {
+            self.focus = Pane::Timeline;
+            sampler::select(&self.session, &mut self.timeline, frame.now, later);
+        }
     }
 
     /// Whether the graph can still be changed; prints a notice if not.

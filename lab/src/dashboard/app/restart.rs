@@ -14,6 +14,7 @@ use crate::{
         knobs::Knobs,
         sampler::RunSource,
         session::{Prepared, list},
+        timeline::TimelineView,
     },
     recording::RecordError,
 };
@@ -121,6 +122,7 @@ impl App {
         self.knobs = Knobs::new(self.config.setup.clone());
         self.sampler = sampler;
         self.history = FrameHistory::default();
+        self.timeline = TimelineView::default();
         self.events.clear();
         self.pause = false;
         // Without its recording a rescue cannot be judged.

@@ -67,6 +67,10 @@ pub enum LabAction {
     Exercises,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
+    /// Select the next push in the timeline, or the one before.
+    Push(bool),
+    /// Show a shorter stretch of the timeline, or a longer one.
+    Span(bool),
     /// Explain the pane in focus.
     Explain,
     /// Show or hide the keys.

@@ -74,8 +74,19 @@ macro_rules! screen_with_panes {
                     (Char('3'), $Action::Focus(Pane::Signal)),
                     (Char('4'), $Action::Focus(Pane::Figures)),
                     (Char('5'), $Action::Focus(Pane::Events)),
+                    (Char('6'), $Action::Focus(Pane::Timeline)),
                 ],
-                "focus the next pane; graph, plant, signal, figures, events",
+                "focus the next pane; graph, plant, signal, figures, events, timeline",
+                None,
+            ),
+            row(
+                &[(Char('('), $Action::Push(false)), (Char(')'), $Action::Push(true))],
+                "timeline: select the push before, the next one",
+                None,
+            ),
+            row(
+                &[(Char('v'), $Action::Span(true)), (Char('V'), $Action::Span(false))],
+                "timeline: a shorter stretch, a longer one",
                 None,
             ),
             row(

@@ -13,6 +13,10 @@ const ALL_PANES: Size = Size::new(80, 24);
 /// The smallest screen with room to breathe.
 const ROOMY: Size = Size::new(120, 36);
 
+/// The least height of a body with a timeline of its own, and the height of that.
+const TALL: u16 = 40;
+const LANES: u16 = 9;
+
 /// Which part of the screen is whose.
 #[derive(Debug)]
 pub struct ScreenLayout {
@@ -53,7 +57,10 @@ impl ScreenLayout {
         } else if lines > 0 && !is_roomy(area) {
             (None, few_panes(body, focus, exist))
         } else {
-            (None, all_panes(body, is_roomy(area), lines > 0, exist))
+            (
+                None,
+                all_panes(body, focus, is_roomy(area), lines > 0, exist),
+            )
         };
         Self {
             status,
@@ -92,7 +99,7 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
 /// The graph, and below it the plant and the signal, or the pane in focus instead.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
-    if matches!(focus, Pane::Figures | Pane::Events) {
+    if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
         return vec![(Pane::Graph, graph), (focus, rest)];
     }
     let widths = [Constraint::Percentage(38), Constraint::Fill(1)];
@@ -111,6 +118,7 @@ fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane
 
 fn all_panes(
     body: Rect,
+    focus: Pane,
     roomy: bool,
     aged: bool,
     exist: impl Fn(Pane) -> bool,
@@ -127,7 +135,9 @@ fn all_panes(
         (true, false) => (Constraint::Fill(4), Constraint::Fill(3)),
         _ => (middle, rest),
     };
-    let [graph, middle, bottom] = rows(body, [graph, middle, bottom]);
+    let tall = exist(Pane::Timeline) && roomy && body.height >= TALL;
+    let lanes = Constraint::Length(if tall { LANES } else { 0 });
+    let [graph, middle, lanes, bottom] = rows(body, [graph, middle, lanes, bottom]);
     let left = match (plant, signal) {
         (true, true) => 42,
         (true, false) => 100,
@@ -135,14 +145,25 @@ fn all_panes(
     };
     let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
     let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
+    // Where it has no room of its own, the timeline takes that of the figures.
+    let instead = !tall && focus == Pane::Timeline;
     let panes = [
         (Pane::Graph, graph),
         (Pane::Plant, left),
         (Pane::Signal, right),
-        (Pane::Figures, figures),
+        (
+            if instead {
+                Pane::Timeline
+            } else {
+                Pane::Figures
+            },
+            figures,
+        ),
         (Pane::Events, events),
+        (Pane::Timeline, lanes),
     ];
-    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
+    let shown = |(pane, area): &(Pane, Rect)| exist(*pane) && !area.is_empty();
+    panes.into_iter().filter(shown).collect()
 }
 
 fn rows<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {

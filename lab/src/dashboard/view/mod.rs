@@ -20,12 +20,12 @@ mod scrubber;
 mod signal;
 mod status;
 mod table;
+mod timeline;
 
 use ratatui::{
     Frame,
     buffer::Buffer,
     layout::Rect,
-    style::Style,
     text::{Line, Span},
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
@@ -41,6 +41,7 @@ use super::{
     focus::Pane,
     frame::{FrameData, Trace},
     knob_focus::KnobFocus,
+    timeline::Timeline,
 };
 
 /// The content of the screen, of a run or of a recording.
@@ -51,6 +52,8 @@ pub struct ScreenState<'a> {
     pub frame: &'a FrameData,
     /// The signal until then, if the system has one.
     pub trace: Option<Trace>,
+    /// Ticks and messages of late, if the chains behind pushes are known.
+    pub timeline: Option<Timeline>,
     /// The node and the topics whose knobs keys turn.
     pub knob_focus: KnobFocus,
     /// Events until then.
@@ -82,6 +85,7 @@ impl ScreenState<'_> {
             Pane::Plant => self.has_picture(),
             Pane::Signal => self.trace.is_some(),
             Pane::Graph | Pane::Figures | Pane::Events => true,
+            Pane::Timeline => self.frame.age.is_some() || self.timeline.is_some(),
         }
     }
 
@@ -216,6 +220,9 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
             }
         }
         Pane::Figures => figures::render(frame, theme, focused, area, buf),
+        Pane::Timeline => {
+            timeline::render(shown.timeline.as_ref(), theme, focused, area, buf);
+        }
         Pane::Events => {
             let (events, notice) = (&shown.events, shown.notice);
             events::render(verdict, events, notice, theme, focused, area, buf);

@@ -11,7 +11,7 @@ mod traffic;
 use std::collections::VecDeque;
 
 pub use parts::{AgePart, AgeParts, Stage};
-pub use push::Push;
+pub use push::{Chain, Push};
 
 use super::Topology;
 use crate::runtime::{
@@ -179,6 +179,21 @@ impl Lineage {
     /// The ticks of the node with index `node`, oldest first.
     pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &Worked> {
         self.nodes[node].ticks.iter()
+    }
+
+    /// Those of them that were under way between two run times, and the one before,
+    /// each with its index.
+    pub fn ticks_between(
+        &self,
+        node: usize,
+        from: Time,
+        to: Time,
+    ) -> impl Iterator<Item = (usize, &Worked)> {
+        let ticks = &self.nodes[node].ticks;
+        let first = ticks.partition_point(|worked| worked.ends() < from);
+        let last = ticks.partition_point(|worked| worked.tick.at <= to);
+        let first = first.saturating_sub(1).min(last);
+        (first..last).zip(ticks.range(first..last))
     }
 
     /// The messages of the topic with index `topic`, oldest first.

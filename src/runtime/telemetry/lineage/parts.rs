@@ -6,7 +6,7 @@ use super::{Lineage, Worked};
 use crate::runtime::{telemetry::Topology, time::Time};
 
 /// Messages in the longest chain that is followed.
-const MOST_HOPS: usize = 64;
+pub(super) const MOST_HOPS: usize = 64;
 
 /// What an age was spent on. Nodes and topics are indices into the topology.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

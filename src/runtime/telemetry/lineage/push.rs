@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{
     Lineage, Worked,
-    parts::{AgeParts, Stage},
+    parts::{AgeParts, MOST_HOPS, Stage},
 };
 use crate::runtime::time::Time;
 
@@ -144,5 +144,35 @@ impl Lineage {
         let time = to.since(end.max(from)).as_nanos() as f64;
         let known = sums.0.into_iter().filter(|(_, sum)| *sum > 0.0);
         known.map(|(stage, sum)| (stage, sum / time)).collect()
+    }
+}
+
+/// The ticks and messages behind a push.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Chain {
+    /// Nodes and indices of their ticks, that which acts first.
+    pub ticks: Vec<(usize, usize)>,
+    /// Topics and sequence numbers, that which is applied first.
+    pub messages: Vec<(usize, u64)>,
+}
+
+impl Lineage {
+    /// The chain behind `push`, back to the sensing.
+    pub fn chain_of(&self, push: &Push) -> Chain {
+        let mut chain = Chain::default();
+        let ticks = &self.nodes[push.node].ticks;
+        let acts = ticks.partition_point(|worked| worked.ends() < push.since);
+        chain.ticks.push((push.node, acts));
+        let mut next = Some((push.topic, push.seq));
+        while let Some((topic, seq)) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
+            chain.messages.push((topic, seq));
+            let sent = self.topics[topic].message(seq).filter(|sent| sent.derived);
+            let made = self.made_by(topic, seq);
+            chain.ticks.extend(made);
+            next = made
+                .zip(sent)
+                .and_then(|((node, index), sent)| self.derived_from(node, index, sent.sensed));
+        }
+        chain
     }
 }
