@@ -23,19 +23,32 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
         .zip(numbers(chunk, message::SEQ))
         .zip(numbers(chunk, message::ORIGIN))
         .zip(numbers(chunk, message::DROPPED));
-    let rows = heads.zip(values(chunk));
-    rows.map(|((((stamp, seq), origin), dropped), values)| {
+    let rows = heads.zip(instants(chunk)).zip(values(chunk));
+    rows.map(|(((((stamp, seq), origin), dropped), instants), values)| {
         let stamp = stamp?;
         let head = Head {
             stamp,
             seq: seq??,
             origin: origin?.map(Time::from_nanos),
             dropped: dropped??,
-            released: stamp,
-            arrives: Some(stamp),
+            released: instants.map_or(stamp, |[released, _]| Time::from_nanos(released)),
+            arrives: match instants {
+                None => Some(stamp),
+                Some([_, message::NEVER]) => None,
+                Some([_, arrives]) => Some(Time::from_nanos(arrives)),
+            },
         };
         Some((head, values?))
     })
+}
+
+/// When the messages in `chunk` were published and arrive (ns); `None` where that is
+/// when they were stamped.
+fn instants(chunk: &Chunk) -> Vec<Option<[u64; 2]>> {
+    let released = numbers(chunk, message::RELEASED).into_iter();
+    let both = released.zip(numbers(chunk, message::ARRIVES));
+    both.map(|(released, arrives)| Some([released??, arrives??]))
+        .collect()
 }
 
 /// The ticks in `chunk`; `None` for a damaged row.

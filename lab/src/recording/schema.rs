@@ -45,6 +45,13 @@ pub mod message {
     pub const ORIGIN: &str = "origin_ns";
     /// Messages of the topic lost unread so far.
     pub const DROPPED: &str = "dropped";
+    /// Run time at which it was published (ns), where one of a batch differs from its
+    /// stamp in that or in when it arrives.
+    pub const RELEASED: &str = "released_ns";
+    /// Run time at which it can be read (ns), in the same batches.
+    pub const ARRIVES: &str = "arrives_ns";
+    /// When a message arrives that is lost.
+    pub const NEVER: u64 = u64::MAX;
 }
 
 /// Components of a tick.

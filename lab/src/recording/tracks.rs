@@ -86,12 +86,19 @@ impl TopicTrack {
         }
         let heads = || rows.heads().iter();
         let origin = |head: &Head| head.origin.map(Time::as_nanos);
-        let columns = [
+        let mut columns = vec![
             series(rows.values().to_vec(), rows.width(), rows.len())?,
             numbers(message::SEQ, heads().map(|head| head.seq))?,
             numbers_or_none(message::ORIGIN, heads().map(origin))?,
             numbers(message::DROPPED, heads().map(|head| head.dropped))?,
         ];
+        let at_once = |head: &Head| head.released == head.stamp && head.arrives == Some(head.stamp);
+        if !heads().all(at_once) {
+            let arrives = |head: &Head| head.arrives.map_or(message::NEVER, Time::as_nanos);
+            let released = heads().map(|head| head.released.as_nanos());
+            columns.push(numbers(message::RELEASED, released)?);
+            columns.push(numbers(message::ARRIVES, heads().map(arrives))?);
+        }
         rec.send_columns(self.entity.clone(), stamps.columns(), columns)
     }
 }
