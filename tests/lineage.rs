@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
 use ratelab::runtime::{
-    ClockExit, Command, GO_ON, Graph, Head, Inbox, Knob, Node, Publisher, Subscription, Tap,
-    TapMessage, Tick, Time, TimedCommand, Topic,
+    ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
+    Tick, Time, TimedCommand, Topic,
     clock::{Clock, VirtualClock},
-    telemetry::{AgeParts, Lineage, PushAge, Stage},
+    telemetry::{Lineage, PushAge},
 };
 use support::{depth, hz, secs};
 

@@ -100,13 +100,24 @@ fn a_trace_holds_what_the_recording_does() {
     let folder = folder();
     let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
     let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
-    let mut args = vec!["run", "--clock", "virtual", "--world", "own", "--duration-s", "2"];
+    let mut args = vec![
+        "run",
+        "--clock",
+        "virtual",
+        "--world",
+        "own",
+        "--duration-s",
+        "2",
+    ];
     knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
     args.extend(["--record", &file, "--json"]);
     let ran = ratelab(&args);
     let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
     let said = text(&ratelab(&["trace", &file]).stdout);
-    assert!(said.contains("run.pftrace") && said.contains("perfetto"), "{said}");
+    assert!(
+        said.contains("run.pftrace") && said.contains("perfetto"),
+        "{said}"
+    );
     let (tracks, events) = decoded(&fs::read(trace).expect("a trace"));
 
     assert!(events.is_sorted_by_key(|(at, ..)| *at));
@@ -118,9 +129,15 @@ fn a_trace_holds_what_the_recording_does() {
     for node in ["sensor", "policy", "actuator"] {
         let named = |name: &str| {
             let slices = on(node, 1);
-            slices.filter(|(.., event)| event[&23][0].text() == name).count() as u64
+            slices
+                .filter(|(.., event)| event[&23][0].text() == name)
+                .count() as u64
         };
-        assert_eq!(Some(named("tick")), metrics["nodes"][node]["ticks"].as_u64(), "{node}");
+        assert_eq!(
+            Some(named("tick")),
+            metrics["nodes"][node]["ticks"].as_u64(),
+            "{node}"
+        );
         assert_eq!(on(node, 1).count(), on(node, 2).count(), "{node}");
         assert_eq!(named("late") > 0, node == "sensor", "{node}");
     }
@@ -134,7 +151,11 @@ fn a_trace_holds_what_the_recording_does() {
         let flows = event.get(&47).into_iter().flatten();
         flows.clone().any(|known| known.number() == flow)
     };
-    let stops: Vec<u64> = events.iter().filter(passes).map(|(_, _, track, _)| *track).collect();
+    let stops: Vec<u64> = events
+        .iter()
+        .filter(passes)
+        .map(|(_, _, track, _)| *track)
+        .collect();
     for stop in ["policy", "/action", "actuator"] {
         assert!(stops.contains(&tracks[stop]), "{stop} in {stops:?}");
     }

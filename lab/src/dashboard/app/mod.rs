@@ -15,7 +15,7 @@ use std::{sync::Arc, time::Duration};
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::Config,
-    runtime::{Command, Snapshot, Time, telemetry::Event},
+    runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
     system::{System, WorldKind},
 };
 
@@ -87,6 +87,8 @@ pub struct App {
     frame: Option<Arc<FrameData>>,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
+    /// What undoes the knob that breaks the system, once it was turned.
+    unbroken: Vec<Knob>,
     /// Whether the session is a rescue by hand, to be judged.
     by_hand: bool,
     /// The cliff map, once it was opened.
@@ -141,6 +143,7 @@ impl App {
             unrecorded: None,
             frame: None,
             panel: None,
+            unbroken: Vec::new(),
             by_hand: false,
             map: None,
             mapping: false,

@@ -128,7 +128,9 @@ impl App {
         // Without its recording a rescue cannot be judged.
         self.by_hand = by_hand && self.record;
         if self.by_hand {
-            self.notify("b breaks it, ] brings it back, e judges");
+            self.notify(
+                "b breaks it; when the pole leans, ] three times brings 50 Hz back; e judges",
+            );
         }
         Ok(())
     }

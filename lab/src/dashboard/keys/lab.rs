@@ -87,7 +87,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],
         "depth of the marked topics down, up", Some("depth")),
     row(&[(Char('b'), Break)],
-        "break it, as --break does", Some("break")),
+        "break it, as --break does; again: undo that", Some("break")),
     row(&[(Char('r'), Restart)],
         "start again: same seed, knobs as they stand", Some("restart")),
     row(&[(Char(' '), Pause)],

@@ -52,7 +52,7 @@ impl ScreenLayout {
         let [age, second] = [age, scrubber].map(Constraint::Length);
         let parts = [line, age, Constraint::Fill(1), second, line];
         let [status, age, body, second, footer] = rows(area, parts);
-        let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
+        let (verdict, panes) = if is_single(area, zoomed) {
             one_pane(body, focus)
         } else if lines > 0 && !is_roomy(area) {
             (None, few_panes(body, focus, exist))
@@ -77,6 +77,11 @@ impl ScreenLayout {
 /// Whether anything can be shown in `area`.
 pub fn is_enough(area: Rect) -> bool {
     fits(LEAST, area)
+}
+
+/// Whether only one pane is shown in `area`.
+pub fn is_single(area: Rect, zoomed: bool) -> bool {
+    zoomed || !fits(ALL_PANES, area)
 }
 
 /// Whether all panes have room to breathe in `area`.

@@ -39,7 +39,7 @@ use self::{layout::ScreenLayout, theme::Theme};
 use super::{
     cliff::CliffMap,
     focus::Pane,
-    frame::{FrameData, Trace},
+    frame::{FrameData, PushData, Trace},
     knob_focus::KnobFocus,
     timeline::Timeline,
 };
@@ -90,20 +90,34 @@ impl ScreenState<'_> {
     }
 
     /// How it stands and why, across a screen of the size of `area` where the pane of
-    /// events has no room for it. As many lines whatever there is, so that nothing
-    /// jumps.
+    /// events has no room for it. Beside several panes as many lines whatever there is,
+    /// so that nothing jumps; a single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
-        if self.frame.age.is_none() || layout::is_roomy(area) {
+        let single = layout::is_single(area, self.zoomed);
+        if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
             return Vec::new();
         }
         let room = usize::from(area.width).saturating_sub(2);
         let verdict = &self.frame.verdict;
         let why = verdict.why.iter();
         let why = why.flat_map(|why| pane::broken(&pane::plain(why, theme), room));
-        let mut lines = vec![events::headline(verdict, theme)];
-        lines.extend(why.map(Line::from));
-        lines.resize(VERDICT_LINES, Line::default());
-        lines
+        let why = why.map(Line::from);
+        match single {
+            true if self.focus == Pane::Events => Vec::new(),
+            true => why.take(VERDICT_LINES - 1).collect(),
+            false => {
+                let mut lines = vec![events::headline(verdict, theme)];
+                lines.extend(why);
+                lines.resize(VERDICT_LINES, Line::default());
+                lines
+            }
+        }
+    }
+
+    /// The parts of the age of the push in force, where there is room for them.
+    fn push(&self, area: Rect) -> Option<&PushData> {
+        let push = self.frame.push.as_ref();
+        push.filter(|_| area.height >= LEAST_FOR_PARTS)
     }
 
     /// Whether the system has a picture, or may have one as soon as it has a state.
@@ -112,6 +126,9 @@ impl ScreenState<'_> {
         self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
     }
 }
+
+/// The least height of a screen with the parts of an age.
+const LEAST_FOR_PARTS: u16 = 20;
 
 /// Lines of a verdict and its cause where there is little room.
 const VERDICT_LINES: usize = 3;
@@ -140,7 +157,7 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
         let frame = shown.frame;
-        let age = [frame.age.is_some(), frame.push.is_some()].map(usize::from);
+        let age = [frame.age.is_some(), shown.push(area).is_some()].map(usize::from);
         let verdict = shown.verdict_lines(area, theme).len();
         let age = pane::clamp(age.iter().sum::<usize>() + verdict);
         let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
@@ -154,8 +171,9 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(age) = &shown.frame.age {
-        age::render(age, shown.frame.push.as_ref(), theme, layout.age, buf);
-        let above = 1 + usize::from(shown.frame.push.is_some());
+        let push = shown.push(buf.area);
+        age::render(age, push, theme, layout.age, buf);
+        let above = 1 + usize::from(push.is_some());
         let lines = shown.verdict_lines(buf.area, theme).into_iter();
         for (number, line) in lines.enumerate() {
             let mut place = pane::row(layout.age, above + number);
@@ -177,11 +195,14 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
         Footer::Prompt { typed, hint, .. } => prompt_line(typed, hint, theme, layout.footer, buf),
         Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
             Some(notice) => {
-                let text = pane::clip(notice, usize::from(layout.footer.width), theme);
-                Line::styled(text, theme.strong()).render(layout.footer, buf);
+                let area = layout.body.union(layout.footer);
+                at_the_bottom(&pane::plain(notice, theme), theme, area, buf);
             }
             None => {
-                let hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
+                let mut hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
+                if layout.verdict.is_some() && hints.len() > 2 {
+                    hints.insert(2, ("Tab 1-6", "other panes"));
+                }
                 status::render_footer(&hints, theme, layout.footer, buf);
             }
         },
@@ -270,7 +291,12 @@ fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buf
 fn over_the_prompt(refusal: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let sign = theme.glyph("✖", "!");
     let text = format!("{sign} {}", pane::plain(refusal, theme));
-    let lines = pane::broken(&text, usize::from(area.width));
+    at_the_bottom(&text, theme, area, buf);
+}
+
+/// A text at the bottom of `area`, in as many lines as it takes.
+fn at_the_bottom(text: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let lines = pane::broken(text, usize::from(area.width));
     let first = usize::from(area.height).saturating_sub(lines.len());
     for (number, line) in lines.iter().enumerate() {
         let place = pane::row(area, first + number);
