@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{Knob, KnobKind},
-    system::{Setup, System, WorldKind},
+    system::{System, WorldKind},
 };
 
 /// Whether `knob` gives the ticks of a node a time of their own: they take, are late
@@ -15,14 +15,6 @@ pub fn is_of_time(knob: &Knob) -> bool {
         knob.kind(),
         KnobKind::Takes | KnobKind::Offset | KnobKind::Wakes
     )
-}
-
-/// Whether the ticks of `node` take time by `setup`.
-pub fn takes_time(setup: &Setup, node: &str) -> bool {
-    setup.iter().any(|knob| match knob {
-        Knob::Takes { node: of, spec } => of == node && !spec.draw.is_none(),
-        _ => false,
-    })
 }
 
 /// Whether the ticks of `node` were given a time of their own at any time of a run.

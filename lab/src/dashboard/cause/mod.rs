@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ratelab::{
     runtime::{KnobKind, Snapshot, Time, telemetry::Lineage},
-    system::{AgeLimits, Setup, System},
+    system::{Setup, System},
 };
 
 pub use owner::{Explained, Owner};
@@ -266,23 +266,6 @@ pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) 
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
     let from = Time::ZERO + graph.now.since(Time::ZERO + window);
     (from.max(lineage.first_push(acts)), graph.now)
-}
-
-/// The push age over run time `late`.
-pub fn age(
-    lineage: &Lineage,
-    acts: usize,
-    (from, to): (Time, Time),
-    limits: AgeLimits,
-) -> Option<AgeData> {
-    let parts = lineage.mean_parts(acts, from, to);
-    let mean: f64 = parts.iter().map(|(_, ns)| ns).sum();
-    let greatest = lineage.greatest_age(acts, from, to);
-    (!parts.is_empty()).then(|| AgeData {
-        mean: Duration::from_nanos(mean as u64),
-        greatest,
-        limits,
-    })
 }
 
 /// The nodes whose messages reach `last`, in the order in which they were added.

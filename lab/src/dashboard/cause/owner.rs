@@ -31,32 +31,6 @@ pub enum Owner {
     Order(usize),
 }
 
-impl Owner {
-    /// Whether turning `knob` back is the cure.
-    pub fn is_mended_by(self, knob: &Knob, graph: &Snapshot) -> bool {
-        let node = |index: usize| *graph.nodes[index].name == *knob.target();
-        let topic = |index: usize| *graph.topics[index].name == *knob.target();
-        match self {
-            Self::Rate(index) => node(index) && matches!(knob, Knob::Rate { .. }),
-            Self::Cost(index) => {
-                node(index) && matches!(knob, Knob::Takes { .. } | Knob::Hang { .. })
-            }
-            Self::Late(index) => node(index) && matches!(knob, Knob::Wakes { .. }),
-            Self::Crash(index) => node(index) && matches!(knob, Knob::Crash { .. }),
-            Self::Clock(index) => node(index) && matches!(knob, Knob::Clock { .. }),
-            Self::Phase(index) => node(index) && matches!(knob, Knob::Offset { .. }),
-            Self::Link(index) => {
-                topic(index)
-                    && matches!(
-                        knob,
-                        Knob::Link { .. } | Knob::Lose { .. } | Knob::Postpone { .. }
-                    )
-            }
-            Self::Order(index) => topic(index) && matches!(knob, Knob::Read { .. }),
-        }
-    }
-}
-
 /// A run whose age is to be explained.
 pub struct Explained<'a> {
     /// The chains behind its actions.
