@@ -1,4 +1,4 @@
-//! Sees to it that MuJoCo's library is there to link and, later, to load.
+//! Provides MuJoCo's library for linking and, later, for loading.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -9,13 +9,13 @@ fn main() {
     println!("cargo::rerun-if-env-changed={DYNAMIC_LINK_DIR}");
     println!("cargo::rerun-if-env-changed={STATIC_LINK_DIR}");
 
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time of the script: the clone may have moved since it was compiled.
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     let ours = root.join("xtask/mujoco");
     match Source::of_build(&ours) {
         Source::Fetched => match fetch(&ours) {
             Ok(()) => load_from(&ours),
-            // One directive is one line.
+            // A directive must be one line.
             Err(error) => println!("cargo::error={}", error.to_string().replace('\n', " ")),
         },
         Source::Own(dir) => load_from(&dir),
@@ -31,8 +31,8 @@ fn fetch(folder: &Path) -> Result<(), Error> {
     mujoco::ensure(folder, platform).map(drop)
 }
 
-/// Programs look for the library where it was linked. A crate's build script can
-/// say so for its own programs only, so `lab` learns the folder from here.
+/// Programs load the library from the folder of linking. A crate's build script can set
+/// this for its own programs only, so `lab` gets the folder from here.
 fn load_from(dir: &Path) {
     if env::var_os("CARGO_CFG_UNIX").is_some() {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{}", dir.display());

@@ -1,7 +1,7 @@
-//! What nodes take, in virtual time: a camera, a detector that works for 60 to
-//! 110 ms, a planner and a controller, under both clocks.
+//! ! Tick costs in virtual time: a camera, a detector that works for 60 to 110 ms, a
+//! planner and a controller, under both clocks.
 //!
-//! The nodes know nothing of it: a knob says what the machine takes.
+//! The nodes contain no timing: knobs set the costs of the target machine.
 
 use std::{error::Error, sync::Arc};
 
@@ -21,8 +21,9 @@ impl System for Robot {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let topics = ["/frames", "/objects", "/plans"].map(|name| builder.internal_topic(name));
         let [frames, objects, plans] = &topics;
-        builder.node("camera", 30.0, 0, |wiring| {
-            let frames = wiring.publisher(frames);
+        let captured = frames.clone();
+        builder.node("camera", 30.0, 0, move |wiring| {
+            let frames = wiring.publisher(&captured);
             move |now: Time| {
                 frames.publish(now.as_secs_f64(), now, None);
                 GO_ON
@@ -30,8 +31,9 @@ impl System for Robot {
         })?;
         relay(builder, "detector", 12.0, frames, objects)?;
         relay(builder, "planner", 10.0, objects, plans)?;
-        builder.node("controller", 100.0, 3, |wiring| {
-            let mut plans = wiring.subscription(plans);
+        let planned = plans.clone();
+        builder.node("controller", 100.0, 3, move |wiring| {
+            let mut plans = wiring.subscription(&planned);
             let mut sense_to_act = wiring.meter("sense→act");
             move |now| {
                 if let Some(plan) = plans.latest(now) {
@@ -47,7 +49,7 @@ impl System for Robot {
     }
 }
 
-/// A node that hands on what it reads, with the time of its sensing.
+/// A node that passes on its input, with the origin of the sensing.
 fn relay(
     builder: &mut Builder<'_>,
     name: &str,
@@ -55,8 +57,9 @@ fn relay(
     from: &Topic<f64>,
     to: &Topic<f64>,
 ) -> Result<(), BuildError> {
-    builder.node(name, hz, 1, |wiring| {
-        let (mut from, to) = (wiring.subscription(from), wiring.publisher(to));
+    let (from, to) = (from.clone(), to.clone());
+    builder.node(name, hz, 1, move |wiring| {
+        let (mut from, to) = (wiring.subscription(&from), wiring.publisher(&to));
         move |now| {
             if let Some(reading) = from.latest(now) {
                 to.publish(reading.data, now, Some(reading.sensed()));

@@ -1,7 +1,7 @@
-//! A node of your own: it smooths what a noisy sonar reads.
+//! A node of your own: it smooths the readings of a noisy sonar.
 //!
-//! A node is anything with a `tick`. The graph hands it the ends of its topics
-//! while it is being built, and it knows nothing else of the world.
+//! A node is any type with a `tick`. It receives the ends of its topics while the graph
+//! is being built, and depends on nothing else.
 
 use std::error::Error;
 
@@ -10,7 +10,7 @@ use ratelab::runtime::{
     VirtualClock,
 };
 
-/// A low-pass filter: each tick goes a quarter of the way to the newest reading.
+/// A low-pass filter: each tick moves a quarter of the way to the newest reading.
 struct Smooth {
     input: Subscription<f64>,
     output: Publisher<f64>,
@@ -21,7 +21,7 @@ impl Node for Smooth {
     fn tick(&mut self, now: Time) -> Tick {
         if let Some(reading) = self.input.latest(now) {
             self.value += (reading.data - self.value) / 4.0;
-            // The instant of the reading goes along, so that latency can be measured.
+            // Passes on the time of the sensing, so that latency can be measured.
             let origin = Some(reading.sensed());
             self.output.publish(self.value, now, origin);
         }

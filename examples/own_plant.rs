@@ -1,5 +1,5 @@
-//! A plant of your own, with the whole command: a drone that hovers if its pilot
-//! looks often enough.
+//! A plant of your own, with the whole command: a drone that hovers if its pilot reacts
+//! often enough.
 
 use std::process::ExitCode;
 
@@ -19,7 +19,7 @@ fields!(State {
     climb: "climb (m/s)"
 });
 
-/// What its rotors push with.
+/// Thrust of its rotors.
 #[derive(Clone, Copy)]
 struct Thrust {
     newton: f64,
@@ -45,11 +45,12 @@ impl System for Drone {
         let states = builder.topic::<State>("/state");
         let thrusts = builder.topic::<Thrust>("/thrust");
         let (height, climb) = (1.0 + (builder.seed() % 10) as f64 / 10.0, 0.0);
-        builder.node("drone", 100.0, 0, |wiring| {
+        let (seen, wanted) = (states.clone(), thrusts.clone());
+        builder.node("drone", 100.0, 0, move |wiring| {
             let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
             let mut state = State { height, climb };
             move |now| {
-                // Until the next thrust comes, the last one is held; 20 N at most.
+                // The last thrust is held until the next one arrives; 20 N at most.
                 let thrust = thrusts.latest(now).map_or(0.0, |newest| newest.data.newton);
                 state.climb += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
                 state.height += state.climb / 100.0;
@@ -57,8 +58,8 @@ impl System for Drone {
                 if state.height > 0.0 { GO_ON } else { END }
             }
         })?;
-        builder.node("pilot", 10.0, 1, |wiring| {
-            let (mut states, thrusts) = (wiring.subscription(&states), wiring.publisher(&thrusts));
+        builder.node("pilot", 10.0, 1, move |wiring| {
+            let (mut states, thrusts) = (wiring.subscription(&seen), wiring.publisher(&wanted));
             move |now| {
                 if let Some(seen) = states.latest(now) {
                     let State { height, climb } = seen.data;

@@ -1,8 +1,7 @@
-//! A policy of your own: all the force there is, to the side the pole falls to,
-//! and to which the cart rolls.
+//! A policy of your own: full force to the side where the pole falls and the cart rolls.
 //!
-//! A policy sees an observation and answers with an action. It is put behind the
-//! policy node, and sensor and actuator never notice.
+//! A policy receives an observation and returns an action. It runs in the policy node,
+//! without a change to sensor and actuator.
 
 use std::{error::Error, sync::Arc};
 
@@ -12,9 +11,9 @@ use ratelab::{
     policy::Policy,
 };
 
-/// Pushes with all it has to where the pole will be in a quarter of a second, with
-/// a little of the cart's speed added: that leans the pole against the way the cart
-/// rolls, which brings it back.
+/// Pushes with full force to where the pole will be in a quarter of a second, with a
+/// little of the cart's speed added: that leans the pole against the motion of the cart,
+/// which brings the cart back.
 struct BangBang;
 
 impl Policy for BangBang {

@@ -1,19 +1,18 @@
 //! A topic type of your own: the state of a drive with two wheels.
 //!
-//! A topic carries whatever can be cloned and sent to another thread. What is to
-//! be logged as well implements [`Fields`]: then whoever keeps the log need not
-//! know what a wheel is.
+//! A topic carries any type that can be cloned and sent to another thread. For a log,
+//! implement [`Fields`] as well: then the log is independent of the type.
 
 use std::error::Error;
 
 use ratelab::runtime::{Clock, Depth, Fields, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
 
-/// How fast the wheels turn.
+/// The speed of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wheels {
-    /// The left one (rad/s).
+    /// Left wheel (rad/s).
     left: f64,
-    /// The right one (rad/s).
+    /// Right wheel (rad/s).
     right: f64,
 }
 

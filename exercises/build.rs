@@ -1,4 +1,4 @@
-//! Passes on where MuJoCo's library is, for the programs of this package.
+//! Passes on the location of MuJoCo's library to the programs of this package.
 
 use std::env;
 

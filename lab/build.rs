@@ -1,10 +1,11 @@
-//! Says where the programs of this package find MuJoCo's library, and what they
-//! were built from.
+//! Gives the programs of this package the location of MuJoCo's library, and the version
+//! of their sources.
 
 use std::{env, path::Path, process::Command};
 
-/// Set by `cargo xtask dist`: the program leaves this machine, so it must not look
-/// for the library in a folder of this machine, where it may be another one.
+/// Set by `cargo xtask dist`: the program is for other machines, so it must not search
+/// for the library in a folder of this one, which could contain a different library
+/// there.
 const DIST: &str = "RATELAB_DIST";
 
 fn main() {
@@ -23,12 +24,12 @@ fn main() {
     if let Some(rustc) = said(Command::new(variable("RUSTC")).arg("--version")) {
         tell("RUSTC", rustc.trim_start_matches("rustc "));
     }
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time of the script: the clone may have moved since it was compiled.
     commit(&Path::new(&variable("CARGO_MANIFEST_DIR")).join(".."));
 }
 
-/// An installed program outlives a clone that moves or goes: it takes a library
-/// in `lib/ratelab`, beside the folder that the program is in.
+/// An installed program outlives its clone, so it uses a library in `lib/ratelab`, beside
+/// the folder of the program.
 fn beside() {
     let here = match env::var("CARGO_CFG_TARGET_OS").as_deref() {
         Ok("macos") => "@executable_path",
@@ -37,8 +38,8 @@ fn beside() {
     println!("cargo::rustc-link-arg=-Wl,-rpath,{here}/../lib/ratelab");
 }
 
-/// What the program is made of. Looking at these builds nothing more often: what
-/// changes one of them has the program built anew as it is.
+/// The sources of the program. Watching these causes no extra builds, because a change of
+/// any of them rebuilds the program anyway.
 const SOURCES: [&str; 11] = [
     "Cargo.toml",
     "Cargo.lock",
@@ -53,13 +54,13 @@ const SOURCES: [&str; 11] = [
     "lab/src",
 ];
 
-/// Tells the commit in the clone at `root`, and whether anything was changed
-/// since; nothing, where there is no git or this is no clone.
+/// Passes on the commit of the clone at `root`, and whether files have changed since;
+/// nothing without git or outside of a clone.
 fn commit(root: &Path) {
     for source in SOURCES {
         watch(&root.join(source));
     }
-    // A copy without history may lie in somebody else's repository.
+    // A copy without history may lie in another repository.
     if !root.join(".git").exists() {
         return;
     }
@@ -68,8 +69,8 @@ fn commit(root: &Path) {
         git.arg("-C").arg(root).args(args);
         said(git.env("GIT_OPTIONAL_LOCKS", "0"))
     };
-    // What a commit or a checkout changes; without a log of them, the branch, of
-    // which there may be none.
+    // The log changes with every commit or checkout; without a log, watch the branch,
+    // which may not exist.
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
     let watch = |name| {
         if let Some(file) = git(&["rev-parse", "--git-path", name]) {
@@ -85,7 +86,7 @@ fn commit(root: &Path) {
         "--abbrev=12",
         "--format=%h %cs",
     ]) else {
-        // The first commit of all adds the first branch.
+        // The first commit of a repository adds the first branch.
         watch("refs/heads");
         return;
     };
@@ -100,7 +101,7 @@ fn commit(root: &Path) {
     }
 }
 
-/// What is not there would have this run each time.
+/// Watching a missing file would run the script on every build.
 fn watch(file: &Path) {
     if file.exists() {
         println!("cargo::rerun-if-changed={}", file.display());
@@ -111,7 +112,7 @@ fn tell(name: &str, fact: &str) {
     println!("cargo::rustc-env=RATELAB_{name}={fact}");
 }
 
-/// What `command` says, if it can be run and succeeds.
+/// The output of `command`, if it runs and succeeds.
 fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

@@ -1,4 +1,4 @@
-//! Files that others wrote, read with care.
+//! Bounded reading of untrusted files.
 
 use std::{
     fs::{self, File},
@@ -8,25 +8,25 @@ use std::{
 
 use thiserror::Error;
 
-/// A file that is not read.
+/// An error while reading a file.
 #[derive(Debug, Error)]
 pub enum FileError {
-    /// It is something else than a file.
+    /// A directory, pipe or device instead of a file.
     #[error("found {0}")]
     NoFile(&'static str),
-    /// It is longer than what is read (bytes).
+    /// A file above the limit (bytes).
     #[error("found {0} bytes")]
     TooLarge(u64),
-    /// The system does not let it be read.
+    /// An error of the operating system.
     #[error(transparent)]
     Unreadable(#[from] io::Error),
 }
 
-/// The content of the file at `path`, of `most` bytes at the most.
+/// Reads the file at `path`, up to `most` bytes.
 ///
 /// # Errors
-/// [`FileError`] if it is longer, no ordinary file or not readable. Pipes and
-/// devices are not opened: they may never end, or never begin.
+/// [`FileError`] for a larger, special or unreadable file. Pipes and devices are never
+/// opened, because reading them may block or never end.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
@@ -39,7 +39,7 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
         return Err(FileError::TooLarge(about.len()));
     }
     let mut content = Vec::with_capacity(usize::try_from(about.len()).unwrap_or(0));
-    // It may have grown since.
+    // The file may have grown since the check.
     File::open(path)?.take(most + 1).read_to_end(&mut content)?;
     match content.len() as u64 {
         length if length > most => Err(FileError::TooLarge(length)),

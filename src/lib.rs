@@ -1,14 +1,15 @@
 //! Robot software as a graph of nodes at fixed rates.
 //!
-//! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the
-//! two clocks that run them. It knows no robot. A [`system`] is a graph as a value, of a robot or of anything else; an
-//! [`experiment`] is one run of it, configuration in and summary out, and a sweep is
-//! many of them. [`cartpole`] is the system of the course: its plant, its nodes, the
-//! [`policy`] that decides, and the [`stability`] that linear theory expects.
+//! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the two clocks
+//! that run them. It is independent of any robot. A [`system`] is a graph as a value, of
+//! a robot or of anything else; an [`experiment`] is one run of it, configuration in and
+//! summary out, and a sweep is many of them. [`cartpole`] is the system of the course:
+//! its plant, its nodes, the [`policy`] that decides, and the [`stability`] that linear
+//! theory predicts.
 //!
-//! The library knows no terminal and no recordings: those are the business of the
-//! `ratelab` command. The one kind of file that it reads is the weights of a policy;
-//! [`mod@file`] reads files within bounds, for the command too.
+//! The library is independent of terminals and recordings: those belong to the `ratelab`
+//! command. It reads only one kind of file, the weights of a policy; [`mod@file`] reads
+//! files within bounds, also for the command.
 
 pub mod cartpole;
 pub mod experiment;

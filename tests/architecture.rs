@@ -1,7 +1,7 @@
-//! Which part may import which: the runtime knows no system, systems and
-//! experiments know no robot, and the command knows the cart-pole in a few named
-//! files only. No files import each other in a circle. The crates that the library
-//! may depend on are in `dependencies.rs`.
+//! Allowed imports: the runtime is independent of systems, systems and experiments are
+//! independent of robots, and the command imports the cart-pole in a few named files
+//! only. No files import each other in a circle. The dependencies of the library are
+//! tested in `dependencies.rs`.
 
 #[path = "support/clone.rs"]
 mod clone;
@@ -29,7 +29,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// A source file without its comments, which may speak of anything.
+/// A source file without its comments, which may mention anything.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("source");
     let lines = text
@@ -56,7 +56,7 @@ fn sources(folder: &str) -> Sources {
     files
 }
 
-/// Parts of the library, and the parts that each may import beside itself.
+/// Parts of the library, each with the other parts it may import.
 const PARTS: [(&str, &[&str]); 4] = [
     ("file", &[]),
     ("runtime", &[]),
@@ -77,7 +77,7 @@ fn the_runtime_imports_nothing_and_systems_and_experiments_import_no_robot() {
             .iter()
             .find(|to| !to.get(1).is_some_and(|name| allowed(name)));
         assert_eq!(foreign, None, "{from:?}");
-        // Paths within functions, too.
+        // Includes paths within functions.
         for path in sources[&from].split("crate::").skip(1) {
             let end = path.find(|sign: char| !sign.is_alphanumeric());
             let name = &path[..end.unwrap_or(path.len())];
@@ -88,24 +88,24 @@ fn the_runtime_imports_nothing_and_systems_and_experiments_import_no_robot() {
     assert!(checked > 40, "only {checked} files were found");
 }
 
-/// What there is of the cart-pole in the library.
+/// The modules of the cart-pole in the library.
 const CART_POLE: [&str; 3] = ["ratelab::cartpole", "ratelab::policy", "ratelab::stability"];
 
-/// Folders of the command that know systems and no robot.
+/// Folders of the command that are independent of the robot.
 const GENERIC: [&str; 3] = ["recording", "dashboard", "sweep"];
 
-/// Files in them that are about the cart-pole.
+/// Files in them for the cart-pole.
 const ABOUT_THE_CART_POLE: [&str; 3] = [
-    // The frames that tests of the screen draw.
+    // The frames for tests of the screen.
     "dashboard/view/sample",
-    // Recordings from when the command knew one robot.
+    // Recordings of early versions, which had a single robot.
     "recording/legacy",
     // Linear theory, for the table of a sweep.
     "sweep/theory",
 ];
 
 #[test]
-fn recordings_dashboard_and_sweeps_know_the_cart_pole_in_the_named_files_only() {
+fn recordings_dashboard_and_sweeps_import_the_cart_pole_in_the_named_files_only() {
     let mut found = Vec::new();
     for (module, code) in sources("lab/src") {
         let path = module[1..].join("/");
@@ -126,7 +126,7 @@ fn no_source_files_import_each_other_in_a_circle() {
     let mut found = Vec::new();
     for folder in ["src", "lab/src", "exercises/src"] {
         let mut imports = imports(&sources(folder));
-        // A part of a module may use what the module itself defines.
+        // A part of a module may use the definitions of the module itself.
         for (from, to) in &mut imports {
             to.retain(|to| !from.starts_with(to));
         }

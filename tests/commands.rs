@@ -1,6 +1,5 @@
-//! Commands are the only way into a running graph: they take effect between
-//! instants, in the order given, and are logged with the run time at which they
-//! did.
+//! Commands are the only input of a running graph: they take effect between instants, in
+//! the given order, and are logged with their run time.
 
 mod support;
 
@@ -60,7 +59,7 @@ fn a_timed_depth_takes_effect_before_the_message_that_is_published_then() {
     };
     graph.node("source", hz(10.0), 0, source).expect("node");
     let subscription = topic.subscribe();
-    // Published at 0, 0.1 … 0.5; what comes at 0.3 finds room already.
+    // Published at 0, 0.1 … 0.5; the message at 0.3 finds room already.
     let deeper = at(0.3, set_depth("/count", 100));
     run_virtual(&mut graph, vec![deeper], secs(0.5));
     assert_eq!((topic.published(), subscription.dropped()), (6, 2));
@@ -89,7 +88,7 @@ fn a_timed_command_takes_effect_at_the_end_but_not_after_it() {
 }
 
 #[test]
-fn events_tell_what_was_replaced() {
+fn events_contain_the_replaced_value() {
     let (_, mut graph) = metronome();
     run_virtual(&mut graph, vec![at(0.1, set_rate("a", 2.5))], secs(0.2));
     let told: Vec<String> = graph
@@ -102,7 +101,7 @@ fn events_tell_what_was_replaced() {
 }
 
 #[test]
-fn a_stop_ends_the_run_before_what_is_due_then() {
+fn a_stop_ends_the_run_before_the_ticks_due_then() {
     let (log, mut graph) = metronome();
     let exit = run_virtual(&mut graph, vec![at(0.3, Command::Stop)], Time::MAX);
     assert_eq!(exit, ClockExit::Stopped);
@@ -151,7 +150,7 @@ fn a_command_that_arrives_after_the_last_instant_comes_too_late() {
 }
 
 #[test]
-fn a_pause_that_nobody_can_end_ends_the_run() {
+fn a_pause_without_senders_ends_the_run() {
     for clock in [
         &mut VirtualClock as &mut dyn Clock,
         &mut RealClock::default(),
@@ -165,7 +164,7 @@ fn a_pause_that_nobody_can_end_ends_the_run() {
 }
 
 #[test]
-fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
+fn commands_for_unknown_nodes_and_topics_are_refused_by_name() {
     for clock in [
         &mut VirtualClock as &mut dyn Clock,
         &mut RealClock::default(),
@@ -191,7 +190,7 @@ fn commands_for_nodes_and_topics_that_are_not_there_are_refused_by_name() {
 }
 
 #[test]
-fn the_real_clock_refuses_what_only_virtual_time_can_do() {
+fn the_real_clock_refuses_commands_for_virtual_time() {
     let (_, mut graph) = metronome();
     let only_virtual = [Command::Speed(Speed::Unlimited), Command::Step];
     let timed = only_virtual
@@ -210,7 +209,7 @@ fn the_real_clock_refuses_what_only_virtual_time_can_do() {
 }
 
 #[test]
-fn an_empty_graph_is_soon_done() {
+fn an_empty_graph_completes() {
     let mut graph = Graph::new();
     assert_eq!(
         run_virtual(&mut graph, Vec::new(), Time::MAX),

@@ -1,5 +1,5 @@
-//! What ticks take, how late they start and when they are due: as knobs, under both
-//! clocks. The virtual clock's bytes are in `time.rs`.
+//! Duration, lateness and due times of ticks, set by knobs, under both clocks. The
+//! virtual clock's bytes are tested in `time.rs`.
 
 use std::{sync::Arc, time::Duration};
 
@@ -49,7 +49,7 @@ fn timing_knobs_are_read_back_from_text_and_from_json() {
 }
 
 #[test]
-fn what_is_no_duration_is_refused_with_what_to_write() {
+fn invalid_durations_are_refused_with_the_expected_form() {
     for (text, part) in [
         ("takes policy -1", "expected milliseconds such as 30"),
         ("takes policy soon", "\"soon\" is no duration"),
@@ -86,7 +86,7 @@ fn refusal(config: &Config) -> String {
     experiment.err().expect("a refusal").to_string()
 }
 
-/// The knob `text` with durations as if they had been read from its recording.
+/// The knob `text`, with durations as if loaded from its recording.
 fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
     let mut knob = knob(text);
     let draw = knob.draw_mut().expect("durations");
@@ -108,7 +108,7 @@ fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest()
     let summary = run(&config);
     let costs = &summary.node(POLICY).expect("a policy").tick_time;
     let drawn: Vec<Duration> = costs.bars().map(|(duration, _)| duration).collect();
-    // All but the tick that starts at the very end.
+    // All ticks except the one that starts at the very end.
     assert_eq!((drawn, costs.count()), (vec![ms(3), ms(5), ms(7)], 500));
 
     let pinned = knob.to_string();
@@ -126,7 +126,7 @@ fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest()
 }
 
 #[test]
-fn one_knob_moves_no_draw_of_another() {
+fn one_knob_changes_no_draw_of_another() {
     let costs = |knobs: &[&str]| {
         let summary = run(&with(knobs, Config::default()));
         let policy = summary.node(POLICY).expect("a policy");
@@ -167,7 +167,7 @@ fn the_rate_of_the_course_s_actuator_and_the_times_of_the_world_are_no_knobs() {
 }
 
 #[test]
-fn a_live_cost_is_logged_with_what_it_was() {
+fn a_live_cost_is_logged_with_its_old_value() {
     let config = Config {
         knobs: CartPole::KNOBS
             .parse_list("1 takes policy 30\n2 offset policy 3.5\n3 takes policy none")
@@ -186,7 +186,7 @@ fn a_live_cost_is_logged_with_what_it_was() {
     );
 }
 
-/// A node that publishes when its ticks began, and what it published.
+/// A node that publishes the start times of its ticks, with its topic.
 fn beacon(hz: f64) -> (Graph, Topic<Time>) {
     let (mut graph, began) = (Graph::new(), Topic::new("/began", Depth::ONE));
     let added = graph.node("beacon", Hz::new(hz).expect("a rate"), 0, |wiring| {
@@ -233,7 +233,7 @@ fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
             at(100),
         );
         assert!(!sent.is_empty());
-        // The first tick may have begun before it was told.
+        // The first tick may have begun before the command.
         for message in sent.iter().skip(1) {
             assert_eq!(message.origin, Some(message.data));
             assert!(
@@ -247,7 +247,7 @@ fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
 }
 
 #[test]
-fn a_tick_goes_on_under_the_other_clock() {
+fn a_tick_continues_under_the_other_clock() {
     let (mut graph, topic) = beacon(1.0);
     let takes: Command = knob("takes beacon 60").into();
     let commands = [(0, takes), (20, Command::HandOver(ClockKind::Real))];
@@ -267,7 +267,7 @@ fn a_tick_goes_on_under_the_other_clock() {
 }
 
 #[test]
-fn what_would_be_released_after_the_end_is_not() {
+fn nothing_is_released_after_the_end() {
     for clock in [
         &mut VirtualClock as &mut dyn Clock,
         &mut RealClock::default(),
@@ -308,7 +308,7 @@ fn a_single_step_is_a_tick_and_no_end_of_one() {
 }
 
 #[test]
-fn the_actions_of_a_slow_policy_say_when_was_sensed_what_they_answer() {
+fn the_actions_of_a_slow_policy_have_the_origin_of_their_reading() {
     let config = with(&["takes policy 13", "takes sensor 4"], Config::default());
     let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("built");
     let tap = experiment
@@ -323,7 +323,7 @@ fn the_actions_of_a_slow_policy_say_when_was_sensed_what_they_answer() {
         .collect();
     assert!(actions.len() > 400);
     for action in &actions {
-        // The reading of the tick before: sensed 20 ms before the policy began.
+        // The reading of the previous tick: sensed 20 ms before the policy began.
         assert_eq!(
             Some(action.stamp),
             action.origin.map(|sensed| sensed + ms(33))

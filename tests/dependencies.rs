@@ -1,4 +1,4 @@
-//! What the manifests ask for: every crate has its reason in `docs/dependencies.md`,
+//! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`,
 //! and the library needs no terminal, no command line and no recorder.
 
 #[path = "support/clone.rs"]
@@ -12,8 +12,7 @@ fn read(file: &str) -> String {
     fs::read_to_string(clone::root().join(file)).expect(file)
 }
 
-/// The crates from elsewhere in the sections called `kinds` of a manifest, for all
-/// platforms.
+/// The external crates in the sections called `kinds` of a manifest, for all platforms.
 fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
     const OURS: [&str; 3] = ["exercises", "ratelab", "xtask"];
     let manifest: Table = read(manifest).parse().expect("TOML");

@@ -1,5 +1,5 @@
-//! A fault is an error: it ends the run, and says which node failed, when and
-//! why.
+//! A fault is an error: it ends the run and names the failed node, the run time and the
+//! cause.
 
 mod support;
 
@@ -14,7 +14,7 @@ use ratelab::{
 };
 use support::{TickLog, secs, with_policy};
 
-/// The fault of a graph whose second node works like this from 0.02 s on.
+/// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
     let (log, mut graph) = (TickLog::default(), Graph::new());
     log.node(&mut graph, "healthy", 100.0, 0);
@@ -54,7 +54,7 @@ fn a_node_that_panics_gives_a_fault_with_its_name_and_the_time() {
     assert!(fault.cause.is::<Panicked>());
 }
 
-/// Answers the same whatever it sees.
+/// Returns the same action for every observation.
 #[derive(Clone)]
 struct Stubborn(f32);
 
@@ -69,7 +69,7 @@ impl Policy for Stubborn {
 }
 
 #[test]
-fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_what_it_saw() {
+fn a_policy_that_answers_no_number_gives_a_fault_with_its_name_and_its_observation() {
     for answer in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let stubborn = Experiment::new(with_policy(Stubborn(answer)), &Config::default());
         let fault = stubborn.expect("experiment").run().expect_err("a fault");

@@ -1,10 +1,9 @@
 //! The virtual clock reproduces an independent reference, byte for byte.
 //!
-//! `tests/golden/` holds runs of a Python implementation over the same MuJoCo.
-//! Every observation, action, latency and plant state of each run goes into one
-//! hash; counters and verdict are compared as they are. The last bits of sine
-//! and cosine belong to the C library, so the bytes are compared where they
-//! were made.
+//! `tests/golden/` holds runs of a Python implementation over the same MuJoCo. Every
+//! observation, action, latency and plant state of each run goes into one hash; counters
+//! and verdict are compared directly. The last bits of sine and cosine depend on the C
+//! library, so the bytes are compared only on the platform that produced them.
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 
 mod support;
@@ -29,7 +28,7 @@ fn fields(line: &str) -> GoldenRow<'_> {
         .collect()
 }
 
-/// The run of a line of `runs.txt`.
+/// The configuration in a line of `runs.txt`.
 fn golden_config(fields: &GoldenRow<'_>) -> Config {
     let timed = fields.get("knobs").copied().unwrap_or_default();
     let setup = format!(
@@ -50,7 +49,7 @@ fn fnv1a64(bytes: &[u8]) -> u64 {
     })
 }
 
-/// The verdict as `runs.txt` has it.
+/// The name of the verdict in `runs.txt`.
 fn reference_name(kind: &VerdictKind) -> &'static str {
     match kind {
         kind if *kind == verdict::POLE_FELL => "fell",
@@ -99,7 +98,7 @@ fn every_reference_run_is_reproduced_to_the_bit() {
 }
 
 #[test]
-fn starts_are_those_of_numpy_for_seeds_below_and_above_32_bits() {
+fn starts_match_numpy_for_seeds_below_and_above_32_bits() {
     for line in include_str!("golden/seeds.txt").lines() {
         let fields = fields(line);
         let plant = Plant::new(fields["seed"].parse().expect("seed")).expect("plant");

@@ -1,5 +1,5 @@
-//! All state of a run is in its graph, so it can be handed from clock to clock, or
-//! run piece by piece, and goes on where it was.
+//! A graph contains all state of its run, so it can be handed over from clock to clock,
+//! or run in pieces, and continues where it was.
 
 mod support;
 
@@ -21,7 +21,7 @@ fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
 }
 
 #[test]
-fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
+fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
     let (log, mut graph) = (TickLog::default(), Graph::new());
     let rates = [("fast", 200.0), ("medium", 50.0), ("odd", 33.3)];
     let topic = Topic::new("/numbers", Depth::ONE);
@@ -54,7 +54,7 @@ fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
         let times = log.of(name);
         assert_eq!(times.len() as u64, node.ticks, "{name}");
         assert!(times.is_sorted_by(|a, b| a < b), "{name}: {times:?}");
-        // A node that was due may begin a little after the command.
+        // A due node may begin slightly after the command.
         let after = Time::from_nanos(to_virtual.as_nanos() + 10_000_000);
         let virtual_again = |time: &&Time| **time < to_real || **time > after;
         let grid: Vec<Time> = (0..periods).map(|tick| secs(tick as f64 / rate)).collect();
@@ -74,7 +74,7 @@ fn a_graph_that_is_handed_over_and_back_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_graph_goes_on_from_one_end_to_the_next_as_if_there_was_none() {
+fn a_graph_continues_after_an_end_as_if_there_was_none() {
     let (log, mut graph) = metronome();
     for end in [0.25, 0.3, 1.0] {
         run_virtual(&mut graph, Vec::new(), secs(end));

@@ -1,5 +1,5 @@
-//! Timed knobs as text: what is written is read again, and what cannot be read
-//! is refused with its line, its value and what is accepted.
+//! Timed knobs as text: written knobs parse again, and invalid ones are refused with the
+//! line, the value and the expected form.
 
 mod support;
 
@@ -11,17 +11,17 @@ use ratelab::{
 };
 use support::{depth, hz, knobs, secs};
 
-/// Knobs by the names that the cart-pole has for them.
+/// Knobs with the aliases of the cart-pole.
 const KNOBS: KnobText = CartPole::KNOBS;
 
 fn parse(text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
     KNOBS.parse_list(text)
 }
 
-/// Nodes and topics that the aliases of the cart-pole turn.
+/// Nodes and topics in the aliases of the cart-pole.
 const KNOWN: &[&str] = &["policy", "sensor", "/obs", "/action"];
 
-/// Names of nodes and topics, [`KNOWN`] ones among them.
+/// Names of nodes and topics, including those in [`KNOWN`].
 fn any_name() -> impl Strategy<Value = String> {
     prop_oneof![
         proptest::sample::select(KNOWN).prop_map(str::to_owned),
@@ -41,12 +41,12 @@ fn any_knob() -> impl Strategy<Value = Knob> {
 }
 
 fn any_timed_knob() -> impl Strategy<Value = TimedKnob> {
-    // Seconds are read in double precision: to the nanosecond for fifty days.
+    // Seconds are parsed in double precision: exact to the nanosecond for fifty days.
     let time = (0..1u64 << 52).prop_map(Time::from_nanos);
     (time, any_knob()).prop_map(|(at, knob)| TimedKnob { at, knob })
 }
 
-/// Knobs of one time, of which some are turned together by one alias.
+/// Knobs with a common time, some of them covered by one alias.
 fn turned_together() -> impl Strategy<Value = Vec<TimedKnob>> {
     let topics = proptest::sample::subsequence(vec!["/obs", "/action"], 1..=2);
     (any_timed_knob(), topics, 1..3_usize).prop_map(|(first, topics, messages)| {
@@ -60,7 +60,7 @@ fn turned_together() -> impl Strategy<Value = Vec<TimedKnob>> {
     })
 }
 
-/// Something close enough to a list of knobs to get past the first checks.
+/// A text similar enough to a list of knobs to pass the first checks.
 fn almost_knobs() -> impl Strategy<Value = String> {
     let word = "[0-9a-z#.eE_+-]{0,8}|control-hz|queue_depth|rate|send|/obs|NaN|inf|-0|1e400|[ \n]";
     proptest::collection::vec(word, 0..20).prop_map(|words| words.join(" "))
@@ -98,7 +98,7 @@ fn rate(seconds: f64, node: &str, rate: f64) -> TimedKnob {
 }
 
 #[test]
-fn comments_and_empty_lines_do_not_count() {
+fn comments_and_empty_lines_are_ignored() {
     let text =
         "# all of it\n\n  0 control-hz 10 # slow\r\n\t\n2.5\tsensor-hz  33.3\n#3 queue-depth 0";
     let expected = vec![rate(0.0, "policy", 10.0), rate(2.5, "sensor", 33.3)];
@@ -107,7 +107,7 @@ fn comments_and_empty_lines_do_not_count() {
 }
 
 #[test]
-fn underscores_are_as_good_as_dashes() {
+fn underscores_are_accepted_for_dashes() {
     let text = "1 control_hz 10\n1 sensor_hz 20\n1 queue_depth 3";
     assert_eq!(parse(text), parse(&text.replace('_', "-")));
     assert_eq!(parse(text).map(|knobs| knobs.len()), Ok(4));
@@ -154,7 +154,7 @@ fn knobs_are_written_as_one_alias_only_with_the_same_time_and_value() {
 }
 
 #[test]
-fn what_is_no_knob_is_refused_with_its_line_its_value_and_what_is_accepted() {
+fn invalid_knobs_are_refused_with_line_value_and_expected_form() {
     let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let time = "is not a time: expected seconds, zero or more";
     let name = "is not a knob: expected control-hz, sensor-hz, queue-depth, policy, \

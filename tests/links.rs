@@ -1,5 +1,5 @@
-//! What lies between a publisher and its readers, and what goes wrong with nodes: as
-//! knobs, and what becomes of every message. The virtual clock's bytes are in `time.rs`.
+//! Links and faults of nodes, set by knobs, with the fate of every message. The virtual
+//! clock's bytes are tested in `time.rs`.
 
 mod support;
 
@@ -11,12 +11,12 @@ use std::{
 
 use proptest::prelude::*;
 use ratelab::{
-    cartpole::{ACTION, CartPole, OBS, POLICY, SENSOR},
+    cartpole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR},
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Command, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
-    system::WorldKind,
+    runtime::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
+    system::{BuildError, Builder, System, WorldKind},
 };
-use support::{depth, hz, run_virtual, secs};
+use support::{depth, hz, run_virtual, secs, specs::almost_link};
 
 fn knob(text: &str) -> Knob {
     text.parse().expect(text)
@@ -53,7 +53,7 @@ fn knobs_of_links_and_faults_are_read_back_from_text_and_from_json() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_what_is_allowed() {
+fn invalid_links_and_faults_are_refused_with_the_accepted_values() {
     for (text, part) in [
         ("link /obs", "expected link TOPIC SPEC"),
         ("link /obs delay:-1", "delay:lognormal:MEDIAN,P99"),
@@ -87,52 +87,19 @@ fn what_cannot_be_meant_is_refused_with_what_is_allowed() {
     }
 }
 
-/// Parts of specs, right and wrong; `#` is a number, `~` noise.
-const PARTS: [&str; 12] = [
-    "delay:#",
-    "delay:#..#",
-    "delay:lognormal:#,#",
-    "in-order",
-    "loss:#",
-    "loss:0.#",
-    "burst:0.#,#",
-    "burst:#,#",
-    "reliable:#",
-    "none",
-    "~",
-    "~:#~",
-];
-const NUMBERS: [&str; 16] = [
-    "0", "1", "3", "12", "40", "99", "250.5", "0.25", "1e3", "1e400", "-1", "-0", "NaN", "inf", "",
-    "+7",
-];
-const NOISE: [&str; 8] = ["", " ", ",", ":", "..", "delay", "loss:", "é"];
-
-/// Something close to the spec of a link, or one.
-fn almost_link() -> impl Strategy<Value = String> {
-    let part = any::<[u8; 4]>().prop_map(|[part, first, second, noise]| {
-        let choose = |list: &[&'static str], by: u8| list[usize::from(by) % list.len()];
-        let part = choose(&PARTS, part).replacen('#', choose(&NUMBERS, first), 1);
-        let part = part.replacen('#', choose(&NUMBERS, second), 1);
-        part.replace('~', choose(&NOISE, noise))
-    });
-    proptest::collection::vec(part, 1..4).prop_map(|parts| parts.join(","))
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100_000))]
-    #[test]
-    fn any_spec_is_refused_in_one_line_or_means_what_is_read_back(spec in almost_link()) {
-        match format!("link /obs {spec}").parse::<Knob>() {
-            Ok(knob) => prop_assert_eq!(knob.to_string().parse::<Knob>(), Ok(knob)),
-            Err(error) => prop_assert_eq!(error.to_string().lines().count(), 1),
-        }
-    }
-}
-
 /// A publisher of 50 Hz for `seconds`, a reader and what it read, with these knobs
 /// turned before the run.
 fn bench(seconds: f64, read_hz: f64, knobs: &[Knob]) -> (Vec<(Time, u64)>, Snapshot) {
+    let (read, snapshot, _) = tapped_bench(seconds, read_hz, knobs);
+    (read, snapshot)
+}
+
+/// The same, and when each message arrives, if it does.
+fn tapped_bench(
+    seconds: f64,
+    read_hz: f64,
+    knobs: &[Knob],
+) -> (Vec<(Time, u64)>, Snapshot, Vec<Option<Time>>) {
     let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
     graph.set_seed(7);
     let talker = graph.node("talker", hz(50.0), 0, |wiring| {
@@ -157,16 +124,18 @@ fn bench(seconds: f64, read_hz: f64, knobs: &[Knob]) -> (Vec<(Time, u64)>, Snaps
         }
     });
     reader.expect("a node");
+    let tap = graph.tap(&topic, 1_000);
     let timed = knobs.iter().cloned().map(|knob| TimedCommand {
         at: Time::ZERO,
         command: Command::Set(knob),
     });
     run_virtual(&mut graph, timed.collect(), secs(3.0));
     let read = read.lock().expect("log").clone();
-    (read, graph.observer().snapshot())
+    let arrivals = tap.items().try_iter().map(|tapped| tapped.arrives);
+    (read, graph.observer().snapshot(), arrivals.collect())
 }
 
-/// What becomes of messages 20 ms apart, by the words of the contract alone.
+/// What becomes of messages, by the words of the contract alone.
 #[derive(Default)]
 struct Ledger {
     read: Vec<(Time, u64)>,
@@ -178,17 +147,16 @@ struct Ledger {
     in_flight: u64,
 }
 
+/// `ways` are run times of arrival (ns), if there is one.
 fn expected(
-    published: u64,
     (read_hz, keeps, oldest): (u64, usize, bool),
-    ways: &BTreeMap<u64, Option<u64>>,
+    ways: impl Iterator<Item = Option<u64>>,
 ) -> Ledger {
-    const MS: u64 = 1_000_000;
     let (mut ledger, mut arrivals) = (Ledger::default(), Vec::new());
-    for seq in 0..published {
-        match ways.get(&seq).copied().unwrap_or(Some(0)) {
+    for (seq, way) in (0..).zip(ways) {
+        match way {
             None => ledger.lost += 1,
-            Some(late) => arrivals.push((seq * 20 * MS + late * MS, seq)),
+            Some(at) => arrivals.push((at, seq)),
         }
     }
     arrivals.sort_unstable();
@@ -222,6 +190,39 @@ fn expected(
     ledger
 }
 
+/// Holds what was read and counted to what was `expected`, and that to its sums.
+fn check_ledger(
+    read: &[(Time, u64)],
+    snapshot: &Snapshot,
+    expected: Ledger,
+) -> Result<(), TestCaseError> {
+    let topic = snapshot.topic("/test").expect("a topic");
+    prop_assert_eq!(read, &expected.read);
+    prop_assert_eq!(
+        (
+            topic.lost,
+            topic.overtaken,
+            topic.dropped(),
+            topic.in_flight
+        ),
+        (
+            expected.lost,
+            expected.overtaken,
+            expected.dropped,
+            expected.in_flight
+        )
+    );
+    let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
+    let Ledger {
+        passed_over,
+        queued,
+        ..
+    } = expected;
+    let delivered = seen.len() as u64 + passed_over + topic.overtaken + topic.dropped() + queued;
+    prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight);
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
     #[test]
@@ -241,18 +242,33 @@ proptest! {
             None => format!("lose /test {seq}"),
         })));
         let (read, snapshot) = bench(9.0, read_hz as f64, &knobs);
-        let topic = snapshot.topic("/test").expect("a topic");
-        let expected = expected(topic.published, (read_hz, keeps, oldest), &ways);
-        prop_assert_eq!(&read, &expected.read);
-        prop_assert_eq!(
-            (topic.lost, topic.overtaken, topic.dropped(), topic.in_flight),
-            (expected.lost, expected.overtaken, expected.dropped, expected.in_flight)
-        );
-        let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
-        let Ledger { passed_over, queued, .. } = expected;
-        let delivered =
-            seen.len() as u64 + passed_over + topic.overtaken + topic.dropped() + queued;
-        prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight);
+        let published = snapshot.topic("/test").expect("a topic").published;
+        let ways = (0..published).map(|seq| {
+            let late = ways.get(&seq).copied().unwrap_or(Some(0));
+            late.map(|late| (seq * 20 + late) * 1_000_000)
+        });
+        check_ledger(&read, &snapshot, expected((read_hz, keeps, oldest), ways))?;
+    }
+
+    #[test]
+    fn every_message_on_any_link_is_accounted_for_once(
+        spec in almost_link(),
+        (hz, read_hz, keeps) in (5..150u64, 5..120u64, 1..12usize),
+        oldest: bool,
+    ) {
+        let Ok(link) = format!("link /test {spec}").parse() else {
+            return Ok(());
+        };
+        let order = if oldest { "oldest" } else { "newest" };
+        let knobs = [
+            link,
+            knob(&format!("depth /test {keeps}")),
+            knob(&format!("read /test {order}")),
+            knob(&format!("rate talker {hz}")),
+        ];
+        let (read, snapshot, arrivals) = tapped_bench(9.0, read_hz as f64, &knobs);
+        let ways = arrivals.iter().map(|arrives| arrives.map(Time::as_nanos));
+        check_ledger(&read, &snapshot, expected((read_hz, keeps, oldest), ways))?;
     }
 
     #[test]
@@ -309,11 +325,11 @@ fn refusal(knob: &str) -> String {
 }
 
 #[test]
-fn targets_that_there_are_not_are_refused_with_those_that_there_are() {
+fn unknown_targets_are_refused_with_the_known_ones() {
     for (knob, part) in [
         (
             "link /state delay:3",
-            "nobody reads /state: expected one of /obs, /action",
+            "/state has no reader: expected one of /obs, /action",
         ),
         (
             "read /nothing oldest",
@@ -345,7 +361,7 @@ fn a_perfect_link_is_no_link() {
     }
 }
 
-/// Of six seeds, how many keep the pole up with this delay of actions?
+/// The number of seeds, out of six, that keep the pole up with this delay of actions.
 fn balanced(control_hz: u32, delay_ms: u32) -> usize {
     let knobs = [
         format!("rate policy {control_hz}"),
@@ -358,7 +374,7 @@ fn balanced(control_hz: u32, delay_ms: u32) -> usize {
 
 const DELAYS_MS: [u32; 8] = [0, 20, 40, 50, 60, 70, 80, 90];
 
-/// What another program found, by rate.
+/// Results of an independent program, by rate.
 const BALANCED: [(u32, [usize; 8]); 4] = [
     (50, [6, 6, 6, 6, 6, 6, 6, 0]),
     (25, [6, 6, 6, 6, 6, 0, 0, 0]),
@@ -367,7 +383,7 @@ const BALANCED: [(u32, [usize; 8]); 4] = [
 ];
 
 #[test]
-fn all_delays_are_as_measured_elsewhere() {
+fn all_delays_match_an_independent_program() {
     for (control_hz, counts) in BALANCED {
         let found = DELAYS_MS.map(|delay| balanced(control_hz, delay));
         assert_eq!(found, counts, "{control_hz} Hz");
@@ -375,7 +391,7 @@ fn all_delays_are_as_measured_elsewhere() {
 }
 
 #[test]
-fn a_crashed_node_is_quiet_until_it_is_restarted_and_its_ticks_go_on() {
+fn a_crashed_node_is_silent_until_it_is_restarted_and_its_ticks_go_on() {
     let knobs = |text: &str| Config {
         knobs: CartPole::KNOBS.parse_list(text).expect("knobs"),
         ..own(1)
@@ -383,12 +399,12 @@ fn a_crashed_node_is_quiet_until_it_is_restarted_and_its_ticks_go_on() {
     let dead = run(&knobs("1.01 crash sensor"));
     assert!(dead.verdict.is_lost());
     assert_eq!(dead.node(SENSOR).expect("a sensor").ticks, 51);
-    // The policy goes on with what it read last.
+    // The policy continues with its last reading.
     assert!(dead.node(POLICY).expect("a policy").ticks > 60);
 
     let back = run(&knobs("1.01 crash policy\n1.05 restart policy"));
     assert!(!back.verdict.is_lost());
-    // Due at 1.02 and at 1.04, and dead.
+    // The ticks due at 1.02 and at 1.04 are lost in the crash.
     assert_eq!(back.node(POLICY).expect("a policy").ticks, 499);
     assert_eq!(back.node(POLICY).expect("a policy").overruns, 0);
 }
@@ -407,24 +423,99 @@ fn a_node_that_hangs_takes_its_time_once() {
 }
 
 #[test]
-fn a_node_that_does_not_know_how_is_not_restarted() {
+fn a_node_without_a_restart_refuses_it() {
     let (_, snapshot) = bench(1.0, 10.0, &[knob("crash talker"), knob("restart talker")]);
     let talker = snapshot.node("talker").expect("a node");
     assert!(talker.crashed);
     assert_eq!(talker.ticks, 0);
 }
 
+/// Knobs of `text` in a run of the own world.
+fn timed(text: &str) -> Config {
+    Config {
+        knobs: CartPole::KNOBS.parse_list(text).expect("knobs"),
+        ..own(1)
+    }
+}
+
+#[test]
+fn a_sensor_or_an_actuator_that_crashed_is_started_again() {
+    for node in [SENSOR, ACTUATOR] {
+        let back = run(&timed(&format!("1.01 crash {node}\n1.05 restart {node}")));
+        assert!(!back.verdict.is_lost(), "{node}");
+        // Due at 1.02 and at 1.04, and dead.
+        assert_eq!(back.node(node).expect(node).ticks, 499);
+        let dropped = back.topics.iter().map(|topic| topic.dropped).sum::<u64>();
+        assert_eq!(dropped, if node == ACTUATOR { 2 } else { 0 });
+    }
+}
+
+#[test]
+fn a_node_that_is_built_once_more_has_the_message_of_its_setup() {
+    let stale = |live: &str| {
+        let config = with(&["send actuator zero:0", "link /obs delay:1"], timed(live));
+        run(&config).sim_time
+    };
+    let never_pushed = stale("");
+    assert!(never_pushed < secs(1.0), "a push that is 20 ms old");
+    assert_eq!(stale("0.01 send actuator hold"), secs(10.0));
+    let sent = "0.01 send actuator hold\n0.03 restart actuator";
+    assert!(stale(sent) < secs(1.0), "it forgot what it was sent");
+}
+
+/// Counts its ticks, and ends the run at the fifth.
+struct Counter;
+
+impl System for Counter {
+    fn name(&self) -> &'static str {
+        "counter"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        builder.node("counter", 10.0, 0, |wiring| {
+            let (mut count, mut meter) = (0, wiring.meter("ticks"));
+            move |_| {
+                count += 1;
+                meter.record(Duration::from_nanos(count));
+                if count < 5 { GO_ON } else { END }
+            }
+        })
+    }
+}
+
+#[test]
+fn any_node_of_a_system_is_started_again_without_knowing_how() {
+    let ends = |knobs: &str| {
+        let config = Config {
+            knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+            ..Config::default()
+        };
+        let experiment = Experiment::new(Arc::new(Counter), &config).expect("a counter");
+        let observer = experiment.observer();
+        let end = experiment.run().expect("a run").sim_time;
+        let ticks = observer.snapshot();
+        let ticks = ticks.meter("counter", "ticks").expect("a meter").count();
+        (end, ticks)
+    };
+    assert_eq!(ends(""), (secs(0.4), 5));
+    assert_eq!(ends("0.25 restart counter"), (secs(0.7), 8));
+    assert_eq!(
+        ends("0.05 crash counter\n1 restart counter"),
+        (secs(1.4), 6)
+    );
+}
+
 #[test]
 fn a_clock_that_is_fast_shifts_due_times_and_stamps() {
     let ticks = |summary: &Summary| summary.node(SENSOR).expect("a sensor").ticks;
-    // As old as a fresh reading from 5 ms before, whose clock is 5 ms slow.
+    // Taken 15 ms before, with a stamp that is 5 ms too early.
     let slow = run(&with(&["clock sensor -5 0"], own(0)));
     assert_eq!(ticks(&slow), 500);
     assert_eq!(slow.latency.max(), Some(Duration::from_millis(20)));
     let fast = run(&with(&["clock sensor 1000 0"], own(0)));
     assert_eq!(ticks(&fast), 501);
     assert_eq!(fast.latency.max(), Some(Duration::ZERO));
-    // One tick in a hundred is one more.
+    // One tick more in every hundred.
     let drifts = run(&with(&["clock sensor 0 10000"], own(0)));
     assert_eq!(ticks(&drifts), 506);
 }

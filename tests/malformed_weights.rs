@@ -1,5 +1,5 @@
-//! Files of weights from anywhere: whatever is in them, reading ends, panics
-//! never and takes little memory; and deciding takes none.
+//! Files of weights from any source: for any content, reading ends without a panic and
+//! takes little memory; a decision takes none.
 
 #[path = "support/checkpoint.rs"]
 mod checkpoint;
@@ -41,7 +41,7 @@ fn with_pickle(pickle: &[u8]) -> Vec<u8> {
     zipped(&entries)
 }
 
-/// What is said of a checkpoint with this pickle, in little memory.
+/// The error for a checkpoint with this pickle, read in little memory.
 fn refusal(pickle: &[u8]) -> String {
     let content = with_pickle(pickle);
     let mut said = String::new();
@@ -54,22 +54,22 @@ fn refusal(pickle: &[u8]) -> String {
 fn pickles_that_are_bombs_are_refused_in_little_memory() {
     let many = |piece: &[u8]| piece.repeat((1 << 18) / piece.len() - 4);
     let program = |parts: &[&[u8]]| parts.concat();
-    // A tuple in a tuple in a tuple.
+    // Nested tuples.
     assert!(refusal(&program(&[b"\x80\x02N", &many(b"\x85"), b"."])).contains("a tuple"));
-    // Twice the last one in the next: two to the power of thousands.
+    // Each contains the last one twice: two to the power of thousands.
     let doubled = program(&[b"\x80\x02)", &many(b"q\x00h\x00\x86"), b"."]);
     assert!(refusal(&doubled).contains("a tuple"));
     // A dictionary that contains itself.
     assert!(refusal(b"\x80\x02}q\x00X\x01\x00\x00\x00ah\x00s.").contains("\"a\""));
-    // Marks without end, and a string longer than the file.
+    // Endless marks, and a string longer than the file.
     assert!(refusal(&many(b"(")).contains("ends in the middle"));
     assert!(refusal(b"\x80\x02X\xff\xff\xff\xffab").contains("ends in the middle"));
-    // A pickle longer than any.
+    // A pickle longer than the limit.
     assert!(refusal(&many(b"N").repeat(5)).contains("longer than"));
 }
 
 #[test]
-fn a_pickle_that_asks_for_more_than_tensors_is_refused_and_says_for_what() {
+fn a_pickle_of_other_objects_than_tensors_is_refused_by_name() {
     let cases: [(&[u8], &str); 7] = [
         (
             b"\x80\x02cos\nsystem\nX\x02\x00\x00\x00ls\x85R.",
@@ -94,8 +94,7 @@ fn a_pickle_that_asks_for_more_than_tensors_is_refused_and_says_for_what() {
     }
 }
 
-/// A pickle of one tensor under the first name, which shows of its storage what
-/// these parts say.
+/// A pickle of one tensor under the first name, with this view of its storage.
 fn tensor_pickle(offset: &[u8], shape: &[u8], strides: &[u8]) -> Vec<u8> {
     let name = b"actor_mean.0.weight";
     let storage = b"((X\x07\x00\x00\x00storagectorch\nFloatStorage\nX\x01\x00\x00\x000X\x03\x00\x00\x00cpuK\x04tQ";
@@ -109,7 +108,7 @@ fn tensors_larger_than_their_storage_or_than_memory_are_refused() {
     let billion = b"J\x00\x00\x00\x40J\x00\x00\x00\x40\x86";
     let actor = b"K\x40K\x05\x86";
     let cases = [
-        // A square of a billion, every number the same one.
+        // A square with a side of a billion, where every element is the same number.
         (
             tensor_pickle(b"K\x00", billion, b"K\x00K\x00\x86"),
             "numbers at most",

@@ -1,5 +1,5 @@
-//! The margins of a loop: against figures of other programs, closed forms and
-//! loops that are run by other code.
+//! The margins of a loop, compared with figures of other programs, closed forms and
+//! simulations by other code.
 
 use std::time::Duration;
 
@@ -94,8 +94,8 @@ fn both_worlds_are_one_where_a_step_of_10_ms_meets_every_tick() {
     }
 }
 
-/// The graph as a clock runs it, every time a whole number of milliseconds, around
-/// the linear plant: releases, deliveries, ticks, then a physics step.
+/// The graph as a clock runs it, with all times in whole milliseconds, around the linear
+/// plant: releases, deliveries, ticks, then a physics step.
 struct Graph {
     plant: LinearPlant,
     sensor: [u64; 2],
@@ -124,7 +124,7 @@ impl Graph {
         }
     }
 
-    /// The growth from one time to another (ms).
+    /// The growth between two times (ms).
     fn growth(&self, from: u64, to: u64) -> f64 {
         let gains = Answers::from(Scripted::GAINS);
         let mut x = States::identity();
@@ -182,7 +182,7 @@ proptest! {
     #![proptest_config(cases(16))]
 
     #[test]
-    fn theory_grows_as_a_graph_that_is_run_does(
+    fn theory_and_a_simulated_graph_have_the_same_growth(
         periods in [0_usize..6, 0..6, 0..5],
         offsets in [0_u64..30, 0..30, 0..30],
         takes in 0_u64..60,
@@ -205,7 +205,7 @@ proptest! {
 }
 
 #[test]
-fn the_continuous_loop_has_the_margins_of_another_program() {
+fn the_margins_of_the_continuous_loop_match_another_program() {
     let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
     let margins = control.continuous_margins().expect("margins");
     near(margins.crossover, 21.1, 0.005);
@@ -215,8 +215,8 @@ fn the_continuous_loop_has_the_margins_of_another_program() {
 
 #[test]
 fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
-    // Found beforehand by another program: the first delay, in whole milliseconds,
-    // at which deviations grow, and half a period.
+    // Results of another program: the first delay, in whole milliseconds, at which
+    // deviations grow, and half a period.
     const KNOWN: [(f64, f64); 5] = [
         (500.0, 60.0),
         (100.0, 60.0),
@@ -228,7 +228,7 @@ fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
         let continuous = scripted(World::Continuous, Timing::direct(hz(rate)));
         let delay = shortest_unstable_delay(&continuous).as_secs_f64() * 1e3;
         assert_eq!(delay.ceil() + 500.0 / rate, expected, "{rate} Hz: {delay}");
-        // In a world of steps an action waits for the next of them.
+        // In a world of steps an action waits for the next step.
         let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
         let stepped = shortest_unstable_delay(&own).as_secs_f64() * 1e3;
         assert!(
@@ -266,7 +266,7 @@ fn a_double_integrator_has_the_delay_margin_of_its_closed_form() {
 }
 
 #[test]
-fn a_sampled_integrator_bears_the_gain_of_its_closed_form() {
+fn a_sampled_integrator_is_stable_up_to_the_gain_of_its_closed_form() {
     // z^(n+1) − z^n + kT has its roots within the circle up to
     // kT = 2·sin(π / (4n + 2)).
     for periods in 0..6_u32 {
@@ -311,7 +311,7 @@ fn a_policy_that_overruns_is_a_slower_one_with_a_delay() {
 }
 
 #[test]
-fn the_limit_of_age_is_told_or_the_reason_why_not() {
+fn the_age_limit_is_given_or_the_reason_for_its_absence() {
     let limit = |policy: &str, control: f64| {
         let limit = age_limit(&policy.parse().expect("policy"), rates(control, control));
         limit
@@ -319,7 +319,7 @@ fn the_limit_of_age_is_told_or_the_reason_why_not() {
             .map_err(|error| error.to_string())
     };
     assert!((59.0..=62.0).contains(&limit("scripted", 50.0).expect("limit")));
-    // At 10 Hz holding alone is too much.
+    // At 10 Hz the hold alone is too long.
     near(limit("scripted", 10.0).expect("limit"), 50.0, 1e-6);
     assert_eq!(
         limit("zero", 50.0).expect_err("no theory"),
@@ -328,12 +328,12 @@ fn the_limit_of_age_is_told_or_the_reason_why_not() {
     assert!(limit("random", 50.0).is_err());
     assert_eq!(
         limit("policies/any.safetensors", 50.0).expect_err("no theory"),
-        "the network any.safetensors has no gains: measure what it bears by a sweep of delays"
+        "the network any.safetensors has no gains: measure its limit by a sweep of delays"
     );
 }
 
 #[test]
-fn the_jitter_margins_of_an_integrator_are_those_of_their_closed_forms() {
+fn the_jitter_margins_of_an_integrator_match_their_closed_forms() {
     // Continuous: sup |ω·k/(iω + k)| = k. Sampled: the largest gain is at half the
     // rate, 2kT / (2 − kT).
     for gain in [0.5, 2.0, 8.0] {
@@ -354,7 +354,7 @@ fn the_jitter_margins_of_an_integrator_are_those_of_their_closed_forms() {
 }
 
 #[test]
-fn the_jitter_margins_are_those_of_another_program() {
+fn the_jitter_margins_match_another_program() {
     // Sensor (Hz), constant delay (ms), jitter (ms): masses and lengths from the
     // model, aliases of the response added one by one.
     const KNOWN: [(f64, u64, f64); 6] = [
@@ -381,7 +381,7 @@ fn the_jitter_margins_are_those_of_another_program() {
 }
 
 #[test]
-fn jitter_is_never_borne_beyond_the_delay_that_is() {
+fn the_jitter_margin_never_exceeds_the_delay_margin() {
     for rate in [20.0, 25.0, 50.0, 100.0, 500.0] {
         let mut last = Duration::MAX;
         for constant in [0, 10, 20, 30, 40, 50] {
@@ -400,8 +400,8 @@ fn jitter_is_never_borne_beyond_the_delay_that_is() {
     }
 }
 
-/// How much of a deviation is left after 15 s, where the action in force is based
-/// on what was sensed at `pushes`, in steps of 0.1 ms.
+/// The share of a deviation left after 15 s, where the action in force is based on the
+/// readings of `pushes`, in steps of 0.1 ms.
 fn left(pushes: impl IntoIterator<Item = (u64, u64)>) -> f64 {
     const STEPS: usize = 150_000;
     let plant = Dynamics::cart_pole()
@@ -417,7 +417,7 @@ fn left(pushes: impl IntoIterator<Item = (u64, u64)>) -> f64 {
     let mut past = vec![States::identity()];
     let mut newest = 0;
     for start in starts {
-        // Of actions that overtake each other the newest counts.
+        // If actions overtake each other, the newest counts.
         newest = start.into_iter().fold(newest, u64::max);
         let x = past[past.len() - 1];
         past.push(plant.a * x + plant.b * (gains * past[newest as usize]));
@@ -457,7 +457,7 @@ proptest! {
     ) {
         let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
         let most = control.oldest_push().expect("stable").as_secs_f64() * 1e4 - 1.0;
-        // Sensed a gap after the one before, applied before that one is too old.
+        // Sensed a gap after the previous one, applied before that one is too old.
         let (mut sensed, mut applied) = (0.0_f64, 0.0_f64);
         let pushes = pattern.iter().cycle().map(|(gap, wait)| {
             let gap = gap * most;
@@ -472,12 +472,12 @@ proptest! {
 }
 
 #[test]
-fn random_loss_is_borne_up_to_the_share_that_another_program_found() {
+fn the_loss_margin_matches_another_program() {
     for (lost, expected) in [(Lost::Hold, 0.58), (Lost::Zero, 0.78)] {
         for world in [World::Continuous, World::Own(ms(1))] {
             let control = scripted(world, Timing::direct(hz(50.0)));
             let margin = control.loss_margin(lost).expect("short");
-            // The first that is unstable, in steps of 0.02.
+            // The first unstable share, in steps of 0.02.
             assert!(
                 (expected - 0.02..=expected).contains(&margin),
                 "{lost:?}: {margin}"
@@ -487,8 +487,8 @@ fn random_loss_is_borne_up_to_the_share_that_another_program_found() {
 }
 
 #[test]
-fn what_is_lost_without_force_may_be_as_much_as_one_step_leaves_to_it() {
-    // A decision that makes up for everything, once every 1/p steps: p·a² < 1.
+fn the_loss_margin_without_force_matches_its_closed_form() {
+    // A decision that removes the whole deviation, once every 1/p steps: p·a² < 1.
     let (rate, hz) = (3.0_f64, hz(10.0));
     let step = (rate * 0.1).exp();
     let gain = step * rate / (step - 1.0);
@@ -518,7 +518,7 @@ const PUSHED: Noise = Noise {
 };
 
 #[test]
-fn a_sampled_integrator_costs_what_its_closed_form_does() {
+fn the_cost_of_a_sampled_integrator_matches_its_closed_form() {
     let (gain, period) = (4.0, 0.1);
     let control = scalar(0.0, gain, Timing::direct(hz(10.0)));
     let weights = Weights {
@@ -545,7 +545,7 @@ fn a_sampled_integrator_costs_what_its_closed_form_does() {
 }
 
 #[test]
-fn a_double_integrator_costs_what_its_closed_form_does() {
+fn the_cost_of_a_double_integrator_matches_its_closed_form() {
     let (stiffness, damping) = (4.0, 3.0);
     let control = double_integrator(stiffness, damping, Timing::direct(hz(10_000.0)));
     let weights = Weights {
@@ -582,13 +582,13 @@ fn unit(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Mean zero, variance 1. What is squared on average depends on no more.
+/// Mean zero, variance 1. The mean square depends on nothing else.
 fn disturbance(random: &mut Pcg64) -> f64 {
     (2.0 * unit(random) - 1.0) * 3.0_f64.sqrt()
 }
 
-/// What a second costs in a run of 10 ms steps; `force` says which is in force
-/// before each, of the states so far and the force before.
+/// The mean cost per second in a run of 10 ms steps; `force` returns the force during
+/// each step from the states so far and the previous force.
 fn run_cost(
     steps: usize,
     random: &mut Pcg64,
@@ -614,7 +614,7 @@ fn scripted_force(x: &Vector4<f64>) -> f64 {
 }
 
 #[test]
-fn random_loss_costs_what_many_seconds_cost_on_average() {
+fn the_cost_of_random_loss_matches_the_mean_of_a_long_run() {
     let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
     for (lost, seed) in [(Lost::Hold, 1), (Lost::Zero, 2)] {
         let loss = Loss {
@@ -639,7 +639,7 @@ fn random_loss_costs_what_many_seconds_cost_on_average() {
 }
 
 #[test]
-fn drawn_delays_cost_what_many_runs_with_them_cost_on_average() {
+fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
     const TICKS: u64 = 500;
     let mut random = generator(&[3]);
     // Sensed every 20 ms, applied 0 to 40 ms later, never before an earlier one.
@@ -672,7 +672,7 @@ fn drawn_delays_cost_what_many_runs_with_them_cost_on_average() {
 }
 
 #[test]
-fn a_long_uniform_run_costs_what_its_steady_state_does() {
+fn the_cost_of_a_long_uniform_run_matches_its_steady_state() {
     let control = scripted(World::Own(ms(1)), Timing::direct(hz(50.0)));
     let steady = control.expected_cost(&PUSHED, &Weights::default(), Loss::NONE);
     let pushes: Vec<_> = (0..20_000_u32)
@@ -737,7 +737,7 @@ fn table() -> Vec<String> {
 }
 
 #[test]
-fn the_figures_of_the_page_are_those_of_the_theory() {
+fn the_figures_of_the_page_match_the_theory() {
     let page = include_str!("../docs/theory.md");
     let table = table().join("\n");
     assert!(page.contains(&table), "docs/theory.md should have\n{table}");

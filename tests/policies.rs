@@ -1,5 +1,5 @@
-//! A policy is the one that was asked for or none: files are read for their
-//! numbers alone, and what is no policy is refused by name.
+//! A run has the requested policy or none: only numbers are read from files, and invalid
+//! policies are refused by name.
 
 mod support;
 
@@ -17,7 +17,7 @@ use ratelab::{
 use support::{cart_pole, config, hz, run};
 use tempfile::TempDir;
 
-/// Observations whose answers are known; see `tests/fixtures/policies/make.py`.
+/// Observations with known answers; see `tests/fixtures/policies/make.py`.
 const OBSERVATIONS: usize = 1_000;
 
 fn fixture(name: &str) -> String {
@@ -38,7 +38,7 @@ fn spec(text: &str) -> PolicySpec {
     text.parse().expect("a policy")
 }
 
-/// `text`, pinned to the content that its file has now.
+/// `text`, pinned to the current content of its file.
 fn pinned(text: &str) -> PolicySpec {
     let pinned = PolicyCache::default().pin(&spec(text));
     pinned.expect("a policy")
@@ -49,7 +49,7 @@ fn policy(text: &str) -> Box<dyn Policy> {
     loaded.policy(context()).expect(text)
 }
 
-/// What numpy's `default_rng(0).uniform(-1, 1, (1000, 5))` is.
+/// The values of numpy's `default_rng(0).uniform(-1, 1, (1000, 5))`.
 fn observations() -> Vec<Observation> {
     let mut numbers = generator(&[0]);
     let mut uniform = || {
@@ -73,7 +73,7 @@ fn answers(name: &str) -> Vec<f32> {
 }
 
 #[test]
-fn a_network_answers_as_double_precision_does_to_a_millionth() {
+fn a_network_agrees_with_double_precision_to_a_millionth() {
     let expected = include_str!("fixtures/policies/answers.txt").lines();
     let expected: Vec<f64> = expected.map(|line| line.parse().expect("number")).collect();
     assert_eq!(expected.len(), OBSERVATIONS);
@@ -100,7 +100,7 @@ fn the_same_weights_are_the_same_policy_from_any_kind_of_file() {
 }
 
 #[test]
-fn half_precision_is_read_as_far_as_it_goes() {
+fn half_precision_is_read_within_its_accuracy() {
     let pairs = answers("half.pt").into_iter().zip(answers("actor.pt"));
     let worst = pairs
         .map(|(half, single)| (half - single).abs())
@@ -109,14 +109,14 @@ fn half_precision_is_read_as_far_as_it_goes() {
 }
 
 #[test]
-fn a_policy_is_called_like_its_file() {
+fn a_policy_is_named_after_its_file() {
     assert_eq!(policy(&fixture("actor.pt")).name(), "actor.pt");
     assert_eq!(spec("./scripted").name(), "scripted");
     assert!(matches!(spec("./scripted"), PolicySpec::File(_)));
 }
 
 #[test]
-fn a_policy_that_is_written_is_read_again() {
+fn a_written_policy_is_read_again() {
     let built_in = PolicyKind::ALL.map(PolicySpec::from);
     for spec in built_in
         .into_iter()
@@ -129,7 +129,7 @@ fn a_policy_that_is_written_is_read_again() {
             spec
         );
     }
-    // As recordings of earlier versions have it.
+    // The format in recordings of earlier versions.
     let old: PolicySpec = serde_json::from_str("\"Scripted\"").expect("JSON");
     assert_eq!(old, PolicyKind::Scripted.into());
 }
@@ -152,7 +152,7 @@ fn a_pinned_file_that_changes_is_refused() {
     assert!(error.contains("actor.pt: expected"), "{error}");
 }
 
-/// Why `text` is no policy.
+/// The error for `text`, which is no policy.
 fn refusal(text: &str) -> String {
     let error = spec(text).load().expect_err(text).to_string();
     assert!(error.starts_with(text), "{error}");
@@ -161,7 +161,7 @@ fn refusal(text: &str) -> String {
 }
 
 #[test]
-fn what_is_no_file_of_weights_is_refused_with_what_was_expected_and_found() {
+fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
     let folder = TempDir::new().expect("folder");
     let file = |name: &str, content: &[u8]| {
         let path = folder.path().join(name);
@@ -204,7 +204,7 @@ fn what_is_no_file_of_weights_is_refused_with_what_was_expected_and_found() {
     }
 }
 
-/// Name and shape of a float32 tensor, and the number that it is full of.
+/// Name and shape of a float32 tensor, and the value of all its elements.
 type Filled<'t> = (&'t str, &'t [usize], f32);
 
 /// A safetensors file of these tensors.
@@ -302,7 +302,7 @@ fn every_policy_in_policies_balances_every_start_and_is_small() {
     }
 }
 
-/// An agent that was trained by the course, in all its formats: its folder.
+/// The folder of an agent trained by the course, in all its formats.
 fn course() -> Option<PathBuf> {
     let folder = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from);
     if folder.is_none() {
@@ -311,7 +311,7 @@ fn course() -> Option<PathBuf> {
     folder
 }
 
-/// The formats of it that can be run here.
+/// The formats that this build can run.
 fn formats() -> Vec<&'static str> {
     let mut formats = vec!["pt", "safetensors"];
     if cfg!(feature = "onnx") && std::env::var_os("ORT_DYLIB_PATH").is_some() {
@@ -322,7 +322,7 @@ fn formats() -> Vec<&'static str> {
     formats
 }
 
-/// Steps that the agent makes before it falls, seeds 0 to 9.
+/// Number of steps until the agent's fall, seeds 0 to 9.
 const COURSE_STEPS: [u64; 10] = [293, 164, 263, 280, 195, 172, 246, 165, 163, 228];
 
 #[test]
@@ -363,7 +363,7 @@ fn an_agent_trained_by_the_course_answers_the_same_from_any_format() {
 }
 
 #[test]
-fn an_onnx_file_that_cannot_be_run_is_refused_with_what_it_takes() {
+fn an_onnx_file_that_cannot_run_is_refused_with_a_remedy() {
     let folder = TempDir::new().expect("folder");
     let path = folder.path().join("broken.onnx");
     fs::write(&path, b"\x08\x08\x12\x07pytorch and no more").expect("written");

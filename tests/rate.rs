@@ -1,5 +1,5 @@
-//! Time is exact: when tick k is due, what a change of rate does to it, and
-//! which numbers are rates and times at all.
+//! Exact time: the due time of tick k, the effect of a change of rate, and the valid
+//! rates and times.
 
 mod support;
 
@@ -22,7 +22,7 @@ fn rates() -> impl Strategy<Value = u64> {
     ]
 }
 
-/// When tick `tick` of `micro` microhertz is due, from first principles.
+/// The due time of tick `tick` at `micro` microhertz, from first principles.
 fn due(micro: u64, tick: u64) -> Time {
     let nanos = u128::from(tick) * NANOS_TIMES_MICRO / u128::from(micro);
     Time::from_nanos(nanos.try_into().expect("within 584 years"))
@@ -58,8 +58,8 @@ proptest! {
         (a, b) in (rates(), rates()),
         meeting in 1..1_000u64,
     ) {
-        // Tick a/g of one rate and b/g of the other are due together, and so
-        // are the multiples of these.
+        // Tick a/g of one rate and b/g of the other are due together, and so are their
+        // multiples.
         let divisor = gcd(a, b);
         let (tick_a, tick_b) = (meeting * (a / divisor), meeting * (b / divisor));
         let at = due(a, tick_a);
@@ -182,7 +182,7 @@ fn the_same_rate_again_changes_nothing() {
 }
 
 #[test]
-fn what_is_no_rate_is_refused_with_value_and_range() {
+fn an_invalid_rate_is_refused_with_value_and_range() {
     for wrong in [
         "NaN", "inf", "-inf", "0", "-0", "-50", "1e-9", "0.0009", "10001", "1e300", "fast", "",
     ] {
@@ -212,7 +212,7 @@ fn the_slowest_and_the_fastest_rate_are_rates() {
 }
 
 #[test]
-fn what_is_no_time_is_refused_with_value_and_range() {
+fn an_invalid_time_is_refused_with_value_and_range() {
     for wrong in [
         f64::NAN,
         f64::INFINITY,
@@ -237,7 +237,7 @@ fn times_saturate_instead_of_wrapping() {
 }
 
 #[test]
-fn what_is_no_speed_is_refused_with_value_and_range() {
+fn an_invalid_speed_is_refused_with_value_and_range() {
     for wrong in [
         f64::NAN,
         f64::INFINITY,

@@ -1,9 +1,7 @@
-//! Real time is honest: deadlines are absolute, missed periods are skipped and
-//! counted, waits end at once when a command comes, and nobody waits for an
-//! observer.
+//! Timing of the real clock: deadlines are absolute, missed periods are skipped and
+//! counted, a command ends any wait at once, and no node waits for an observer.
 //!
-//! Nothing here asserts how fast anything was. A busy machine makes these tests
-//! slower and never wrong.
+//! No test asserts a speed: on a busy machine these tests are slower but still correct.
 
 mod support;
 
@@ -38,7 +36,7 @@ fn run_real(graph: &mut Graph, until: Time) -> ClockExit {
     run_timed(&mut RealClock::default(), graph, Vec::new(), until)
 }
 
-/// Runs `graph` without an end while `person` watches and gives commands.
+/// Runs `graph` without an end while `person` observes it and gives commands.
 fn run_watched(
     graph: &mut Graph,
     person: impl FnOnce(Sender<Command>, Observer) + Send,
@@ -94,9 +92,9 @@ fn the_pole_falls_when_control_is_slow() {
     assert_eq!(*summary.verdict.kind, verdict::POLE_FELL);
 }
 
-/// One tick of a slow node, as the node itself saw it.
+/// One tick of a slow node, as recorded by the node itself.
 struct Start {
-    /// Its ticks and overruns so far: its place on the grid.
+    /// Its ticks and overruns so far: its position in the sequence of due times.
     place: usize,
     began: Time,
 }
@@ -207,7 +205,7 @@ fn run_time_stands_still_while_paused() {
     let [paused, first, second, resumed, stopped] = times[..] else {
         panic!("{times:?}");
     };
-    // What came in during the pause came at one moment, whatever the wall says.
+    // Everything received during the pause has the same run time.
     assert!(paused <= first);
     assert_eq!((first, second), (second, resumed));
     assert!(resumed < stopped);
@@ -269,7 +267,7 @@ fn a_timed_stop_ends_the_run() {
 }
 
 #[test]
-fn a_full_tap_loses_and_counts_and_holds_nobody_up() {
+fn a_full_tap_loses_and_counts_and_blocks_no_node() {
     const MESSAGES: u64 = 50;
     let topic = Topic::new("/busy", Depth::ONE);
     let mut graph = Graph::new();
@@ -296,11 +294,11 @@ fn a_full_tap_loses_and_counts_and_holds_nobody_up() {
 }
 
 #[test]
-fn one_thread_per_node_lets_a_slow_node_hold_up_no_other() {
+fn a_slow_node_on_its_own_thread_delays_no_other() {
     let (log, mut graph) = (TickLog::default(), Graph::new());
     let (report, reports) = crossbeam_channel::bounded(1);
     log.node_that(&mut graph, "waits", 100.0, 0, move |_| {
-        // Comes back only once the other node has ticked ten times meanwhile.
+        // Returns only after ten ticks of the other node.
         reports.recv()?;
         END
     });
@@ -328,7 +326,7 @@ fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
             }
         })
         .expect("node");
-    // The pause comes while the first tick is at work, and nobody ends it.
+    // The pause comes during the first tick, and nothing ends it.
     let pause = ratelab::runtime::TimedCommand {
         at: secs(0.05),
         command: Command::Pause,

@@ -1,5 +1,5 @@
-//! A session executed again is the same to the bit: what was commanded is logged
-//! with the run time at which it took effect, and that is all there is to it.
+//! A repeated session is identical to the bit: its commands are logged with their run
+//! times, and nothing else affects it.
 
 mod support;
 
@@ -20,7 +20,7 @@ use support::{
     run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
 };
 
-/// Runs an experiment as configured while `person` gives commands.
+/// Runs an experiment while `person` gives commands.
 fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {
     let experiment = experiment(config);
     let commander = experiment.commands();
@@ -103,7 +103,7 @@ fn any_command() -> impl Strategy<Value = Command> {
 }
 
 proptest! {
-    // A case depends on when its commands arrive, so it is not worth keeping.
+    // A case depends on the timing of its commands, so storing it is useless.
     #![proptest_config(ProptestConfig {
         cases: 24,
         failure_persistence: None,
@@ -111,7 +111,7 @@ proptest! {
     })]
 
     #[test]
-    fn a_session_executed_again_is_the_same_to_the_bit(
+    fn a_repeated_session_is_the_same_to_the_bit(
         script in proptest::collection::vec((any_command(), 0..4_000u64), 1..30),
         seed in 0..100u64,
         policy in prop_oneof![Just("policy scripted"), Just("policy random")],
@@ -132,7 +132,7 @@ proptest! {
 }
 
 #[test]
-fn a_session_that_was_stopped_ends_at_the_same_message_when_executed_again() {
+fn a_stopped_session_ends_at_the_same_message_when_repeated() {
     let live = run_live(&live_config(), |commander| {
         for command in [set_rate(POLICY, 20.0), set_depth(OBS, 3), Command::Stop] {
             thread::sleep(Duration::from_millis(5));
@@ -167,7 +167,7 @@ fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
 }
 
 #[test]
-fn the_pace_of_a_run_does_not_change_it() {
+fn the_pace_of_a_run_leaves_it_unchanged() {
     let paced = Config {
         setup: config("control-hz 15").setup,
         ..live_config()

@@ -1,5 +1,5 @@
-//! Messages as rows of numbers: every row is as wide as its topic, and what is
-//! taken or cut is whole messages.
+//! Messages as rows of numbers: every row has the width of its topic, and taking or
+//! cutting keeps messages whole.
 
 mod support;
 
@@ -11,7 +11,7 @@ use ratelab::{
 };
 use support::{experiment, run_bytes};
 
-/// Messages with stamps in order, and some of another width among them.
+/// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
     let values = prop_oneof![
         6 => proptest::collection::vec(-1e9..1e9f64, width),
@@ -26,19 +26,20 @@ fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
 
 fn head(at: u64, seq: usize) -> Head {
     Head {
-        stamp: Time::from_nanos(at),
+        at: Time::from_nanos(at),
+        // The stamps of a clock that is wrong may go back.
+        stamp: Time::from_nanos(60 - at),
         seq: seq as u64,
         origin: None,
+        arrives: None,
         dropped: 0,
-        released: Time::from_nanos(at),
-        arrives: Some(Time::from_nanos(at)),
     }
 }
 
-/// `rows` as messages of their own.
+/// `rows` as a list of messages.
 fn messages(rows: &Rows) -> Vec<(u64, Vec<f64>)> {
     let rows = rows.iter();
-    rows.map(|(head, row)| (head.stamp.as_nanos(), row.to_vec()))
+    rows.map(|(head, row)| (head.at.as_nanos(), row.to_vec()))
         .collect()
 }
 

@@ -1,4 +1,4 @@
-//! What linear theory says holds in the runs it is about.
+//! The predictions of linear theory hold in runs.
 
 mod support;
 
@@ -22,8 +22,8 @@ fn theory(control: f64) -> Stability {
 }
 
 #[test]
-fn growth_rates_are_those_of_an_independent_computation() {
-    // Found beforehand by another program, to two decimals.
+fn growth_rates_match_an_independent_computation() {
+    // Results of another program, to two decimals.
     let known = [
         (5.0, 8.34),
         (6.0, 5.79),
@@ -73,7 +73,7 @@ fn a_long_hyper_period_overflows_nothing() {
 }
 
 #[test]
-fn rates_that_hardly_ever_meet_are_refused_with_the_reason() {
+fn rates_with_a_long_hyper_period_are_refused_with_the_reason() {
     let refused = Stability::of(rates(50.0, 7.3333)).expect_err("10,000 s");
     assert!(matches!(refused, StabilityError::Aperiodic { .. }));
     assert_eq!(
@@ -84,7 +84,7 @@ fn rates_that_hardly_ever_meet_are_refused_with_the_reason() {
 }
 
 #[test]
-fn a_run_grows_as_theory_says_until_the_action_clips() {
+fn a_run_grows_as_predicted_until_the_action_clips() {
     for control in [5.0, 6.0, 7.0, 8.0] {
         let theory = theory(control);
         let settled = secs(30.0);
@@ -101,7 +101,7 @@ fn a_run_grows_as_theory_says_until_the_action_clips() {
 }
 
 #[test]
-fn no_growth_is_measured_where_there_was_no_time_for_it() {
+fn no_growth_is_measured_in_too_short_a_run() {
     let steps = run_bytes(&Config::default()).steps;
     let measure = |from, period| measured_growth(&steps, secs(from), Duration::from_secs(period));
     assert!(measure(0.0, 2).is_some());

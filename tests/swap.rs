@@ -1,5 +1,5 @@
-//! Nodes take messages while they run, and a policy node becomes another policy:
-//! between ticks, in the log, and the same again when executed again.
+//! Nodes take messages while they run, and a policy node can switch to another policy:
+//! between ticks, with a log entry, and reproducibly.
 
 mod support;
 
@@ -22,7 +22,7 @@ use support::{
     run_bytes, run_timed, secs, send_to, with_policy,
 };
 
-/// Keeps the last word, refuses "no" and panics at "boom".
+/// Keeps the last text, refuses "no" and panics at "boom".
 struct Listener(String);
 
 impl Node for Listener {
@@ -50,7 +50,7 @@ fn listener() -> Graph {
 }
 
 #[test]
-fn a_node_does_as_it_is_told_under_either_clock_and_the_log_says_so() {
+fn a_node_handles_messages_under_either_clock_and_they_are_logged() {
     let said = || vec![at(0.01, send_to("a", "one")), at(0.02, send_to("a", "two"))];
     for real in [false, true] {
         let mut graph = listener();
@@ -71,7 +71,7 @@ fn a_node_does_as_it_is_told_under_either_clock_and_the_log_says_so() {
 }
 
 #[test]
-fn what_a_node_will_not_do_is_refused_with_its_reason() {
+fn a_refused_message_is_logged_with_the_reason() {
     let said = vec![
         at(0.01, send_to("a", "no")),
         at(0.01, send_to("deaf", "one")),
@@ -90,7 +90,7 @@ fn what_a_node_will_not_do_is_refused_with_its_reason() {
 }
 
 #[test]
-fn a_node_that_panics_over_what_it_is_told_is_a_fault_with_its_name() {
+fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
     for kind in [ClockKind::Virtual, ClockKind::Real] {
         let mut graph = listener();
         let (_commands, mut inbox) = Inbox::new(vec![at(0.01, send_to("a", "boom"))]);
@@ -117,7 +117,7 @@ fn policies(run: &RunBytes) -> Vec<String> {
 }
 
 #[test]
-fn a_run_that_swaps_policies_is_the_same_every_time_and_when_executed_again() {
+fn a_run_that_swaps_policies_is_reproducible() {
     let actor = actor();
     let config = Config {
         end: secs(4.0),
@@ -156,7 +156,7 @@ fn a_swap_to_the_same_policy_changes_nothing() {
 }
 
 #[test]
-fn a_policy_of_a_timed_swap_that_cannot_be_had_is_refused_before_the_run() {
+fn an_unavailable_policy_of_a_timed_swap_is_refused_before_the_run() {
     let config = Config {
         knobs: knobs("9 policy no/such.pt"),
         ..Config::default()
@@ -191,7 +191,7 @@ fn a_resolved_configuration_names_the_content_of_every_file() {
 }
 
 #[test]
-fn a_file_that_was_read_once_is_not_read_again() {
+fn a_file_is_read_only_once() {
     let folder = tempfile::tempdir().expect("folder");
     let file = folder.path().join("actor.pt");
     std::fs::copy(actor(), &file).expect("copied");
@@ -206,12 +206,12 @@ fn a_file_that_was_read_once_is_not_read_again() {
     let known = Experiment::new(system, &config).expect("experiment");
     let summary = known.run().expect("run");
     assert_eq!(summary.knobs().len(), 2, "{:?}", summary.events);
-    // Another one has not read it.
+    // A new system has not read it yet.
     assert!(refusal(&config).contains("actor.pt"));
 }
 
 #[test]
-fn a_sweep_reads_the_file_of_a_policy_before_its_first_run_and_then_no_more() {
+fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
     let folder = tempfile::tempdir().expect("folder");
     let [base, listed] = ["base.pt", "listed.pt"].map(|name| {
         let file = folder.path().join(name);
@@ -288,7 +288,7 @@ fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
 }
 
 #[test]
-fn a_timed_swap_to_a_regulator_that_cannot_be_is_refused_before_the_run() {
+fn a_timed_swap_to_an_impossible_regulator_is_refused_before_the_run() {
     let error = refusal(&Config {
         knobs: knobs("9 policy lqr"),
         ..config("control-hz 0.001")

@@ -1,5 +1,5 @@
-//! A sweep is nothing but its runs: whatever the number of threads, each cell
-//! is the run that it would be alone.
+//! A sweep equals its single runs: with any number of threads, each cell gives the result
+//! of a separate run.
 
 mod support;
 
@@ -16,11 +16,11 @@ use ratelab::{
         },
     },
     runtime::{ClockKind, Depth, Hz, Time},
-    system::Verdict,
+    system::{Verdict, WorldKind},
 };
 use support::{cart_pole, config, depth, knobs, secs};
 
-/// 30 rates × 200 seeds, by all cores.
+/// 30 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
 
 fn cliff() -> Sweep {
@@ -31,12 +31,12 @@ fn cliff() -> Sweep {
     }
 }
 
-/// The one run of the cart-pole that `config` is.
+/// A sweep with the single run `config`.
 fn of(config: Config) -> Sweep {
     Sweep::of(cart_pole(), config)
 }
 
-/// Knobs of the cart-pole and the values that they go through.
+/// Knobs of the cart-pole with their values.
 fn axes(axes: &[(&str, &str)]) -> Vec<SweepAxis> {
     let axes = axes.iter();
     let axes = axes.map(|(name, list)| SweepAxis::parse(CartPole::KNOBS, name, list));
@@ -56,7 +56,7 @@ fn run(sweep: &Sweep, threads: NonZeroUsize) -> Swept {
     swept.expect("a sweep")
 }
 
-/// The bits of everything a cell came to.
+/// The bits of a cell's whole result.
 fn bits(outcome: &CellResult) -> (Verdict, u64, Time, Option<u64>, Vec<u64>, Vec<u64>) {
     (
         outcome.verdict,
@@ -80,7 +80,7 @@ fn all_bits(swept: &Swept) -> Vec<(Cell, impl PartialEq + use<>)> {
 }
 
 #[test]
-fn survival_over_200_seeds_is_that_of_an_independent_count() {
+fn survival_over_200_seeds_matches_an_independent_count() {
     let expected = |hz: f64| match hz as u32 {
         ..=5 => 0,
         6 => 1,
@@ -111,7 +111,7 @@ fn survival_is_not_monotone_between_whole_rates() {
 }
 
 #[test]
-fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
+fn a_cell_equals_a_separate_run_to_the_bit() {
     let mut compared = 0;
     for (cell, outcome) in CLIFF.finished().step_by(37) {
         let alone = support::run(&Config {
@@ -124,7 +124,113 @@ fn a_cell_is_the_run_that_it_would_be_alone_to_the_bit() {
     assert!(compared > 150);
 }
 
-/// Every list has several values, and the policies differ in what they need.
+#[test]
+fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
+    let base = Config {
+        world: WorldKind::OWN,
+        end: secs(3.0),
+        ..Config::default()
+    };
+    let sweep = Sweep {
+        axes: axes(&[
+            ("link /action delay:{}", "0..90:30"),
+            ("takes policy", "0..30:15,5..20"),
+            ("on-stale zero:{}", "50,100"),
+            ("offset sensor", "0..10:10"),
+        ]),
+        seeds: axis("0..1"),
+        ..of(base.clone())
+    };
+    let (swept, mut compared) = (run(&sweep, all_cores()), 0);
+    for (cell, outcome) in swept.finished().step_by(5) {
+        let value = |axis| cell.value(axis).expect("an axis");
+        let mut alone = Config {
+            seed: cell.seed,
+            ..base.clone()
+        };
+        alone.setup.extend(
+            [
+                format!("link /action delay:{}", value("link /action delay:{}")),
+                format!("takes policy {}", value("takes policy")),
+                format!("send actuator zero:{}", value("on-stale zero:{}")),
+                format!("offset sensor {}", value("offset sensor")),
+            ]
+            .map(|knob| knob.parse().expect("a knob")),
+        );
+        let alone = support::run(&alone);
+        assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+        compared += 1;
+    }
+    assert_eq!(
+        (swept.finished().count(), compared),
+        (4 * 4 * 2 * 2 * 2, 26)
+    );
+}
+
+#[test]
+fn a_hole_takes_ranges_of_exact_numbers_and_other_texts() {
+    let texts = |name, list| -> Vec<String> {
+        let axis = SweepAxis::parse(CartPole::KNOBS, name, list).expect(list);
+        let values = axis.values.iter();
+        let knobs = values.map(|value| value.knobs[0].to_string());
+        knobs.collect()
+    };
+    assert_eq!(
+        texts("link /obs loss:{}", "0.1..0.3:0.1"),
+        [
+            "link /obs loss:0.1",
+            "link /obs loss:0.2",
+            "link /obs loss:0.3"
+        ]
+    );
+    assert_eq!(
+        texts("clock sensor {} 40", "-1..0:0.5,3"),
+        [
+            "clock sensor -1 40",
+            "clock sensor -0.5 40",
+            "clock sensor 0 40",
+            "clock sensor 3 40"
+        ]
+    );
+    assert_eq!(
+        texts("link /obs", r"none,delay:3\,loss:0.1,delay:5..9"),
+        [
+            "link /obs none",
+            "link /obs delay:3,loss:0.1",
+            "link /obs delay:5..9"
+        ]
+    );
+    assert_eq!(texts("takes policy", "60..110"), ["takes policy 60..110"]);
+    assert_eq!(texts("takes policy", "6..8:1").len(), 3);
+    assert_eq!(texts("hang policy", "6..8").len(), 3);
+    let refused = |name, list| {
+        let axis = SweepAxis::parse(CartPole::KNOBS, name, list);
+        axis.expect_err(list).to_string()
+    };
+    for (name, list, part) in [
+        ("link /obs delay:{}", "5..1", "goes down"),
+        ("link /obs delay:{}", "1..5:0", "no step upwards"),
+        ("link /obs delay:{}", "1..5:-1", "no step upwards"),
+        ("link /obs delay:{}", "1..5:x", "\"x\" is not a number"),
+        ("link /obs delay:{}", "1..5:0.0000000001", "to 9 places"),
+        ("link /obs delay:{}", "-5..5", "is no delay"),
+        ("link /obs delay:{}", "1,1.0", "give each value once"),
+        ("link /obs loss:{}", "0.5..1.5:0.5", "expected 0 to 1"),
+        ("link /obs delay:{}", "", "is no delay"),
+        ("lag /obs {}", "1", "\"lag\" is not a knob"),
+        (
+            "link /obs delay:{}",
+            "0..9999999",
+            "more than 2000000 values",
+        ),
+    ] {
+        let error = refused(name, list);
+        assert!(error.contains(part), "{name} {list}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+/// A sweep with several values in every list, and policies with different needs.
 fn small() -> Sweep {
     let config = Config {
         end: secs(2.0),
@@ -157,7 +263,7 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn every_cell_is_run_and_told_of_once() {
+fn every_cell_is_run_and_reported_once() {
     let sweep = small();
     let mut told = Vec::new();
     let swept = sweep.run(threads(2), |cell, outcome| {
@@ -192,7 +298,7 @@ fn the_seed_changes_fastest_and_the_first_axis_slowest() {
 }
 
 #[test]
-fn a_sweep_that_is_cut_short_keeps_what_is_done() {
+fn an_interrupted_sweep_keeps_its_finished_cells() {
     let mut told = 0;
     let swept = cliff().run(threads(2), |_, _| {
         told += 1;
@@ -225,7 +331,7 @@ fn a_sweep_runs_on_the_virtual_clock_whatever_its_base_says() {
 }
 
 #[test]
-fn what_cannot_be_swept_is_refused() {
+fn an_invalid_sweep_is_refused() {
     let sweep = of(Config::default());
     let refused = |sweep: Sweep| sweep.cells().expect_err("refused").to_string();
     let none = Sweep {
@@ -280,7 +386,7 @@ fn lists_and_ranges_have_both_their_ends_and_exact_steps() {
 }
 
 #[test]
-fn what_is_no_list_is_refused_with_its_value_and_what_to_write() {
+fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second; lists and ranges are \
                 written like 5,10,25 and 1..30 and 1..30:2";
     let seed = "is not a seed: expected a whole number from 0; lists and ranges are written like \

@@ -1,5 +1,5 @@
-//! A graph as a value: it is built as it is set up or refused with what there is,
-//! and a system of one's own runs and is swept as the cart-pole is.
+//! A graph as a value: it is built according to its setup, or refused with the available
+//! names, and a custom system runs and is swept like the cart-pole.
 
 mod support;
 
@@ -24,7 +24,7 @@ use support::{depth, hz};
 struct Step {
     /// Temperature (°C).
     temperature: f64,
-    /// Share of its full power.
+    /// Share of full power.
     heat: f64,
 }
 
@@ -70,8 +70,7 @@ impl Node for Thermostat {
     }
 }
 
-/// An oven that must not get hotter than 100 °C. Its seed is how much warmer than
-/// 20 °C it begins.
+/// An oven that must stay below 100 °C. Its seed is the initial excess over 20 °C.
 struct Oven;
 
 const OVERHEATED: VerdictKind = VerdictKind {
@@ -113,9 +112,10 @@ impl System for Oven {
         let steps = builder.topic::<Step>("/step");
         let heat = builder.internal_topic::<f64>("/heat");
         let mut temperature = 20.0 + builder.seed() as f64;
-        builder.node("oven", 20.0, 0, |wiring| {
-            let steps = wiring.publisher(&steps);
-            let mut heat = wiring.subscription(&heat);
+        let (stepped, heated) = (steps.clone(), heat.clone());
+        builder.node("oven", 20.0, 0, move |wiring| {
+            let steps = wiring.publisher(&stepped);
+            let mut heat = wiring.subscription(&heated);
             move |now| {
                 let heat = heat.latest(now).map_or(0.0, |heat| heat.data);
                 temperature += (60.0 * heat - (temperature - 20.0) / 5.0) / 20.0;
@@ -123,7 +123,7 @@ impl System for Oven {
                 if temperature > 100.0 { END } else { GO_ON }
             }
         })?;
-        builder.node("thermostat", 10.0, 1, |wiring| Thermostat {
+        builder.node("thermostat", 10.0, 1, move |wiring| Thermostat {
             steps: wiring.subscription(&steps),
             heat: wiring.publisher(&heat),
             target: 80.0,
@@ -155,7 +155,7 @@ impl System for Oven {
     }
 }
 
-/// Ten seconds of the oven, set up with these knobs.
+/// Ten seconds of the oven with these knobs.
 fn config(setup: &[&str]) -> Config {
     let knobs = setup.iter().map(|knob| KNOBS.parse(knob).expect(knob));
     Config {
@@ -168,7 +168,7 @@ fn experiment(config: &Config) -> Experiment {
     Experiment::new(Arc::new(Oven), config).expect("experiment")
 }
 
-/// Runs the oven, with its steps.
+/// Runs the oven; returns its steps as well.
 fn run(config: &Config) -> (Summary, Rows) {
     let experiment = experiment(config);
     let tap = experiment
@@ -193,7 +193,7 @@ fn refusal(config: &Config) -> String {
 }
 
 #[test]
-fn a_system_of_ones_own_runs_and_tells_its_verdict() {
+fn a_custom_system_runs_and_gives_its_verdict() {
     let (summary, rows) = run(&Config::default());
     assert_eq!(summary.verdict.to_string(), "COMPLETED at 10.000 s");
     assert_eq!((summary.steps, rows.len()), (201, 201));
@@ -239,7 +239,7 @@ fn sweep(threads: usize) -> Swept {
 }
 
 #[test]
-fn a_sweep_of_a_system_of_ones_own_is_its_runs_on_any_number_of_threads() {
+fn a_sweep_of_a_custom_system_equals_its_runs_on_any_number_of_threads() {
     let alone = sweep(1);
     assert!(alone.finished().eq(sweep(4).finished()));
     let mut lost = 0;
@@ -254,7 +254,7 @@ fn a_sweep_of_a_system_of_ones_own_is_its_runs_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_graph_begins_as_it_is_set_up_and_else_as_the_system_has_it() {
+fn a_graph_begins_with_its_setup_and_the_systems_defaults() {
     let setup = ["rate oven 40", "queues 7", "target 60"];
     let experiment = experiment(&config(&setup));
     let snapshot = experiment.observer().snapshot();
@@ -282,7 +282,7 @@ fn only_topics_with_fields_are_recorded() {
 }
 
 #[test]
-fn a_knob_of_nothing_in_the_graph_is_refused_with_what_there_is() {
+fn a_knob_of_an_unknown_target_is_refused_with_the_known_ones() {
     for (knob, reason) in [
         (
             "rate planner 5",
@@ -320,7 +320,7 @@ fn a_message_that_a_node_refuses_fails_the_build_with_its_reason() {
 }
 
 #[test]
-fn an_alias_has_the_value_that_is_set_or_its_default() {
+fn an_alias_has_its_set_value_or_its_default() {
     let value = |name: &str, setup: &[&str]| {
         let alias = KNOBS.alias(name).expect(name);
         alias.value(&config(setup).setup)
@@ -376,7 +376,7 @@ proptest! {
     }
 }
 
-/// One node, which is built by its message and takes none afterwards.
+/// One node, which uses its message while it is built and takes none afterwards.
 struct Clock;
 
 impl System for Clock {
@@ -387,7 +387,7 @@ impl System for Clock {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let alarm = builder.message("clock").unwrap_or("9").parse();
         let alarm: f64 = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
-        builder.node("clock", 10.0, 0, |_| {
+        builder.node("clock", 10.0, 0, move |_| {
             move |now: Time| {
                 if now.as_secs_f64() < alarm {
                     GO_ON
@@ -400,7 +400,7 @@ impl System for Clock {
 }
 
 #[test]
-fn a_message_that_a_node_is_built_by_is_not_sent_to_it() {
+fn a_message_used_to_build_a_node_is_not_sent_to_it() {
     let run = |setup| Experiment::new(Arc::new(Clock), &config(setup));
     let summary = run(&["send clock 2"]).expect("experiment").run();
     let summary = summary.expect("run");

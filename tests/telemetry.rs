@@ -1,5 +1,5 @@
-//! Figures are true: counts, means and maxima exactly, quantiles to 0.1 %, and
-//! whoever reads them changes nothing.
+//! Accuracy of figures: counts, means and maxima are exact, quantiles are accurate to 0.1
+//! %, and reading changes nothing.
 
 mod support;
 
@@ -69,7 +69,7 @@ fn ms(milliseconds: f64) -> Duration {
 fn quantiles_of_durations_on_a_grid_are_these_durations() {
     for exact in [140.0, 19.99, 40.0, 100.0, 180.0, 0.02, 3_600_000.0].map(ms) {
         let samples = vec![exact.as_nanos() as u64; 7];
-        // One that is longer, so that none of them is the maximum.
+        // One longer sample, so that none of them is the maximum.
         let distribution = recorded(&[samples, vec![1 << 45]].concat());
         for quantile in [0.0, 0.01, 0.5, 0.8] {
             assert_eq!(distribution.quantile(quantile), Some(exact));
@@ -120,7 +120,7 @@ fn samples_of_any_length_are_counted() {
 }
 
 #[test]
-fn nothing_is_lost_uncounted_while_somebody_reads_all_the_time() {
+fn all_losses_are_counted_during_continuous_reading() {
     const SAMPLES: u64 = 200_000;
     let (mut recorder, meter) = Meter::new();
     let done = AtomicBool::new(false);
@@ -172,7 +172,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
 }
 
 #[test]
-fn looking_at_a_run_does_not_change_it() {
+fn observing_a_run_leaves_it_unchanged() {
     let config = support::config("control-hz 15");
     let experiment = support::experiment(&config);
     let (observer, done) = (experiment.observer(), AtomicBool::new(false));
@@ -189,7 +189,7 @@ fn looking_at_a_run_does_not_change_it() {
     assert!(watched.bytes() == support::run_bytes(&config).bytes());
 }
 
-/// A topic that carried a message every 20 ms from zero until `end`.
+/// A topic with a message every 20 ms from zero until `end`.
 fn fifty_hertz(end: f64) -> Topic<()> {
     let topic = Topic::new("/steady", Depth::ONE);
     let publisher = topic.publisher();

@@ -1,5 +1,5 @@
-//! Latest wins, losses count: every row of the table of cases in
-//! `src/runtime/topic.rs`, and any sequence of them against a plain model.
+//! Latest wins, losses count: every row of the table of cases in `src/runtime/topic.rs`,
+//! and random sequences of them compared with a simple model.
 
 mod support;
 
@@ -11,7 +11,7 @@ use ratelab::runtime::{
 };
 use support::{depth, hz, messages_of, run_virtual, secs};
 
-/// A topic with its two ends; what is published is its own number.
+/// A topic with its two ends; each message is its own number.
 struct Bench {
     topic: Topic<u64>,
     publisher: Publisher<u64>,
@@ -154,7 +154,7 @@ fn a_queue_made_shallower_evicts_the_oldest_and_charges_the_unread() {
     bench.publish(2);
     assert_eq!(bench.topic.set_depth(Depth::ONE, Time::ZERO), depth(5));
     assert_eq!(bench.topic.depth(), Depth::ONE);
-    // Messages 0 to 3 went; the reader had seen 0 to 2.
+    // Messages 0 to 3 were evicted; the reader had seen 0 to 2.
     assert_eq!((bench.subscription.dropped(), reader.dropped()), (4, 1));
     assert_eq!(read(&mut reader), Some(4));
 }
@@ -227,7 +227,7 @@ fn a_tap_gets_every_message_and_ends_with_the_topic() {
 }
 
 #[test]
-fn a_tap_that_is_gone_does_not_trouble_the_publisher() {
+fn a_dropped_tap_does_not_affect_the_publisher() {
     let bench = bench(1);
     drop(bench.topic.tap(1, Backpressure::default()));
     bench.publish(10);
@@ -235,7 +235,7 @@ fn a_tap_that_is_gone_does_not_trouble_the_publisher() {
 }
 
 #[test]
-fn a_subscription_that_is_gone_is_charged_no_more() {
+fn a_dropped_subscription_counts_no_more_drops() {
     let mut bench = bench(1);
     drop(bench.topic.subscribe());
     bench.publish(3);
@@ -254,7 +254,7 @@ fn the_age_of_a_message_is_measured_at_every_reading() {
     assert_eq!((ages.count(), ages.sum().as_nanos()), (3, 90));
 }
 
-/// What can happen to a topic; a subscription is meant by its number.
+/// An operation on a topic; subscriptions are given by number.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Publish,
@@ -273,8 +273,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     proptest::collection::vec(step, 0..200)
 }
 
-/// A topic without marks or counters: the messages that are left, and for each
-/// subscription the messages that it was not yet shown.
+/// A topic without marks or counters: the remaining messages, and for each subscription
+/// the messages it has not seen.
 struct ReferenceTopic {
     depth: usize,
     published: u64,

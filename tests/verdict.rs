@@ -1,5 +1,5 @@
-//! How a run ended is named as it was: a cart that leaves the rail is not a pole
-//! that fell.
+//! The verdict names the kind of loss: a cart that leaves the rail differs from a fall of
+//! the pole.
 
 mod support;
 
@@ -11,8 +11,7 @@ use ratelab::{
 };
 use support::{config, run, with_policy};
 
-/// Balances the pole about an angle (rad) instead of upright, which takes the
-/// cart along faster and faster.
+/// Balances the pole at an angle (rad) away from upright, which accelerates the cart.
 #[derive(Clone)]
 struct Lean(f64);
 

@@ -1,5 +1,5 @@
-//! A world that does not wait for the robot, for any system: a plant that can be
-//! brought to a run time.
+//! A world that does not wait for the robot, in any system: a plant that advances to a
+//! given run time.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use ratelab::{
     system::{BuildError, Builder, System, WORLD, World, WorldKind},
 };
 
-/// Falls from ten metres, whoever looks.
+/// Falls from ten metres by itself.
 struct Stone {
     height: f64,
     brought_to: Time,
@@ -42,8 +42,8 @@ impl System for Fall {
         let stone = builder.own_world(stone, 50.0, |_| {
             |stone: &Stone, _| if stone.height < 0.0 { END } else { GO_ON }
         })?;
-        builder.node("altimeter", 7.0, 0, |wiring| {
-            let heights = wiring.publisher(&heights);
+        builder.node("altimeter", 7.0, 0, move |wiring| {
+            let (heights, stone) = (wiring.publisher(&heights), stone.clone());
             move |now| {
                 heights.publish(stone.at(now).height, now, None);
                 GO_ON
@@ -65,16 +65,16 @@ fn run(system: impl System, config: &Config) -> Summary {
 }
 
 #[test]
-fn any_plant_that_can_be_brought_to_a_run_time_is_a_world() {
+fn any_plant_that_advances_to_a_run_time_is_a_world() {
     let summary = run(Fall, &own(Config::default()));
-    // √(2 · 10 / 9.81) s, seen at the next look.
+    // √(2 · 10 / 9.81) s, seen at the next reading.
     assert_eq!(summary.sim_time, Time::from_nanos(1_440_000_000));
     assert_eq!(summary.nodes[0].name, WORLD);
     assert_eq!(summary.topic("/height").published, 11);
     assert_eq!(summary.verdict.to_string(), "ENDED at 1.440 s (by a node)");
 }
 
-/// A system that never asks which world it is in.
+/// A system that never asks for the kind of world.
 struct Plain;
 
 impl System for Plain {
@@ -130,8 +130,8 @@ fn the_setting_is_part_of_a_config_and_absent_in_the_course_s_world() {
 }
 
 #[test]
-fn nobody_need_act_for_the_pole_to_fall() {
-    // In the course's world an actuator that never ticks stops time.
+fn the_pole_falls_without_any_action() {
+    // In the course's world an actuator that never ticks stops the plant's time.
     let knob: Knob = "offset actuator 1000000".parse().expect("a knob");
     let mut config = Config::default();
     config.setup.set(knob);
@@ -152,7 +152,7 @@ fn the_own_world_follows_the_wall_under_the_real_clock() {
     let mut late = config.clone();
     late.setup
         .set("offset actuator 1000".parse().expect("a knob"));
-    // The plant moves, though nobody acts.
+    // The plant moves without any action.
     let summary = run(CartPole::default(), &late);
     assert!(summary.steps >= 5, "{} steps", summary.steps);
     assert_ne!(summary.state[6], 0.0);

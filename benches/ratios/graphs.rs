@@ -1,4 +1,4 @@
-//! What a node's tick costs in a graph of three and in one of a thousand.
+//! The cost of a node's tick in graphs of three and of a thousand nodes.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ const MANY: usize = 1_000;
 /// Ticks per round, in either graph.
 const TICKS: usize = 100_000;
 
-/// From a node's number to its rate.
+/// The rate of a node, by its number.
 type RateOfNode = fn(usize) -> f64;
 
 /// Fills in the rows about large graphs.
@@ -38,8 +38,8 @@ pub fn measure(table: &mut Table) {
     }
 }
 
-/// Nodes in a ring, each of which reads its neighbour's number and publishes
-/// the next one.
+/// A ring of nodes, each of which reads its neighbour's number and publishes the next
+/// one.
 struct Ring {
     graph: Graph,
     inbox: Inbox,
@@ -88,7 +88,7 @@ impl Ring {
     }
 
     fn ticks(&self) -> u64 {
-        // One message a tick, and counting them disturbs no cache.
+        // Each tick publishes one message, and counting these disturbs no cache.
         self.topics.iter().map(Topic::published).sum()
     }
 }

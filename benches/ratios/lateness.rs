@@ -1,5 +1,5 @@
-//! How late a node wakes under the real clock, beside a loop that does nothing
-//! but sleep to absolute deadlines.
+//! The lateness of a node under the real clock, compared with a loop that only sleeps to
+//! absolute deadlines.
 
 use std::{thread, time::Duration};
 
@@ -11,7 +11,7 @@ use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
 
 use super::table::{Table, text};
 
-/// Stretches of each side, taken in turns.
+/// Number of stretches per side, which alternate.
 const STRETCHES: usize = 20;
 
 /// Fills in the rows about waking on time.
@@ -35,14 +35,14 @@ fn row(table: &mut Table, hz: u32, stretch: Duration) {
     }
 }
 
-/// The smallest sample that the share `quantile` of all does not exceed.
+/// The smallest sample that a share `quantile` of all does not exceed.
 fn nearest(samples: &mut [u64], quantile: f64) -> u64 {
     samples.sort_unstable();
     let rank = (samples.len() as f64 * quantile).ceil() as usize;
     samples[rank.saturating_sub(1)]
 }
 
-/// Lateness of every tick of a node in a graph, as the graph measures it.
+/// Lateness of every tick of a node in a graph, as measured by the graph.
 fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     let mut graph = Graph::new();
     let rate = Hz::new(f64::from(hz)).expect("rate");
@@ -59,7 +59,7 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
         .collect()
 }
 
-/// Lateness of every wake of a thread that sleeps with the least slack.
+/// Lateness of every wake of a thread with the smallest timer slack.
 fn sleep_loop(hz: u32, stretch: Duration) -> Vec<u64> {
     let period = TimeSpec::from(Duration::from_secs(1) / hz);
     let ticks = stretch.as_nanos() / Duration::from(period).as_nanos();
@@ -82,7 +82,7 @@ fn now() -> TimeSpec {
     clock_gettime(ClockId::CLOCK_MONOTONIC).expect("a clock")
 }
 
-/// A fresh thread for each stretch, as the graph's nodes have.
+/// Runs each stretch in a new thread, like the graph's nodes.
 fn in_thread(work: impl FnOnce() -> Vec<u64> + Send) -> Vec<u64> {
     thread::scope(|scope| {
         let thread = scope.spawn(|| {

@@ -1,13 +1,14 @@
-//! Ours beside the floor and the alternatives, in one run: `cargo bench --bench ratios`.
+//! The project compared with the theoretical floor and with alternatives, in one run:
+//! `cargo bench --bench ratios`.
 //!
-//! A table of *ratios*, because a time alone says as much about the machine as
-//! about the program: both sides of a ratio are measured in this process,
-//! seconds apart. They take turns, round after round, so that a machine that
-//! slows down slows both; and the *median* over the rounds is shown, because
-//! whatever else the machine does only ever adds time, to a few rounds a lot.
+//! The table contains *ratios*, because a time alone depends on the machine as much as on
+//! the program: both sides of a ratio are measured in this process, seconds apart. They
+//! alternate, round after round, so that a slower machine slows both; the *median* over
+//! the rounds is shown, because other load only ever adds time, and much of it only in a
+//! few rounds.
 //!
-//! A goal that is missed is a word in the table and not a failure: no build
-//! should depend on how busy a machine was.
+//! A missed goal is a word in the table and no failure: a build must not depend on the
+//! load of a machine.
 
 mod graphs;
 #[cfg(target_os = "linux")]

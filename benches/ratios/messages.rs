@@ -1,4 +1,4 @@
-//! One message from hand to hand, in one thread.
+//! The transfer of one message, in one thread.
 
 use std::{
     collections::VecDeque,
@@ -48,7 +48,7 @@ fn stamp(number: u64) -> Time {
     Time::from_nanos(number * PERIOD_NANOS)
 }
 
-/// What the alternatives carry: all that a topic's message tells.
+/// A message for the alternatives, with the same content as a topic's message.
 fn message(number: u64) -> Message<Observation> {
     Message {
         data: observation(number),
@@ -87,7 +87,7 @@ impl Ours {
     }
 }
 
-/// The same ring without names, marks, counters and histograms.
+/// A ring buffer without names, marks, counters and histograms.
 fn deque_round() -> impl FnMut() -> Nanos {
     let ring = Mutex::new(VecDeque::new());
     move || {
@@ -108,7 +108,7 @@ fn deque_round() -> impl FnMut() -> Nanos {
     }
 }
 
-/// A bounded channel, which hands each message over once and keeps none.
+/// A bounded channel, which delivers each message once and keeps none.
 fn channel_round() -> impl FnMut() -> Nanos {
     let (sender, receiver) = crossbeam_channel::bounded(Depth::ONE.get());
     move || {

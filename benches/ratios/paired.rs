@@ -1,20 +1,19 @@
-//! Paired measurements: two things measured in turns.
+//! Paired measurements: two operations measured alternately.
 
 use std::time::{Duration, Instant};
 
-/// Nanoseconds, in fractions that a `Duration` cannot hold.
+/// Nanoseconds, with fractions beyond the resolution of a `Duration`.
 pub type Nanos = f64;
 
-/// The medians of a number of rounds.
+/// The medians over a number of rounds.
 pub struct Paired {
     pub ours: Nanos,
     pub floor: Nanos,
-    /// Ours over the floor, round by round.
+    /// Median of the ratio of this project's time to the floor's, by round.
     pub ratio: f64,
 }
 
-/// Lets both work in every round, in alternating order, after one round that
-/// does not count.
+/// Runs both in every round, in alternating order, after one warm-up round.
 pub fn paired(
     rounds: usize,
     mut ours: impl FnMut() -> Nanos,
@@ -38,7 +37,7 @@ pub fn paired(
     }
 }
 
-/// How long `work` takes.
+/// Duration of `work`.
 pub fn time(work: impl FnOnce()) -> Nanos {
     let began = Instant::now();
     work();

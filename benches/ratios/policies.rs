@@ -1,4 +1,4 @@
-//! One decision, policy beside policy.
+//! The time of one decision, for several policies.
 
 use std::hint::black_box;
 

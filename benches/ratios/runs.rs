@@ -1,4 +1,4 @@
-//! The virtual run over nothing but its physics.
+//! The time of a virtual run relative to its physics alone.
 
 use std::{
     hint::black_box,
@@ -29,10 +29,10 @@ use super::{
 /// Rounds of two runs of a millisecond each.
 const ROUNDS: usize = 500;
 
-/// Room for every message of a run, so that no publisher waits for a reader.
+/// Capacity for every message of a run, so that no publisher waits.
 const TAP: usize = 1024;
 
-/// How long a throughput is measured in each of its rounds.
+/// Duration of each round of a throughput measurement.
 const STRETCH: Duration = Duration::from_millis(400);
 
 /// Fills in the rows about whole runs.
@@ -56,6 +56,16 @@ pub fn measure(table: &mut Table) {
         || robot(floor.actions.len()),
     );
     table.row("run, beside that plain loop", &plain, None);
+    let unlinked = paired(
+        ROUNDS,
+        || time_run(unlinked_experiment()),
+        || time_run(experiment()),
+    );
+    table.row(
+        "run, its links taken away at the start",
+        &unlinked,
+        Some(1.02),
+    );
     let tapped = paired(ROUNDS, time_tapped_run, stepping);
     table.row("run with a tap on every topic", &tapped, Some(1.05));
     let whole = paired(
@@ -71,8 +81,8 @@ pub fn measure(table: &mut Table) {
     sweep(table);
 }
 
-/// What the three nodes do, without nodes, topics and a clock: the part of a
-/// run that no runtime can save.
+/// The work of the three nodes, without nodes, topics and a clock: the minimum for any
+/// runtime.
 fn robot(steps: usize) -> Nanos {
     let mut plant = Plant::new(Config::default().seed).expect("plant");
     time(|| {
@@ -84,7 +94,7 @@ fn robot(steps: usize) -> Nanos {
     })
 }
 
-/// The cart-pole, one for all runs, as in a sweep.
+/// The cart-pole, shared by all runs, as in a sweep.
 fn cart_pole() -> Arc<CartPole> {
     static CART_POLE: LazyLock<Arc<CartPole>> = LazyLock::new(Arc::default);
     CART_POLE.clone()
@@ -100,6 +110,15 @@ fn experiment_of(seed: u64) -> Experiment {
         ..Config::default()
     };
     Experiment::new(cart_pole(), &config).expect("experiment")
+}
+
+/// A run that had a link on every topic, and has none any more.
+fn unlinked_experiment() -> Experiment {
+    let mut config = CartPole::config("link /obs delay:5, link /action loss:0.5");
+    let config = config.as_mut().expect("knobs");
+    let off = CartPole::KNOBS.parse_list("0 link /obs none\n0 link /action none");
+    config.knobs = off.expect("knobs");
+    Experiment::new(cart_pole(), config).expect("experiment")
 }
 
 fn execute(experiment: Experiment) -> Summary {
@@ -119,8 +138,8 @@ fn time_tapped_run() -> Nanos {
     time
 }
 
-/// Whole runs per second, beside whole floors per second. The ratio is that of
-/// their times, as everywhere.
+/// Whole runs per second, compared with floors per second. The ratio is one of times, as
+/// elsewhere.
 fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
     let rates = paired(
         3,
@@ -132,11 +151,11 @@ fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
     table.cells(what, cells, rates.ratio, None);
 }
 
-/// Seeds of the sweep that is timed, for each core: about half a second.
+/// Number of seeds of the timed sweep, per core: about half a second.
 const SWEPT: u64 = 400;
 
-/// A sweep on all cores, beside as many lone runs per second as one core makes,
-/// times the cores. Both are at the same runs, so the ratio is that of times.
+/// A sweep on all cores, compared with the rate of separate runs on one core times the
+/// number of cores. Both make the same runs, so the ratio is one of times.
 fn sweep(table: &mut Table) {
     let cores = all_cores().get();
     let seeds = SWEPT * cores as u64;
@@ -159,7 +178,7 @@ fn sweep(table: &mut Table) {
     let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
     let mut row = |what: String, rates: Paired| {
         let cells = [per_second(rates.ours), per_second(rates.floor)];
-        // A share of 0.90 of what the cores could do.
+        // A share of 0.90 of the cores' capacity.
         table.cells(&what, cells, rates.ratio, Some(1.11));
     };
     let what = format!("sweep on all cores, beside {cores} × one core alone");
@@ -168,7 +187,7 @@ fn sweep(table: &mut Table) {
     row(what, paired(7, swept, together));
 }
 
-/// Wall time per piece of `work` while `threads` threads do nothing else.
+/// Wall time per piece of `work` while `threads` threads run it.
 fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
     let (done, over) = (AtomicU64::new(0), AtomicBool::new(false));
     let began = Instant::now();
@@ -187,14 +206,14 @@ fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
     nanos(began.elapsed()) / done.into_inner() as f64
 }
 
-/// The physics of the default run and nothing else: same model, same start,
-/// same actions, so the same numbers go through the same instructions.
+/// The physics of the default run alone: same model, same start, same actions, so the
+/// same numbers pass through the same instructions.
 struct Floor {
     model: MjModel,
     qpos: [f64; 2],
     qvel: [f64; 2],
     actions: Vec<f64>,
-    /// Where it all ends, to see that it did.
+    /// The final state, which proves that the work was done.
     end: [f64; 2],
 }
 

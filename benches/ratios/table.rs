@@ -1,10 +1,10 @@
-//! The table that is printed.
+//! The printed table.
 
 use std::fmt;
 
 use super::paired::{Nanos, Paired};
 
-/// Rows under headings, aligned when shown.
+/// Rows under headings, aligned on printing.
 #[derive(Default)]
 pub struct Table(Vec<Row>);
 
@@ -18,18 +18,18 @@ const COLUMNS: usize = 6;
 const TITLES: [&str; COLUMNS] = ["", "ours", "beside", "ratio", "goal", ""];
 
 impl Table {
-    /// What the next rows are about.
+    /// Adds a heading for the next rows.
     pub fn heading(&mut self, text: impl Into<String>) {
         self.0.push(Row::Heading(text.into()));
     }
 
-    /// A pair of times, with the ratio that is hoped for if there is one.
+    /// Adds a row with a pair of times, and the goal for their ratio if there is one.
     pub fn row(&mut self, what: &str, paired: &Paired, goal: Option<f64>) {
         let cells = [text(paired.ours), text(paired.floor)];
         self.cells(what, cells, paired.ratio, goal);
     }
 
-    /// Two figures of any unit.
+    /// Adds a row with two figures of any unit.
     pub fn cells(
         &mut self,
         what: &str,
@@ -71,7 +71,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// One row: the first column and the last to the left, figures to the right.
+/// One row: the first and the last column left-aligned, figures right-aligned.
 fn line(f: &mut fmt::Formatter<'_>, row: &[String; COLUMNS], widths: &[usize]) -> fmt::Result {
     let [what, figures @ .., verdict] = row;
     write!(f, "  {what:<width$}", width = widths[0])?;

@@ -15,7 +15,7 @@ use crate::framework::{
 /// The rates of the policy, downwards (Hz).
 const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
 
-/// The starts.
+/// Seeds of the starts.
 pub(crate) const SEEDS: [u64; 3] = [0, 1, 2];
 
 /// See [the module](self).
@@ -67,7 +67,7 @@ impl Exercise for Cliff {
     }
 }
 
-/// What one rate came to, over all starts.
+/// The results of one rate, over all starts.
 struct Rate {
     hz: f64,
     balanced: usize,
@@ -93,7 +93,7 @@ impl Rate {
     }
 }
 
-/// The two rates between which it turned.
+/// The two rates between which the result changes.
 struct Turn<'a> {
     held: &'a Rate,
     fell: &'a Rate,

@@ -1,4 +1,4 @@
-//! A deeper queue: no more losses, and the same fall.
+//! A deeper queue: no message loss, but the same fall.
 
 use std::ops::ControlFlow;
 
@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// The queues to compare (messages).
+/// Queue depths to compare (messages).
 const DEPTHS: [usize; 2] = [1, 100];
 
 /// The knob that sets both queues.
@@ -74,7 +74,7 @@ fn depth(cell: &Cell) -> &str {
     cell.value(DEPTH).unwrap_or_default()
 }
 
-/// The first topic that is read is `/obs`.
+/// The first topic with a reader is `/obs`.
 fn obs_dropped(outcome: &CellResult) -> u64 {
     outcome.dropped.first().copied().unwrap_or_default()
 }
@@ -105,7 +105,7 @@ fn drops(runs: &[Run<'_>]) -> u64 {
     runs.iter().map(|(_, outcome)| obs_dropped(outcome)).sum()
 }
 
-/// Starts whose run took the same course under both queues.
+/// Number of starts with identical runs for both queue depths.
 fn unchanged(shallow: &[Run<'_>], deep: &[Run<'_>]) -> usize {
     let course = |outcome: &CellResult| {
         let angle = pole_angle(&outcome.state).to_bits();

@@ -1,10 +1,9 @@
 //! Exercises on the rate of a control loop: predict, run, check.
 //!
-//! Each exercise says what it is about and asks for one number. Only then does
-//! it run, on the virtual clock and through the same graph as everything else,
-//! and puts the prediction beside what it measured. No result is written down
-//! here: what an exercise says, it measured a moment ago. What it must have
-//! measured stands in `bands.toml`, each figure with where it comes from.
+//! Each exercise states its objective and asks for one number. After the prediction it
+//! runs on the virtual clock, in the ordinary graph, and compares the prediction with the
+//! measurement. All printed results are measured in the same run of the program. The
+//! expected measurements are in `bands.toml`, each with its source.
 //!
 //! ```
 //! use exercises::{ALL, framework::Prediction};
@@ -19,7 +18,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The five are modules of this crate; [`framework`] is what they share.
+//! The five exercises are modules of this crate; [`framework`] is their common part.
 
 pub mod cliff;
 pub mod deeper_queue;

@@ -1,4 +1,4 @@
-//! Where the theory stops: growth predicted, growth measured, and what follows.
+//! The limits of the theory: predicted growth, measured growth, and the consequence.
 
 use ratelab::{
     cartpole::{CONTROL_HZ, CartPole},
@@ -15,20 +15,20 @@ use crate::{
     },
 };
 
-/// Control rates, upwards (Hz).
+/// Control rates, in ascending order (Hz).
 const RATES: [f64; 8] = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
 
-/// How long everything runs at 50 Hz before the policy is slowed (s): until
-/// what is left of the start is far below anything that clips.
+/// Duration at 50 Hz before the policy is slowed (s), after which the deviation of the
+/// start is far below any clipping.
 const SETTLE_S: f64 = 30.0;
 
-/// How long it runs on after that (s).
+/// Duration after that (s).
 const WATCH_S: f64 = 60.0;
 
-/// How long a run from the usual starts lasts in the first exercise (s).
+/// Duration of a run from the usual starts in the first exercise (s).
 const USUAL_S: f64 = 10.0;
 
-/// The last part of a run, over which the width of a swing is taken (s).
+/// The last part of a run, in which the amplitude of the swing is measured (s).
 const TAIL_S: f64 = 20.0;
 
 /// See [the module](self).
@@ -81,9 +81,9 @@ impl Exercise for Limits {
 struct Trial {
     hz: Hz,
     theory: Stability,
-    /// Growth of the settled deviation (1/s), where theory says it grows.
+    /// Growth of the settled deviation (1/s), at rates with predicted growth.
     growth: Option<f64>,
-    /// When the action first clipped, after the policy was slowed (s).
+    /// Time from the slowing of the policy to the first clipped action (s).
     clipped_s: Option<f64>,
     /// Runs of a minute from the usual starts.
     minutes: Vec<Minute>,
@@ -139,18 +139,18 @@ impl Trial {
         })
     }
 
-    /// Starts that were up after the usual time.
+    /// Number of starts with the pole up after the usual time.
     fn up(&self) -> usize {
         let up = self.minutes.iter().filter(|run| run.lasted_s > USUAL_S);
         up.count()
     }
 
-    /// Starts that were up after a minute.
+    /// Number of starts with the pole up after a minute.
     fn still_up(&self) -> usize {
         self.minutes.iter().filter(|run| run.balanced).count()
     }
 
-    /// How wide those still swing (degrees); `None` if there are none.
+    /// The amplitude of the swing of these (degrees); `None` if there are none.
     fn swing_deg(&self) -> Option<f64> {
         let up = self.minutes.iter().filter(|run| run.balanced);
         up.map(|run| run.swing_deg).reduce(f64::max)
@@ -175,7 +175,7 @@ impl Trial {
     }
 }
 
-/// How long after it was slowed the action first clipped (s).
+/// The time from the slowing to the first clipped action (s).
 fn clipped_s(run: &Recorded, slowed: Time) -> Option<f64> {
     let mut steps = run.steps.iter().skip_while(|step| step.stamp < slowed);
     let clipped = steps.find(|step| step.data.action.0.abs() >= 1.0)?;

@@ -1,14 +1,14 @@
-//! Every measurement that an exercise promises lies in its band.
+//! Every promised measurement of an exercise lies in its band.
 
 use std::{collections::HashSet, process, sync::mpsc, thread, time::Duration};
 
 use exercises::{ALL, framework::Check};
 
-/// After so long, a hundred times what it takes, a run does not end any more.
+/// A hundred times the usual duration of a run: after it the run counts as blocked.
 const FOR_EVER: Duration = Duration::from_secs(60);
 
-/// Checks an exercise. A runtime that blocks would keep any test from ending,
-/// so that ends them all.
+/// Checks an exercise. A blocked runtime would keep the test from ending, so this ends
+/// the whole process.
 fn check(number: u32) {
     let exercise = exercises::find(number).expect("an exercise");
     let (sender, claims) = mpsc::channel();
@@ -50,7 +50,7 @@ fn exercise_5_rescue_it() {
 }
 
 #[test]
-fn exercises_are_numbered_as_listed_and_each_has_a_name_of_its_own() {
+fn exercises_are_numbered_as_listed_and_have_distinct_names() {
     let briefs: Vec<_> = ALL.iter().map(|exercise| exercise.brief()).collect();
     let numbers: Vec<u32> = briefs.iter().map(|brief| brief.number).collect();
     assert_eq!(numbers, [1, 2, 3, 4, 5]);

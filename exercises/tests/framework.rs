@@ -1,4 +1,4 @@
-//! Predictions, answers, bands and what is said about them.
+//! Predictions, answers, bands and their messages.
 
 use exercises::{
     ALL,
@@ -157,7 +157,7 @@ fn a_unit_of_something_else_is_refused() {
 }
 
 #[test]
-fn a_number_that_the_exercise_cannot_come_to_is_refused() {
+fn an_impossible_number_is_refused() {
     for (number, text, said) in [
         (1, "1e400", "inf Hz is impossible here: expected 0 to 50 Hz"),
         (
@@ -234,7 +234,7 @@ fn answers_are_kept_in_their_file_until_they_are_forgotten() {
 }
 
 #[test]
-fn a_file_that_holds_no_answers_is_refused_by_name_and_left_alone() {
+fn an_invalid_file_of_answers_is_refused_by_name_and_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("answers.toml");
     for text in [
@@ -261,7 +261,7 @@ fn band(text: &str) -> Result<Expectation, ExpectationsError> {
 }
 
 #[test]
-fn a_band_holds_for_what_it_says_and_for_nothing_else() {
+fn a_band_holds_for_its_values_only() {
     for (text, inside, outside) in [
         ("equals = 501", vec![501.0], vec![500.999, f64::NAN]),
         (
@@ -333,7 +333,7 @@ fn reconciled(answer: Answer, prediction: &str) -> String {
 }
 
 #[test]
-fn a_prediction_is_put_beside_the_measurement() {
+fn a_prediction_is_compared_with_the_measurement() {
     assert_eq!(
         reconciled(Answer::Exactly(9.98004), "10 because it is half."),
         "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. Close: 0.02 Hz above it.\n\n\

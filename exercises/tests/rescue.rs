@@ -1,4 +1,4 @@
-//! What counts as a rescue, and what only looks like one.
+//! Rescues, and sessions that only resemble them.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ struct PlayedRun {
     steps: Vec<Message<ControlStep>>,
 }
 
-/// Runs for so many seconds, turning these knobs.
+/// Runs for `seconds`, with these changes of knobs.
 fn run(seconds: f64, knobs: &[&str]) -> PlayedRun {
     let config = Config {
         end: Time::from_secs_f64(seconds).expect("time"),
@@ -47,7 +47,7 @@ fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, RescueFailure> {
 }
 
 #[test]
-fn a_pole_that_was_let_go_and_caught_is_rescued() {
+fn a_pole_that_was_lost_and_caught_is_rescued() {
     let rescued = judged(10.0, &["0 control-hz 5", "0.3 control-hz 50"]).expect("rescued");
     assert_eq!(rescued.slowed, Time::ZERO);
     assert_eq!(rescued.slow_phase.as_millis(), 300);
@@ -72,13 +72,13 @@ fn later_in_a_run_it_is_a_rescue_too() {
 }
 
 #[test]
-fn a_policy_that_was_never_slow_enough_rescues_nobody() {
+fn without_a_slow_phase_there_is_no_rescue() {
     assert_eq!(judged(10.0, &[]), Err(RescueFailure::Slowness));
     assert_eq!(
         judged(20.0, &["0 control-hz 5.1", "0.3 control-hz 50"]),
         Err(RescueFailure::Slowness)
     );
-    // Swings into danger and stays up, but nobody slowed it to 5 Hz.
+    // The pole swings into danger and stays up, but the policy was never slowed to 5 Hz.
     assert_eq!(
         judged(20.0, &["0 control-hz 8"]),
         Err(RescueFailure::Slowness)
@@ -95,7 +95,7 @@ fn a_pole_that_was_never_in_danger_was_not_rescued() {
 }
 
 #[test]
-fn danger_long_after_the_spell_is_not_its_doing() {
+fn danger_long_after_a_slow_phase_is_not_its_effect() {
     let knobs = [
         "0 control-hz 5",
         "0.1 control-hz 50",
@@ -133,13 +133,13 @@ fn a_pole_that_fell_was_not_rescued() {
 }
 
 #[test]
-fn a_pole_that_is_left_with_a_slow_policy_is_not_rescued_yet() {
+fn a_pole_with_a_slow_policy_is_not_rescued_yet() {
     let knobs = ["0 control-hz 5"];
     assert_eq!(judged(0.5, &knobs), Err(RescueFailure::Return));
 }
 
 #[test]
-fn five_seconds_out_of_danger_are_asked_for_and_no_more() {
+fn five_seconds_out_of_danger_are_enough() {
     let knobs = ["0 control-hz 5", "0.3 control-hz 50"];
     let safe = judged(10.0, &knobs).expect("rescued").safe.as_secs_f64();
     assert!(judged(safe + 5.0, &knobs).is_ok());
@@ -151,7 +151,7 @@ fn five_seconds_out_of_danger_are_asked_for_and_no_more() {
 }
 
 #[test]
-fn a_swing_that_goes_on_is_no_rescue() {
+fn a_continuing_swing_is_no_rescue() {
     let failure = judged(12.0, &["0 control-hz 5", "0.3 control-hz 8"]);
     assert!(
         matches!(failure, Err(RescueFailure::Calm { .. })),
@@ -160,7 +160,7 @@ fn a_swing_that_goes_on_is_no_rescue() {
 }
 
 #[test]
-fn what_comes_after_a_rescue_does_not_take_it_back() {
+fn a_rescue_stays_valid_after_later_events() {
     let knobs = ["0 control-hz 5", "0.3 control-hz 50", "8 control-hz 5"];
     let run = run(20.0, &knobs);
     assert!(run.summary.verdict.is_lost());
@@ -191,7 +191,7 @@ fn a_record_with_missing_steps_proves_nothing() {
 }
 
 #[test]
-fn the_objective_names_the_figures_that_are_judged_by() {
+fn the_objective_names_the_figures_of_the_judgement() {
     let objective = exercises::find(5).expect("the rescue").brief().objective;
     let slow = format!("to {BROKEN_HZ} Hz or less");
     for figure in [
@@ -205,7 +205,7 @@ fn the_objective_names_the_figures_that_are_judged_by() {
 }
 
 #[test]
-fn what_a_session_lacks_is_said_with_what_to_do() {
+fn a_failure_names_the_missing_part_and_a_remedy() {
     let said = judged(10.0, &["0 control-hz 5"])
         .expect_err("it fell")
         .to_string();

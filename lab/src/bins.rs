@@ -1,9 +1,9 @@
-//! Bins of the histogram of latencies, on the screen and in recordings.
+//! Bins of the latency histogram, on the screen and in recordings.
 
-/// How many there are.
+/// Number of bins.
 pub const BINS: usize = 24;
 
-/// Widths to choose from (ms).
+/// Available widths (ms).
 const WIDTHS_MS: [u64; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, WIDEST_MS];
 
 /// The largest width (ms).

@@ -14,8 +14,8 @@ use ratelab::{
 
 use crate::names::key;
 
-/// Control steps that may wait to be written before rows are lost to a real
-/// clock, which does not wait: minutes at 50 Hz.
+/// Number of control steps that may wait to be written before a real clock, which never
+/// waits, loses rows: minutes at 50 Hz.
 const BACKLOG: usize = 16_384;
 
 /// The first line of a table of `experiment`; `None` if its system has no states.
@@ -37,12 +37,13 @@ pub fn header(experiment: &Experiment) -> Option<String> {
     )
 }
 
-/// Writes the control steps of an experiment on a thread of its own.
+/// Writes the control steps of an experiment on a separate thread.
 pub struct StepWriter(JoinHandle<io::Result<u64>>);
 
 impl StepWriter {
-    /// Writes to `file` from the first step of `experiment` to its last. A file that
-    /// could not be opened is an error at the end, and no rows.
+    /// Writes to `file` from the first step of `experiment` to its last. If the file
+    /// could not be opened, no rows are written and [`finish`](Self::finish) returns the
+    /// error.
     pub fn start(file: io::Result<File>, experiment: &Experiment) -> Self {
         let header = header(experiment).unwrap_or_default();
         let state = experiment.system().state();
@@ -56,15 +57,15 @@ impl StepWriter {
         }))
     }
 
-    /// Waits until all is written, which takes the end of the experiment; returns
-    /// how many rows were lost.
+    /// Waits for the end of the experiment and of the writing; returns the number of lost
+    /// rows.
     pub fn finish(self) -> io::Result<u64> {
         let written = self.0.join();
         written.unwrap_or_else(|_| Err(io::Error::other("the writer panicked")))
     }
 }
 
-/// Writes rows as long as the tap gives any; returns how many it lost.
+/// Writes rows until the tap ends; returns the number of lost ones.
 fn write(out: &mut impl Write, tap: &RowTap, table: Option<Table>) -> io::Result<u64> {
     let row = table.map_or(plain as fn(Time, &[f64]) -> String, |table| table.row);
     let mut rows = tap.rows();
@@ -73,12 +74,12 @@ fn write(out: &mut impl Write, tap: &RowTap, table: Option<Table>) -> io::Result
             writeln!(out, "{}", row(head.stamp, values))?;
         }
         rows.clear();
-        out.flush()?; // Whoever follows the file sees the run as it is.
+        out.flush()?; // So that `tail -f` shows the current run.
     }
     Ok(tap.lost())
 }
 
-/// Run time and the numbers; what is not a number is empty.
+/// Run time and the numbers; NaN and infinity give empty fields.
 fn plain(at: Time, row: &[f64]) -> String {
     let values = row.iter().map(|value| match value {
         value if value.is_nan() => String::new(),

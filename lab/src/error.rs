@@ -1,4 +1,4 @@
-//! Errors of the command.
+//! Errors of the commands.
 
 use std::{
     io::{self, ErrorKind},
@@ -17,89 +17,89 @@ use crate::{
     recording::{ReadError, RecordError, Recording, VerifyError},
 };
 
-/// Why the command ends without having done what it was asked.
+/// An error of a command.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// It was asked for something it does not accept.
+    /// Invalid input.
     #[error("{0}")]
     BadInput(String),
     /// A node failed.
     #[error("{0}")]
     Fault(#[from] Fault),
-    /// The graph could not be built as asked.
+    /// Building the graph failed.
     #[error("{0}")]
     Build(#[from] BuildError),
-    /// A sweep could not be run, or one of its runs failed.
+    /// A sweep was invalid, or one of its runs failed.
     #[error("{0}")]
     Sweep(#[from] SweepError),
     /// Ctrl-C ended a sweep.
     #[error("stopped after {done} of {cells} runs: the result is of these")]
     Stopped {
-        /// Runs that were made.
+        /// Number of finished runs.
         done: usize,
-        /// Runs that were to be made.
+        /// Number of planned runs.
         cells: usize,
     },
-    /// Linear theory has no answer where it should have one.
+    /// Linear theory failed unexpectedly.
     #[error("{0}")]
     Theory(StabilityError),
-    /// A recording ended early; the run did not.
+    /// A recording ended early; the run continued.
     #[error("{0}")]
     Record(#[from] RecordError),
-    /// A recording that cannot be read.
+    /// A recording is unreadable.
     #[error("{0}")]
     Read(#[from] ReadError),
-    /// A recording that is not what comes of running it again.
+    /// A recording differs from a repetition of its run.
     #[error("{file}: {why}")]
     Unverified {
-        /// The file.
+        /// Path of the file.
         file: String,
-        /// What was found.
+        /// The difference.
         why: VerifyError,
     },
-    /// Some of several recordings are not what comes of running them again.
+    /// Some of several recordings differ from repetitions of their runs.
     #[error("{failed} of {of} recordings were not verified")]
     Failed {
-        /// How many.
+        /// Number of different recordings.
         failed: usize,
-        /// Of how many.
+        /// Number of all recordings.
         of: usize,
     },
-    /// A session that is not the learner's rescue.
+    /// A session that does not count as the learner's rescue.
     #[error("{0} is not accepted as your rescue")]
     NotRescued(String),
-    /// An exercise cannot be measured.
+    /// An exercise that could not be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),
-    /// The file of predictions cannot be used.
+    /// The file of predictions is unusable.
     #[error("{0}")]
     Answers(#[from] AnswersError),
-    /// An exercise measured something else than it promises.
-    #[error("{0} measurements do not hold: the runtime is not what the exercises are about")]
+    /// Measurements differ from the promises of the exercises; contains their number.
+    #[error("{0} measurements do not hold: the runtime differs from that of the exercises")]
     Broken(usize),
-    /// The rerun viewer cannot be opened.
+    /// The rerun viewer could not be opened.
     #[error("{0}")]
     Viewer(String),
-    /// The dashboard ended other than by a key.
+    /// The dashboard ended with an error.
     #[error("{0}")]
     Lab(#[from] LabError),
-    /// Something that was to be written could not be.
+    /// Writing a result failed.
     #[error("cannot write {what}: {why}")]
     Write {
-        /// The file.
+        /// Name of the file.
         what: String,
-        /// What the system said.
+        /// The error of the operating system.
         why: io::Error,
     },
 }
 
 impl Error {
-    /// A file that cannot be opened or read, as bad input naming `option`.
+    /// A file that cannot be opened or read: bad input, with the name of the `option`.
     pub fn file(option: &str, path: &Path, why: &io::Error) -> Self {
         Self::BadInput(format!("{option} {}: {why}", path.display()))
     }
 
-    /// A file or folder that cannot be made, as bad input naming `option`.
+    /// A file or folder that cannot be created: bad input, with the name of the `option`.
     pub fn unwritable(option: &str, path: &Path, why: &io::Error) -> Self {
         let what = match why.kind() {
             ErrorKind::NotFound => "there is no such folder: make it first".to_owned(),
@@ -112,8 +112,7 @@ impl Error {
         Self::BadInput(format!("{option} {}: {what}", path.display()))
     }
 
-    /// The error of a file that was read as far as it is intact; none for a whole
-    /// one.
+    /// An error for a damaged recording, of which only the intact part was read.
     pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
         match recording.defect() {
             Some(defect) => {
@@ -133,7 +132,7 @@ impl Error {
         matches!(why, Some(VerifyError::Stopped))
     }
 
-    /// 2 for bad input, 1 for a run that could not finish.
+    /// 2 for bad input, 1 for an unfinished run.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::BadInput(_)

@@ -1,6 +1,5 @@
-//! The command line, the lab, recordings and sweeps for any
-//! [`System`]: a crate of one's own has them all with one
-//! line in its `main`.
+//! The command line, the lab, recordings and sweeps for any [`System`]: one line in the
+//! `main` of your own crate provides them all.
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -18,7 +17,7 @@
 //!
 //!     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
 //!         let count = builder.internal_topic("/count");
-//!         builder.node("counter", 100.0, 0, |wiring| {
+//!         builder.node("counter", 100.0, 0, move |wiring| {
 //!             let (count, mut number) = (wiring.publisher(&count), 0);
 //!             move |now| {
 //!                 number += 1;
@@ -34,7 +33,7 @@
 //! }
 //! ```
 
-// Errors go through `output`, which makes them fit for a terminal.
+// Errors go through `output`, which makes them safe to print on a terminal.
 #![warn(clippy::print_stderr)]
 
 mod bins;
@@ -68,11 +67,11 @@ use ratelab::{cartpole::CartPole, system::System};
 use error::Error;
 use program::Program;
 
-/// The whole command for `system`, with the arguments that the program was given:
-/// the lab, `run`, `sweep`, `replay`, `info`, `verify`, and what helps with them.
+/// Runs the whole command for `system`, with the program's arguments: the lab, `run`,
+/// `sweep`, `replay`, `info`, `verify`, and the commands for help.
 ///
-/// The code is 0 if it did what it was asked for, 2 for bad input, 1 for what could
-/// not be finished, and 128 + n after signal n.
+/// The exit code is 0 for success, 2 for bad input, 1 for an unfinished run, and 128 + n
+/// after signal n.
 pub fn main(system: impl System) -> ExitCode {
     exit(&Program {
         system: Arc::new(system),
@@ -80,8 +79,8 @@ pub fn main(system: impl System) -> ExitCode {
     })
 }
 
-/// The `ratelab` command: that of the cart-pole, with the exercises of the course
-/// and the figures of linear theory.
+/// Runs the `ratelab` command: the command for the cart-pole, with the exercises of the
+/// course and the figures of linear theory.
 pub fn course() -> ExitCode {
     exit(&Program {
         system: Arc::new(CartPole::default()),

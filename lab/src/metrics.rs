@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{NodeSummary, Summary},
+    experiment::{NodeSummary, Summary, TopicSummary},
     runtime::telemetry::Distribution,
     system::{KnobText, System, WorldKind},
 };
@@ -15,10 +15,10 @@ use crate::{
     timing::is_timed,
 };
 
-/// The metrics as JSON, all keys in order.
+/// The metrics as JSON, with sorted keys.
 ///
-/// Under the virtual clock they hold nothing of the wall's, so the same run
-/// gives the same bytes.
+/// Under the virtual clock they are independent of wall time, so the same run gives the
+/// same bytes.
 pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let mut metrics = keys(system, summary, context);
     metrics.extend(system_keys(system, summary));
@@ -28,10 +28,11 @@ pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     format!("{:#}", Value::Object(metrics))
 }
 
-/// What every run has.
+/// The keys of every run.
 fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.aliases()));
     let nodes = summary.nodes.iter().map(|of| node(summary, of));
+    let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
         "break_bug": context.break_bug,
         "cause_of_end": summary.verdict.name(),
@@ -49,6 +50,7 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         "smoke": context.smoke,
         "steps": summary.steps,
         "system": system.name(),
+        "topics": topics.collect::<Map<_, _>>(),
         "turned": knobs.lines(&summary.knobs()),
         "version": env!("CARGO_PKG_VERSION"),
         "world": config.world.name(),
@@ -62,8 +64,8 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     keys
 }
 
-/// What the system has names for: whether the run went well, knobs, topics, and
-/// figures of its end.
+/// The keys that depend on the system: success, knobs, topics, and figures of the end of
+/// the run.
 fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
     let aliases = system.aliases().iter().map(|alias| {
@@ -106,7 +108,7 @@ fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     }))
 }
 
-/// The figures of a node; those of its ticks' time where that was asked for.
+/// The figures of a node, including the duration of its ticks where one is set.
 fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
     let mut figures = object(json!({
         "hz": rounded(node.hz.get()),
@@ -123,7 +125,19 @@ fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
     (node.name.clone(), Value::Object(figures))
 }
 
-/// A distribution in milliseconds; quantiles are true to 0.1 %.
+/// What became of the messages of a topic.
+fn topic(topic: &TopicSummary) -> (String, Value) {
+    let figures = json!({
+        "dropped": topic.dropped,
+        "in_flight": topic.in_flight,
+        "lost": topic.lost,
+        "overtaken": topic.overtaken,
+        "published": topic.published,
+    });
+    (topic.name.clone(), figures)
+}
+
+/// A distribution in milliseconds; quantiles are accurate to 0.1 %.
 fn milliseconds(distribution: &Distribution) -> Value {
     let ms = |duration: Option<Duration>| duration.map(|d| rounded(d.as_secs_f64() * 1e3));
     json!({
@@ -135,12 +149,12 @@ fn milliseconds(distribution: &Distribution) -> Value {
     })
 }
 
-/// Four places, as in the course's artifact.
+/// Rounds to four decimals, as in the course's artifact.
 pub fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-/// The members of `value`, which is an object.
+/// The members of the object `value`.
 pub fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,

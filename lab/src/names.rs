@@ -1,4 +1,4 @@
-//! Names of a system's knobs, topics and figures as texts and tables have them.
+//! Names of a system's knobs, topics and figures, for texts and tables.
 
 use std::path::Path;
 
@@ -15,9 +15,14 @@ pub fn key(name: &str) -> String {
     words.join("_")
 }
 
-/// A label for the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`.
+/// What is turned by the knob called `name`: `control` of `control-hz`, `queue
+/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`,
+/// `/obs delay` of `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
+    if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
+        let of_link = filled.strip_prefix("link ");
+        return of_link.map_or_else(|| label(filled), str::to_owned);
+    }
     match name.split_once(' ') {
         Some(("rate" | "send", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
@@ -27,7 +32,19 @@ pub fn label(name: &str) -> String {
     }
 }
 
-/// The name of a node in texts: that of the alias for its rate, if it has one.
+/// The unit of a number that the knob called `name` takes, with a blank before it.
+pub fn unit(name: &str, kind: KnobKind) -> &'static str {
+    let before = name.split("{}").next().unwrap_or_default();
+    let is_time = ["delay:", "reliable:", "zero:"];
+    match kind {
+        KnobKind::Rate => " Hz",
+        KnobKind::Takes | KnobKind::Wakes | KnobKind::Offset | KnobKind::Hang => " ms",
+        KnobKind::Link | KnobKind::Send if is_time.iter().any(|t| before.ends_with(t)) => " ms",
+        _ => "",
+    }
+}
+
+/// Name of a node in texts: from the alias for its rate, if it has one.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))
@@ -54,14 +71,29 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
-/// A short text of a message to a node: for a file, its name without folder and digest.
+/// The aliases to be shown: all but messages that are neither the first of their kind
+/// nor `wanted`.
+pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
+    let is_message = |alias: &&Alias| alias.kind() == KnobKind::Send;
+    let aliases = system.aliases().iter();
+    let first = aliases.clone().find(is_message);
+    let shown = |alias: &&Alias| !is_message(alias) || first == Some(*alias) || wanted(alias);
+    aliases.filter(shown).collect()
+}
+
+/// Whether `alias` is set away from its default in `setup`.
+pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
+    alias.value(setup) != alias.default
+}
+
+/// The short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }
 
-/// A short text of the value of `alias` in `setup`.
+/// The short form of the value of `alias` in `setup`.
 pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     let value = alias.value(setup);
     match alias.knobs {
@@ -75,11 +107,15 @@ pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
-        _ => json!(text),
+        KnobKind::Send => json!(text),
+        _ => match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => json!(number),
+            _ => json!(text),
+        },
     }
 }
 
-/// A word for runs that are not lost: their usual verdict, such as `balanced`.
+/// A word for successful runs: their usual verdict, such as `balanced`.
 pub fn good(system: &dyn System) -> String {
     let verdicts = system.verdicts();
     let usual = verdicts

@@ -1,4 +1,4 @@
-//! From what was typed to a configuration.
+//! Builds a configuration from the command line.
 
 use std::{fmt, path::Path};
 
@@ -17,27 +17,27 @@ use crate::{
     recording::with_durations,
 };
 
-/// What holds where nothing is said.
+/// Defaults of a command.
 #[derive(Clone, Copy)]
 pub struct Defaults {
-    /// The clock to begin with.
+    /// The initial clock.
     pub clock: ClockKind,
-    /// When the run ends.
+    /// Run time at the end.
     pub end: Time,
-    /// How fast virtual time passes.
+    /// Speed of virtual time.
     pub speed: Speed,
 }
 
-/// The largest file of knobs that is read (bytes): some million of them.
+/// The largest file of knobs accepted (bytes): enough for about a million.
 const MOST_KNOBS: u64 = 16 << 20;
 
 /// Run time of `--smoke`.
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
 
-/// The configuration that the options describe.
+/// Builds the configuration from the options.
 ///
 /// # Errors
-/// [`Error::BadInput`] if they make no sense to the system.
+/// [`Error::BadInput`] if they are invalid for the system.
 pub fn config(program: &Program, args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
     if !args.smoke {
         return graph(program, &args.graph, defaults);
@@ -88,10 +88,10 @@ pub fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result
     Ok(config)
 }
 
-/// The world that is asked for.
+/// The world in the options.
 ///
 /// # Errors
-/// [`Error::BadInput`] if it does not take the step.
+/// [`Error::BadInput`] for an invalid step.
 pub fn world(args: &TimingArgs) -> Result<WorldKind, Error> {
     let name = match args.world {
         None | Some(WorldArg::Course) => "course",
@@ -101,7 +101,7 @@ pub fn world(args: &TimingArgs) -> Result<WorldKind, Error> {
     world.map_err(|why| Error::BadInput(format!("--world-step-ms: {why}")))
 }
 
-/// The knobs that have options of their own, each with what its errors begin with.
+/// The knobs with options of their own, each with a prefix for its errors.
 pub fn timing<'a>(
     args: &'a TimingArgs,
     think: Option<&'a Knob>,
@@ -110,10 +110,10 @@ pub fn timing<'a>(
     knobs.map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
 }
 
-/// The knobs that `text` turns, and what errors of them begin with.
+/// Parses the knobs in `text`; their errors begin with the given prefix.
 ///
 /// # Errors
-/// [`Error::BadInput`] if it is no knob.
+/// [`Error::BadInput`] for an invalid knob.
 pub fn read_knob(
     program: &Program,
     option: &str,
@@ -126,7 +126,8 @@ pub fn read_knob(
     }
 }
 
-/// The setup by `settings`, each with what its errors begin with; later ones hold.
+/// Builds the setup from `settings`, each with a prefix for its errors; later settings
+/// have precedence.
 ///
 /// # Errors
 /// [`Error::BadInput`] if a node would refuse its message.
@@ -146,11 +147,10 @@ pub fn setup(
     Ok(setup)
 }
 
-/// `knob` in the form in which it is recorded: its message, or the durations that
-/// it draws from.
+/// Returns `knob` in recordable form, with its message resolved or its durations loaded.
 ///
 /// # Errors
-/// Why the node would refuse it.
+/// The reason why the node would refuse it.
 pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, String> {
     let Knob::Send { node, text } = knob else {
         return with_durations(knob);
@@ -159,7 +159,7 @@ pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Resu
     Ok(Knob::Send { node, text })
 }
 
-/// Refuses what has no meaning on the chosen clock.
+/// Refuses options without effect on the chosen clock.
 fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
     let why = match clock {
         ClockKind::Virtual if args.realtime => {
@@ -195,7 +195,7 @@ fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<Tim
         .map_err(|why| refused(&why))
 }
 
-/// Asks for real-time priority if that was asked for, and notes a refusal.
+/// Requests real-time priority if the options ask for it; returns the result.
 pub fn realtime(args: &GraphArgs) -> Option<Result<RealtimePriority, String>> {
     let asked = args.realtime.then(RealtimePriority::request)?;
     Some(asked.map_err(|refusal| {

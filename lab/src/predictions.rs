@@ -1,4 +1,4 @@
-//! A learner's predictions: where they are kept, and how they read.
+//! A learner's predictions: their file, and their text.
 
 use std::{
     env,
@@ -14,11 +14,11 @@ const FILE: &str = "answers.toml";
 /// Folder of the exercises in a clone.
 const FOLDER: &str = "exercises";
 
-/// What tells that folder from others of its name.
+/// A file that distinguishes this folder from others of the same name.
 const MARK: &str = "bands.toml";
 
-/// The file at `named`, or else the one of the clone that we are in, or else the
-/// one of this user, or else one right here.
+/// The file `named`, or else the one of the current clone, or else the one of this user,
+/// or else one in the current folder.
 pub fn answers_file(named: Option<&Path>) -> PathBuf {
     let named = named.map(Path::to_owned);
     let file = named.or_else(in_the_clone).or_else(of_the_user);
@@ -32,14 +32,13 @@ fn in_the_clone() -> Option<PathBuf> {
     Some(folder.join(FILE))
 }
 
-/// Such as `~/.local/share/ratelab/answers.toml`; none for somebody who has no
-/// home.
+/// Such as `~/.local/share/ratelab/answers.toml`; `None` without a home folder.
 fn of_the_user() -> Option<PathBuf> {
     let folders = ProjectDirs::from("", "", "ratelab")?;
     Some(folders.data_dir().join(FILE))
 }
 
-/// What was predicted in an exercise, in words, if it was.
+/// The prediction for an exercise as text, if there is one.
 pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
     let prediction = answers.get(brief)?;
     let number = brief.in_unit(prediction.number());

@@ -1,16 +1,16 @@
-//! Text that others wrote, made fit for a line on a terminal.
+//! Makes untrusted text safe to print on a terminal.
 
-/// The longest line of an error (characters): a path of some length fits in.
+/// Maximum length of an error line (characters): enough for a long path.
 const LONGEST: usize = 1_000;
 
-/// Characters kept of the beginning and of the end of a longer one: the value
-/// comes first in an error, what is expected comes last.
+/// Number of characters kept at the beginning and at the end of a longer line: the value
+/// is at the start of an error, the expectation at its end.
 const KEPT: (usize, usize) = (500, 300);
 
-/// Whether `c` is a control character, or one that changes how the text around
-/// it is shown: those of the Unicode category Cf, and the separators of lines and
-/// paragraphs. U+200C and U+200D are let through: file names in some scripts need
-/// these two, and they join or part two letters at most.
+/// Whether `c` is a control character or changes the display of the text around it:
+/// Unicode category Cf, and the separators of lines and paragraphs. U+200C and U+200D are
+/// allowed: file names in some scripts need them, and they join or separate two letters
+/// at most.
 pub fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -36,7 +36,7 @@ pub fn is_control(c: char) -> bool {
             | '\u{e0000}'..='\u{e007f}')
 }
 
-/// `text` in one line of reasonable length, with controls spelt out.
+/// `text` in one line of limited length, with control characters escaped.
 pub fn one_line(text: &str) -> String {
     let length = text.chars().count();
     if length <= LONGEST {
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn controls_are_spelt_out_and_the_rest_is_kept() {
+    fn controls_are_escaped_and_the_rest_is_kept() {
         assert_eq!(one_line("\u{1b}[31mred\n"), r"\u{1b}[31mred\n");
         assert_eq!(one_line("txt.\u{202e}exe"), r"txt.\u{202e}exe");
         assert_eq!(one_line("→ é \"ü\" \\ '"), "→ é \"ü\" \\ '");

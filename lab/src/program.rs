@@ -1,4 +1,4 @@
-//! What the command works on, and what it is called.
+//! The system and the name of a command.
 
 use std::{env, path::Path, sync::Arc};
 
@@ -6,20 +6,20 @@ use ratelab::system::{KnobText, System};
 
 /// The command for one system.
 pub struct Program {
-    /// What is run.
+    /// The system.
     pub system: Arc<dyn System>,
-    /// Whether the course of the cart-pole belongs to it.
+    /// Whether it includes the course of the cart-pole.
     pub course: bool,
 }
 
 impl Program {
-    /// Reads and writes knobs with the names of the system.
+    /// Parses and writes knobs with the system's aliases.
     pub fn knobs(&self) -> KnobText {
         KnobText(self.system.aliases())
     }
 }
 
-/// The name by which the program was called.
+/// The program's name on the command line.
 pub fn name() -> String {
     let called = env::args_os().next().unwrap_or_default();
     let name = Path::new(&called)

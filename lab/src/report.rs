@@ -12,27 +12,27 @@ use ratelab::{
 };
 
 use crate::{
-    names::{label, node_label, rate_alias, short_value},
+    names::{self, label, node_label, rate_alias, short_value},
     recording::Recorded,
     timing,
 };
 
-/// What is to be printed of a run beside its summary.
+/// Information for a report beside the summary.
 #[derive(Default)]
 pub struct ReportContext {
-    /// `--break` was given.
+    /// Whether `--break` is set.
     pub break_bug: bool,
-    /// `--smoke` was given.
+    /// Whether `--smoke` is set.
     pub smoke: bool,
-    /// What became of `--realtime`; `None` if it was not given.
+    /// Result of `--realtime`; `None` if it is not set.
     pub realtime: Option<Result<(), String>>,
-    /// Rows that the CSV writer lost.
+    /// Number of rows lost by the CSV writer.
     pub csv_lost: u64,
-    /// Why it is not known how the run ended, if it is not.
+    /// The reason why the end of the run is unknown, if it is.
     pub open: Option<String>,
 }
 
-/// The summary in a few lines.
+/// The summary as a few lines of text.
 pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let world = timing::world(system, summary);
     let asked = world.is_some();
@@ -43,6 +43,7 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         ("verdict", verdict(system, summary, context)),
         ("topics", topics(summary)),
     ]);
+    lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = push_age_s(summary).filter(|_| asked);
     lines.extend(age.map(|age| ("push age", format!("mean {:.1} ms", age * 1e3))));
@@ -64,8 +65,8 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     lines.join("\n")
 }
 
-/// What ticks took and when they began: of all nodes if the wall had a part in it,
-/// else of those whose ticks were given a time of their own.
+/// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
+/// nodes with configured timing.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let timed = |node: &NodeSummary| timing::is_timed(summary, &node.name);
     let wall = saw_the_wall(summary);
@@ -82,7 +83,7 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     lines.into_iter().filter(told).collect()
 }
 
-/// Mean over time of the age of what was done to the world (s), if something was.
+/// Mean over time of the age of pushes on the world (s), if there were any.
 pub fn push_age_s(summary: &Summary) -> Option<f64> {
     summary.nodes.iter().find_map(|node| node.push_age_s)
 }
@@ -92,8 +93,8 @@ pub fn line(name: &str, text: &str) -> String {
     format!("{name:<9} {text}")
 }
 
-/// The commands that were given; the verdict tells how it ended. Knobs are printed
-/// as `--knobs` reads them, to the nanosecond.
+/// The commands of the run; the verdict covers its end. Knobs are printed in the format
+/// of `--knobs`, to the nanosecond.
 fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     for events in events.chunk_by(|one, next| one.knob().is_some() == next.knob().is_some()) {
@@ -109,7 +110,7 @@ fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// Whether the run was under the real clock at any time.
+/// Whether any part of the run was under the real clock.
 pub fn saw_the_wall(summary: &Summary) -> bool {
     let to_the_wall =
         |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
@@ -123,8 +124,10 @@ fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> Str
         Some(Err(_)) => " (real-time priority refused)",
         None => "",
     };
-    let messages = of_kind(system, KnobKind::Send);
-    let messages: String = messages
+    let shown = names::shown(system, |alias| names::is_set(alias, &config.setup));
+    let messages: String = shown
+        .into_iter()
+        .filter(|alias| alias.kind() == KnobKind::Send)
         .map(|alias| {
             let value = short_value(system, alias, &config.setup);
             format!(" | {} {value}", label(alias.name))
@@ -141,7 +144,7 @@ fn of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static
     aliases.filter(move |alias| alias.kind() == kind)
 }
 
-/// The rates, from the first to the last where a knob was turned, and depths.
+/// The rates, with all values of rates that changed, and the depths.
 fn rates(system: &dyn System, summary: &Summary) -> String {
     let setup = &summary.config.setup;
     let nodes = summary.nodes.iter().map(|node| {
@@ -197,7 +200,23 @@ fn topics(summary: &Summary) -> String {
     read.map(topic).collect::<Vec<_>>().join(" | ")
 }
 
-/// The latency that matters, beside the period of the rate that matters most.
+/// What the links did to messages, where they did something.
+fn links(summary: &Summary) -> Option<String> {
+    let topics = summary.topics.iter().filter_map(|topic| {
+        let figures = [
+            (topic.lost, "lost"),
+            (topic.overtaken, "overtaken"),
+            (topic.in_flight, "in flight"),
+        ];
+        let figures = figures.iter().filter(|(count, _)| *count > 0);
+        let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();
+        (!figures.is_empty()).then(|| format!("{} {}", topic.name, figures.join(", ")))
+    });
+    let topics: Vec<String> = topics.collect();
+    (!topics.is_empty()).then(|| topics.join(" | "))
+}
+
+/// The main latency, with the period of the main rate.
 fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
     let (_, meter) = system.latency()?;
     let latency = &summary.latency;
@@ -266,7 +285,7 @@ fn us(distribution: &Distribution, quantile: f64) -> String {
     duration.map_or("-".to_owned(), |d| format!("{:.0}", d.as_secs_f64() * 1e6))
 }
 
-/// Where a recording went.
+/// The path of a recording.
 pub fn recorded(recorded: &Recorded) -> String {
     let lost = match recorded.lost {
         0 => String::new(),

@@ -1,4 +1,4 @@
-//! A rescue by hand, judged from what was recorded of it.
+//! The judgement of a rescue by hand from its recording.
 
 use std::{fs, path::Path};
 
@@ -12,19 +12,19 @@ use ratelab::{
 
 use crate::recording::{ReadError, Recording, schema::RunStatus};
 
-/// Number of the exercise that is done by hand.
+/// Number of the exercise with a rescue by hand.
 pub const RESCUE: u32 = 5;
 
-/// SHA-256 of `recordings/rescued.rrd`, a rescue that everybody has.
+/// SHA-256 of `recordings/rescued.rrd`, the rescue included with ratelab.
 const SHIPPED: &str = "31d8c013b119cd0b59ebd8d9c44c0f6f5421f27416028c42b3cf0253ca7661dd";
 
-/// Whether `file` is the rescue that comes with ratelab.
+/// Whether `file` is the rescue included with ratelab.
 pub fn is_shipped(file: &Path) -> bool {
     let content = fs::read(file).unwrap_or_default();
     Digest::of(&content).to_string() == SHIPPED
 }
 
-/// Judges the session in `file`; in words, and whether it is a rescue.
+/// Judges the session in `file`; returns whether it is a rescue, with a text.
 ///
 /// # Errors
 /// [`ReadError`] if the file is no recording.
@@ -36,10 +36,10 @@ pub fn judge_file(file: &Path) -> Result<(bool, String), ReadError> {
     })
 }
 
-/// Whether the session in `recording` is a rescue.
+/// Judges the session in `recording`.
 ///
 /// # Errors
-/// Why it is none.
+/// The reason if it is no rescue.
 pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> {
     let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
     let system = CartPole::default();

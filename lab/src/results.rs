@@ -1,4 +1,4 @@
-//! The files that a run's command reads and writes, and what it prints.
+//! The input files, output files and printed results of a run.
 
 use std::path::PathBuf;
 
@@ -21,10 +21,10 @@ use crate::{
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";
 
-/// What `args` ask to be written, and what `experiment` reads.
+/// The files to write according to `args`, and the files that `experiment` reads.
 ///
 /// # Errors
-/// [`Error::BadInput`] if rows are asked for and the system has none.
+/// [`Error::BadInput`] if rows are requested and the system has no states.
 pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan<'a>, Error> {
     let config = experiment.config();
     let timed = config.knobs.iter().map(|timed| &timed.knob);
@@ -49,7 +49,7 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
     })
 }
 
-/// The files that `knobs` name, by option.
+/// The files named by `knobs`, by option.
 pub fn input_files<'k>(
     system: &dyn System,
     knobs: impl Iterator<Item = &'k Knob>,

@@ -1,4 +1,4 @@
-//! The terminal as options and surroundings have it.
+//! Settings of the terminal, from options and environment.
 
 use crate::{
     cli::ScreenArgs,
@@ -10,8 +10,7 @@ use crate::{
     program,
 };
 
-/// Refuses with `why` if there is nothing to draw on; `instead` is the command to
-/// try.
+/// Refuses with `why` if there is no terminal; `instead` is a command to try.
 pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
     if dashboard::terminal_is_there() {
         return Ok(());
@@ -28,7 +27,7 @@ pub fn screen(args: &ScreenArgs) -> Options {
     }
 }
 
-/// Colours unless the person wants none (<https://no-color.org>).
+/// Uses colours unless the environment disables them (<https://no-color.org>).
 ///
 /// Unless it was told, the background is guessed from `COLORFGBG`, which some terminals
 /// set: two or three numbers of colours, the last of them that of the background.

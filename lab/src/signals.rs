@@ -1,5 +1,4 @@
-//! Signals: those that ask the program to end, and the one of a file that may
-//! not grow.
+//! Signals that stop the program, and the one for the limit of file sizes.
 
 use std::{
     sync::{
@@ -18,12 +17,12 @@ use signal_hook::{
 
 use crate::output::{note, remove_unfinished};
 
-/// The last signal that asked the program to end; 0 before the first.
+/// The last signal to stop the program; 0 before the first.
 static RECEIVED: AtomicI32 = AtomicI32::new(0);
 
-/// From now on the first of SIGINT, SIGTERM and SIGHUP calls `first`, which is to
-/// end the program in order; the next one calls `last` and ends it at once. A
-/// second SIGHUP does not: a terminal that goes away may send several.
+/// From now on the first SIGINT, SIGTERM or SIGHUP calls `first`, which should end the
+/// program normally; the next one calls `last` and ends the program at once. A second
+/// SIGHUP is ignored: a closing terminal may send several.
 pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send + 'static) {
     let mut signals = match Signals::new([SIGINT, SIGTERM, SIGHUP]) {
         Ok(signals) => signals,
@@ -43,8 +42,7 @@ pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send +
     });
 }
 
-/// Set by the first signal that asks the program to end; the next one ends it at
-/// once.
+/// Returns a flag that the first signal sets; the next signal ends the program at once.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::<AtomicBool>::default();
     let stop = flag.clone();
@@ -52,10 +50,10 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     flag
 }
 
-/// Ends the program without waiting for anything, as a signal asked for.
+/// Ends the program immediately after a signal.
 pub fn end_at_once() -> ! {
     remove_unfinished();
-    // No exit handlers: other threads are still at work.
+    // Skips exit handlers, because other threads are still running.
     low_level::exit(exit_code().unwrap_or(1).into())
 }
 
@@ -66,9 +64,9 @@ pub fn exit_code() -> Option<u8> {
     code.filter(|_| signal != 0)
 }
 
-/// Makes a limit on the size of files (`ulimit -f`) an error of writing, as a
-/// full disk is one, instead of the program's end.
+/// Turns the limit of file sizes (`ulimit -f`) into a write error, like a full disk, in
+/// place of a fatal signal.
 pub fn outlive_size_limit() {
-    // A handler that does nothing: ignoring would be inherited by the viewer.
+    // An empty handler: the viewer would inherit an ignored signal.
     let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }

@@ -1,4 +1,4 @@
-//! What was asked of the time that nodes take.
+//! The configured timing of nodes.
 
 use std::sync::Arc;
 
@@ -8,8 +8,7 @@ use ratelab::{
     system::{System, WorldKind},
 };
 
-/// Whether `knob` gives the ticks of a node a time of their own: they take, are late
-/// or are shifted.
+/// Whether `knob` sets the duration, lateness or offset of a node's ticks.
 pub fn is_of_time(knob: &Knob) -> bool {
     matches!(
         knob.kind(),
@@ -17,7 +16,7 @@ pub fn is_of_time(knob: &Knob) -> bool {
     )
 }
 
-/// Whether the ticks of `node` were given a time of their own at any time of a run.
+/// Whether the timing of `node` was configured at any time of a run.
 pub fn is_timed(summary: &Summary, node: &str) -> bool {
     knobs_of_time(summary).any(|knob| knob.target() == node)
 }
@@ -28,8 +27,7 @@ fn knobs_of_time(summary: &Summary) -> impl Iterator<Item = Knob> {
     before.chain(turned).filter(is_of_time)
 }
 
-/// What is to be known of the world of a run, if it is one of its own, or ticks were
-/// given a time of their own.
+/// A description of a run's world, if it moves by itself or if timing is configured.
 pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
     match summary.config.world {
         WorldKind::Own { step_ms } => Some(format!(
@@ -44,8 +42,8 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
     }
 }
 
-/// The world of its own in which a run of `system` can be: that of `config`, or one of
-/// the usual steps; `None` if the system has none.
+/// A world that moves by itself for a run of `system`: that of `config`, or one with the
+/// default step; `None` if the system has none.
 pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
     if !config.world.is_course() {
         return Some(config.world);

@@ -1,5 +1,4 @@
-//! What this program is, and what it was built from: for reports of what went
-//! wrong.
+//! The version and origin of this program, for bug reports.
 
 use ratelab::{cartpole::mujoco_version, policy::RUNS_ONNX};
 
@@ -13,7 +12,7 @@ const COMMIT: Option<&str> = option_env!("RATELAB_COMMIT");
 /// The day of the commit, such as `2026-03-14`, if it is known.
 pub const DATE: Option<&str> = option_env!("RATELAB_DATE");
 
-/// In a line, after the name.
+/// A line to follow the name.
 pub fn short(program: &Program) -> String {
     let version = version(program);
     match (COMMIT, DATE) {
@@ -22,13 +21,13 @@ pub fn short(program: &Program) -> String {
     }
 }
 
-/// Other programs than ratelab have versions of their own.
+/// Programs other than ratelab have their own versions.
 fn version(program: &Program) -> String {
     let with = if program.course { "" } else { "with ratelab " };
     format!("{with}{VERSION}")
 }
 
-/// In several lines, after the name.
+/// Several lines to follow the name.
 pub fn long(program: &Program) -> String {
     let onnx = if RUNS_ONNX {
         "yes, where the ONNX Runtime is installed"

@@ -1,4 +1,4 @@
-//! What `ratelab` says of itself: help, completions, manual pages, versions.
+//! Help, completions, manual pages and versions of `ratelab`.
 
 mod support;
 
@@ -19,7 +19,7 @@ fn said(args: &[&str]) -> String {
     text(&output.stdout)
 }
 
-/// The commands that the help lists.
+/// The commands in the help.
 fn commands() -> Vec<String> {
     let help = said(&["--help"]);
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
@@ -30,7 +30,7 @@ fn commands() -> Vec<String> {
     names
 }
 
-/// The long options that the help of `command` lists, without their hyphens.
+/// The long options in the help of `command`, without their hyphens.
 fn options(command: &str) -> Vec<String> {
     let help = said(&[command, "--help"]);
     let words = help.lines().map(|line| line.trim_start());
@@ -40,7 +40,7 @@ fn options(command: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_shell_is_told_every_command_and_option() {
+fn completions_contain_every_command_and_option() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = said(&["completions", shell]);
         for command in commands() {
@@ -81,7 +81,7 @@ fn every_command_has_a_page_with_every_option() {
 }
 
 #[test]
-fn a_version_is_a_line_or_all_there_is_to_report() {
+fn a_version_is_one_line_or_the_full_report() {
     let version = concat!("ratelab ", env!("CARGO_PKG_VERSION"));
     let short = said(&["-V"]);
     assert!(short.starts_with(version), "{short}");
@@ -97,10 +97,10 @@ fn a_version_is_a_line_or_all_there_is_to_report() {
     assert!(!long.contains('/'), "no paths: {long}");
 }
 
-/// The commit in this clone, if it is one and there is a git.
+/// The commit of this clone, if it is a clone and git is installed.
 fn head() -> Option<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    // A copy without history may lie in somebody else's repository.
+    // A copy without history may lie in another repository.
     if !root.join(".git").exists() {
         return None;
     }
@@ -111,7 +111,7 @@ fn head() -> Option<String> {
 }
 
 #[test]
-fn the_version_tells_the_commit_in_the_clone() {
+fn the_version_contains_the_commit_of_the_clone() {
     let long = said(&["--version"]);
     let mut lines = long.lines().map(str::split_whitespace);
     let mut commit = lines.find(|line| line.clone().next() == Some("commit"));
@@ -124,7 +124,7 @@ fn the_version_tells_the_commit_in_the_clone() {
 }
 
 #[test]
-fn help_tells_which_knob_breaks_it() {
+fn help_contains_the_knob_that_breaks_it() {
     let help = said(&["run", "--help"]);
     for text in [
         format!("Break it: control-hz {BROKEN_HZ}\n"),
@@ -135,7 +135,7 @@ fn help_tells_which_knob_breaks_it() {
 }
 
 #[test]
-fn pages_that_cannot_be_written_are_refused_with_what_to_try() {
+fn pages_in_unwritable_places_are_refused_with_a_remedy() {
     let folder = TempDir::new().expect("folder");
     fs::create_dir(folder.path().join("ratelab.1")).expect("in the way");
     let refused = complaint(&ratelab(&["man", &path(&folder, "")]), 2);
@@ -143,7 +143,7 @@ fn pages_that_cannot_be_written_are_refused_with_what_to_try() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn a_closed_pipe_is_no_error() {
     for args in [
         &["--help"][..],
         &["--version"],
@@ -162,16 +162,13 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 }
 
 #[test]
-fn what_is_unknown_is_answered_with_what_to_try() {
+fn unknown_arguments_are_refused_with_a_remedy() {
     for (args, advice) in [
         (&["rum"][..], "a similar subcommand exists: 'run'"),
         (&["run", "--contol-hz", "5"], "exists: '--control-hz'"),
-        (&["run", "extra"], "ratelab run --help tells what there is"),
-        (&["info"], "ratelab info --help tells what there is"),
-        (
-            &["keys", "--all"],
-            "ratelab keys --help tells what there is",
-        ),
+        (&["run", "extra"], "see ratelab run --help"),
+        (&["info"], "see ratelab info --help"),
+        (&["keys", "--all"], "see ratelab keys --help"),
         (
             &["lab", "--fps", "x"],
             "expected 1 to 120 frames per second",

@@ -1,4 +1,4 @@
-//! `ratelab exercise` as a learner and a script meet it.
+//! `ratelab exercise`, as used by learners and scripts.
 
 mod support;
 
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use support::reference;
 
-/// A learner in a clone of their own, as far as predictions are concerned.
+/// A learner with a separate file of predictions.
 struct Learner(TempDir);
 
 impl Learner {
@@ -76,7 +76,7 @@ fn nothing_is_revealed_before_a_prediction() {
 }
 
 #[test]
-fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
+fn a_prediction_is_kept_and_shown_beside_the_measurement() {
     let learner = Learner::new();
     let first = learner.succeeds(&["1", "--predict", "8 because half of 50 is plenty"]);
     assert!(
@@ -94,7 +94,7 @@ fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
         "not the same the second time"
     );
     assert!(learner.succeeds(&[]).contains("you predicted 8 Hz"));
-    // A second guess is none, but one may begin anew.
+    // A second prediction is refused without `--redo`.
     let (said, _) = learner.is_refused(&["1", "--predict", "6 because I know now"]);
     assert!(said.contains("--redo"), "{said}");
     learner.is_refused(&["1", "--redo"]);
@@ -103,7 +103,7 @@ fn a_prediction_is_kept_and_shown_beside_what_is_measured() {
 }
 
 #[test]
-fn an_exercise_that_nobody_can_answer_makes_no_folder() {
+fn an_exercise_without_a_learner_creates_no_folder() {
     let home = TempDir::new().expect("a folder");
     let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
     command.args(["exercise", "1"]).stdin(Stdio::null());
@@ -117,7 +117,7 @@ fn an_exercise_that_nobody_can_answer_makes_no_folder() {
 }
 
 #[test]
-fn a_prediction_that_cannot_be_kept_is_refused_before_anything_is_measured() {
+fn an_unwritable_file_of_predictions_is_refused_before_the_measurement() {
     let learner = Learner::new();
     let in_the_way = learner.answers().with_extension("toml.new");
     fs::create_dir(in_the_way).expect("a folder");
@@ -151,7 +151,7 @@ fn a_prediction_can_come_from_a_pipe() {
 }
 
 #[test]
-fn check_measures_all_that_is_promised() {
+fn check_makes_all_promised_measurements() {
     let learner = Learner::new();
     let all = learner.succeeds(&["check"]);
     assert_eq!(
@@ -185,7 +185,7 @@ fn check_keeps_measurements_and_the_prediction_apart() {
 #[test]
 fn a_rescue_by_hand_is_judged_from_its_recording() {
     let learner = Learner::new();
-    // The one that comes with ratelab, and something behind its last message.
+    // The rescue included with ratelab, with additional bytes after its last message.
     let own = learner.0.path().join("own.rrd");
     let mut rescued = fs::read(reference("rescued.rrd")).expect("read");
     rescued.push(0);

@@ -1,4 +1,4 @@
-//! An installed `ratelab`: run in any folder, far from the clone.
+//! An installed `ratelab`, run in any folder outside of the clone.
 
 mod support;
 
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use support::{outside::assert_outside, text};
 
-/// Somebody with a home, at work in a folder that is no clone.
+/// A user with a home folder and a working folder that is no clone.
 struct User {
     home: TempDir,
     work: TempDir,
@@ -31,7 +31,7 @@ impl User {
         command.args(args).current_dir(self.work.path());
         command.env("HOME", self.home.path());
         command.env_remove("XDG_DATA_HOME");
-        // Without a viewer.
+        // No viewer on the search path.
         command.env("PATH", "");
         command
     }
@@ -46,7 +46,7 @@ impl User {
         text(&output.stdout)
     }
 
-    /// What is said in one line to what cannot be done.
+    /// The single error line of a refused command.
     fn is_refused(&self, args: &[&str], code: i32) -> String {
         let output = self.does(args);
         let said = text(&output.stderr);
@@ -69,7 +69,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn it_needs_nothing_of_the_clone() {
+fn it_needs_no_files_of_the_clone() {
     let user = User::new();
     assert!(user.succeeds(&["run", "--smoke"]).contains("BALANCED"));
     let swept = user.succeeds(&["sweep", "--control-hz", "5,10", "--seeds", "0..1"]);
@@ -80,7 +80,7 @@ fn it_needs_nothing_of_the_clone() {
 }
 
 #[test]
-fn recordings_go_to_a_folder_right_here() {
+fn recordings_go_to_the_current_folder() {
     let user = User::new();
     let said = user.succeeds(&["run", "--smoke", "--record"]);
     let made = files(&user.work.path().join("recordings"));
@@ -97,7 +97,7 @@ fn recordings_go_to_a_folder_right_here() {
 }
 
 #[test]
-fn what_cannot_be_written_is_told_before_the_run() {
+fn unwritable_files_are_refused_before_the_run() {
     let user = User::new();
     fs::write(user.work.path().join("recordings"), "in the way").expect("written");
     for (args, advice) in [
@@ -124,7 +124,7 @@ fn predictions_are_kept_for_the_user() {
     let list = user.succeeds(&["exercise"]);
     assert!(list.contains("you predicted 0"), "{list}");
     assert!(list.contains(&file.display().to_string()), "{list}");
-    // The same person elsewhere.
+    // The same user in another folder.
     let elsewhere = TempDir::new().expect("a folder");
     let mut list = user.command(&["exercise"]);
     let list = list.current_dir(&elsewhere).output().expect("starts");
@@ -132,7 +132,7 @@ fn predictions_are_kept_for_the_user() {
 }
 
 #[test]
-fn predictions_that_cannot_be_kept_are_not_asked_for_in_vain() {
+fn an_unwritable_file_of_predictions_is_refused_before_the_question() {
     let user = User::new();
     let none = user.home.path().join("none");
     fs::write(&none, "in the way").expect("written");

@@ -1,5 +1,5 @@
-//! Files that the command writes: what is there stays until everything is known to
-//! be possible, and a result has its name when it is whole.
+//! Files written by the command: existing files stay until all outputs are known to be
+//! possible, and a result has its name when it is complete.
 #![cfg(unix)]
 
 mod support;
@@ -15,7 +15,7 @@ use std::{
 use support::{command, complaint, folder, path, ratelab, text};
 use tempfile::TempDir;
 
-/// The commands that take `--csv`, `--out` and `--record`, made short.
+/// The commands with `--csv`, `--out` and `--record`, kept short.
 const COMMANDS: [&[&str]; 2] = [
     &["run", "--clock", "virtual", "--duration-s", "0.1"],
     &[
@@ -38,7 +38,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What `args` are refused with, as bad input.
+/// The error line for `args`, which must be bad input.
 fn refusal(args: &[&str]) -> String {
     let output = ratelab(args);
     assert!(output.stdout.is_empty(), "{args:?} printed a result");
@@ -54,7 +54,7 @@ fn rows(command: &[&str], folder: &TempDir, name: &str) -> String {
 }
 
 #[test]
-fn a_refused_command_changes_no_file_and_makes_none() {
+fn a_refused_command_changes_and_creates_no_file() {
     for command in COMMANDS {
         let folder = folder();
         let [old, new, taken, out] =
@@ -89,7 +89,7 @@ fn two_outputs_never_share_a_file() {
 }
 
 #[test]
-fn an_output_never_takes_the_place_of_an_input() {
+fn an_output_never_replaces_an_input() {
     let folder = folder();
     let [knobs, link, policy] = ["knobs", "link", "policy.pt"].map(|name| path(&folder, name));
     fs::write(&knobs, "0.05 control-hz 10\n").expect("written");
@@ -183,14 +183,14 @@ fn rows_go_into_a_pipe_with_a_name() {
     assert!(rows.starts_with("step,time_s,"), "{rows}");
 }
 
-/// Sends a signal, which must arrive.
+/// Sends a signal and checks that it was delivered.
 fn send(signal: &str, child: &Child) {
     let pid = child.id().to_string();
     let kill = Command::new("kill").args([signal, &pid]).status();
     assert!(kill.expect("kill").success());
 }
 
-/// A long run that writes to the folder `out` and has begun; its rows.
+/// Starts a long run that writes to the folder `out`; returns its rows.
 fn long_run(out: &str, more: &[&str]) -> (Child, ChildStderr) {
     let mut child = command()
         .args([
@@ -227,10 +227,10 @@ fn every_signal_ends_a_run_in_order_with_its_number() {
 }
 
 #[test]
-fn a_second_signal_ends_at_once_and_leaves_no_unfinished_file() {
+fn a_second_signal_ends_the_run_at_once_without_unfinished_files() {
     let folder = folder();
     let (mut child, mut rows) = long_run(&path(&folder, "out"), &["--clock", "virtual"]);
-    // Nobody reads on, so the rows that are to be written hold its end up.
+    // The reader stops, so the remaining rows block the end of the run.
     assert_eq!(BufReader::new(&mut rows).lines().take(5).count(), 5);
     while child.try_wait().expect("a child").is_none() {
         send("-INT", &child);
@@ -242,7 +242,7 @@ fn a_second_signal_ends_at_once_and_leaves_no_unfinished_file() {
 }
 
 #[test]
-fn what_a_killed_run_left_is_removed_by_the_next_but_not_what_others_still_write() {
+fn leftovers_of_a_killed_run_are_removed_and_files_in_use_are_kept() {
     let folder = folder();
     let out = path(&folder, "out");
     let (mut killed, _rows) = long_run(&out, &[]);

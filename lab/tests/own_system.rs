@@ -1,5 +1,5 @@
-//! The program of `examples/own_plant.rs`: the whole command for a system that is not
-//! the cart-pole.
+//! The program of `examples/own_plant.rs`: the whole command for a system other than the
+//! cart-pole.
 
 mod support;
 
@@ -11,7 +11,7 @@ use std::{
 
 use support::{complaint, folder, path, ratelab, text};
 
-/// What the drone's program answers to `args`.
+/// The output of the drone's program with `args`.
 fn drone(args: &[&str]) -> Output {
     let built = Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("examples");
     let program = built.join("own_plant");
@@ -61,7 +61,7 @@ fn a_sweep_goes_over_one_of_its_rates() {
 }
 
 #[test]
-fn it_has_its_own_name_and_nothing_of_the_course() {
+fn it_has_its_own_name_and_no_parts_of_the_course() {
     let help = said(&["--help"]);
     assert!(help.contains("Usage: own_plant"), "{help}");
     let pages = [

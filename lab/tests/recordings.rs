@@ -1,4 +1,4 @@
-//! Recordings as a user meets them: made, shown, torn and refused.
+//! Recordings, as used on the command line: recorded, described, torn and refused.
 
 mod support;
 
@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use support::{command, complaint, folder, path, ratelab, reference, text};
 
 #[test]
-fn info_says_what_the_run_said() {
+fn info_prints_the_summary_of_the_run() {
     let folder = folder();
     let knobs = path(&folder, "knobs");
     fs::write(&knobs, "1 control-hz 8\n2.5 queue-depth 4\n").expect("written");
@@ -26,14 +26,14 @@ fn info_says_what_the_run_said() {
     let said = text(&ratelab(&[&args[..], &[&file]].concat()).stdout);
     let info = text(&ratelab(&["info", &file]).stdout);
     let summary = said.lines().filter(|line| !line.starts_with("recorded"));
-    // But for the wall time, to a hundredth of a second, which was rounded once.
+    // Except for the wall time, which is rounded to a hundredth of a second.
     for line in summary {
         assert!(info.contains(line), "{line:?} is not in\n{info}");
     }
 }
 
 #[test]
-fn info_knows_what_a_queue_lost_after_its_last_message() {
+fn info_includes_losses_after_the_last_message_of_a_topic() {
     let folder = folder();
     let (knobs, file) = (path(&folder, "knobs"), path(&folder, "run.rrd"));
     fs::write(&knobs, "1.0095 queue-depth 1\n").expect("written");
@@ -64,7 +64,7 @@ fn info_knows_what_a_queue_lost_after_its_last_message() {
 }
 
 #[test]
-fn a_recording_without_a_name_lands_in_recordings_and_overwrites_none() {
+fn a_recording_without_a_name_goes_to_recordings_and_overwrites_none() {
     let folder = folder();
     for _ in 0..3 {
         let output = command()
@@ -123,7 +123,7 @@ fn recording_changes_no_figure() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused_in_one_line() {
+fn an_invalid_recording_is_refused_in_one_line() {
     let folder = folder();
     let file = path(&folder, "file.rrd");
     for content in [
@@ -149,12 +149,12 @@ fn what_is_no_recording_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_torn_file_is_shown_as_far_as_it_is_good() {
+fn the_intact_part_of_a_torn_file_is_shown() {
     let folder = folder();
     let file = path(&folder, "torn.rrd");
     let whole = fs::read(reference("rescued.rrd")).expect("read");
     fs::write(&file, &whole[..whole.len() - 200_000]).expect("written");
-    // Its batches were put together, so nothing of it is whole.
+    // Its batches were combined, so none of them is complete.
     complaint(&ratelab(&["info", &file]), 2);
     let killed = killed(&folder);
     for command in ["info", "verify"] {
@@ -170,13 +170,13 @@ fn a_torn_file_is_shown_as_far_as_it_is_good() {
     );
 }
 
-/// The recording of a run at the wall's speed that was killed after 2.5 s.
+/// The recording of a run at real-time speed that was killed after 2.5 s.
 fn killed(folder: &TempDir) -> String {
     killed_after(folder, Duration::from_millis(2_500)).0
 }
 
-/// The recording of a run at the wall's speed that was killed, and for how long
-/// it was made.
+/// The recording of a run at real-time speed that was killed, and the time since its
+/// start.
 fn killed_after(folder: &TempDir, time: Duration) -> (String, f64) {
     let file = path(folder, "killed.rrd");
     let _ = fs::remove_file(&file);
@@ -200,9 +200,9 @@ fn killed_after(folder: &TempDir, time: Duration) -> (String, f64) {
 }
 
 #[test]
-fn of_a_run_that_is_killed_all_but_the_last_second_is_there() {
+fn a_killed_run_loses_at_most_the_last_second_of_its_recording() {
     let folder = folder();
-    // A busy machine may keep any thread waiting, but not every time.
+    // A busy machine may delay any thread, but not every time.
     let lost = (0..5).map(|_| {
         let (file, lived) = killed_after(&folder, Duration::from_millis(2_500));
         let said = complaint(&ratelab(&["info", &file]), 2);
@@ -214,7 +214,7 @@ fn of_a_run_that_is_killed_all_but_the_last_second_is_there() {
     assert!(lost.len() < 5, "{lost:?} s were lost");
 }
 
-/// The only one for which a limit on the size of files can be set from outside.
+/// Only Unix can limit the size of files from outside.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_run() {

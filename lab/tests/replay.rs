@@ -1,4 +1,4 @@
-//! `ratelab replay` as a user meets it: in the rerun viewer, or in a terminal.
+//! `ratelab replay`, as used on the command line: in the rerun viewer, or in a terminal.
 
 mod support;
 
@@ -12,8 +12,8 @@ use tempfile::TempDir;
 
 use support::{command, complaint, folder, ratelab, reference};
 
-/// A folder `bin` with a command `rerun` that answers `version` when it is asked, and
-/// otherwise notes what it is given in `given`.
+/// A folder `bin` with a command `rerun` that prints `version` on request, and otherwise
+/// writes its arguments to `given`.
 #[cfg(unix)]
 fn viewer(folder: &TempDir, version: &str) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
@@ -32,7 +32,7 @@ fn viewer(folder: &TempDir, version: &str) -> PathBuf {
 
 #[cfg(unix)]
 #[test]
-fn replay_opens_the_viewer_and_says_how_to_get_it() {
+fn replay_opens_the_viewer_or_prints_how_to_install_it() {
     let folder = folder();
     let file = reference("fall-5hz.rrd");
     let replay = |path: &Path| {
@@ -53,7 +53,7 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
     );
     let given = fs::read_to_string(folder.path().join("given")).expect("opened");
     assert_eq!(given.trim(), file);
-    // One of another version is opened too, with a word about it.
+    // Another version is opened too, with a note.
     let output = replay(&viewer(&folder, "rerun-cli 0.30.0"));
     let said = complaint(&output, 0);
     assert!(
@@ -70,11 +70,11 @@ fn replay_opens_the_viewer_and_says_how_to_get_it() {
     );
 }
 
-/// As pip installs both, in an environment that nobody has activated.
+/// As installed by pip, in an environment that is not activated.
 #[cfg(unix)]
 #[test]
 fn replay_finds_the_viewer_beside_the_program_through_links_and_without_a_path() {
-    // Where a link to the program can be: a copy might still be open for writing.
+    // A link to the program, because a copy might still be open for writing.
     let folder = TempDir::new_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
     let ours = rerun::build_info().version;
     let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));

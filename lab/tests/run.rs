@@ -1,4 +1,4 @@
-//! `ratelab run` as a user meets it: what it prints, writes and refuses.
+//! `ratelab run`, as used on the command line: output, files and refusals.
 
 mod support;
 
@@ -85,7 +85,7 @@ fn an_underscore_or_a_hyphen_makes_no_difference() {
 }
 
 #[test]
-fn knobs_are_turned_at_their_times_and_told() {
+fn knobs_are_set_at_their_times_and_printed() {
     let folder = TempDir::new().expect("folder");
     let knobs = path(&folder, "knobs");
     fs::write(
@@ -136,7 +136,7 @@ fn any_knob_is_turned_before_the_run_and_the_last_one_holds() {
 }
 
 #[test]
-fn a_knob_after_the_end_is_said_to_be_left_undone() {
+fn a_knob_after_the_end_is_reported_as_unused() {
     let folder = TempDir::new().expect("folder");
     let knobs = path(&folder, "knobs");
     fs::write(&knobs, "30 control-hz 10").expect("file");
@@ -266,7 +266,7 @@ fn an_interrupt_ends_the_run_in_order_with_its_summary() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("ratelab starts");
-    // The first row says that the graph runs, and so that the handler stands.
+    // The first row shows that the graph is running and the handler is installed.
     let mut row = [0; 200];
     let mut rows = child.stderr.take().expect("piped");
     assert!(rows.read(&mut row).expect("rows") > 0);
@@ -329,7 +329,7 @@ fn a_path_with_a_hash_can_be_a_knob_and_is_printed_as_it_is_read() {
 }
 
 #[test]
-fn an_error_is_a_line_that_does_nothing_to_the_terminal() {
+fn an_error_is_a_line_without_effect_on_the_terminal() {
     let folder = TempDir::new().expect("folder");
     let said = support::complaint(&ratelab(&["run", "--policy", "\u{1b}[31mred\u{202e}"]), 2);
     assert!(said.contains(r"\u{1b}[31mred\u{202e}: expected"), "{said}");
@@ -368,7 +368,7 @@ fn help_that_cannot_be_printed_is_an_error_and_a_closed_pipe_is_none() {
 }
 
 #[test]
-fn what_nodes_take_is_measured_in_virtual_time_where_it_is_asked_for() {
+fn configured_costs_are_measured_in_virtual_time() {
     let usual = metrics(&[]);
     assert_eq!(usual["world"], "course");
     assert_eq!(usual.get("world_step_ms"), None);
@@ -401,7 +401,7 @@ fn what_nodes_take_is_measured_in_virtual_time_where_it_is_asked_for() {
 }
 
 #[test]
-fn the_world_is_told_where_it_matters() {
+fn the_world_is_printed_where_it_matters() {
     let summary = |args: &[&str]| {
         let output = ratelab(&[&["run", "--clock", "virtual"], args].concat());
         assert!(output.status.success(), "{output:?}");
@@ -451,7 +451,7 @@ fn row_k_of_the_own_world_is_at_20_k_ms_and_has_the_state_of_the_course_s() {
 }
 
 #[test]
-fn worlds_and_costs_that_make_no_sense_are_refused() {
+fn invalid_worlds_and_costs_are_refused() {
     for (args, part) in [
         (&["--world-step-ms", "2"][..], "has its own step"),
         (
@@ -474,4 +474,51 @@ fn worlds_and_costs_that_make_no_sense_are_refused() {
         let said = support::complaint(&ratelab(&[&["run"], args].concat()), 2);
         assert!(said.contains(part), "{args:?}: {said}");
     }
+}
+
+#[test]
+fn what_links_did_is_in_the_summary_and_in_the_metrics() {
+    let knobs = [
+        "--knob",
+        "link /obs loss:0.5",
+        "--knob",
+        "link /action delay:30",
+    ];
+    let args = [
+        "run",
+        "--clock",
+        "virtual",
+        "--world",
+        "own",
+        "--on-stale",
+        "zero:90",
+    ];
+    let output = ratelab(&[&args[..], &knobs].concat());
+    let said = text(&output.stdout);
+    assert!(said.contains("| on stale zero:90 |"), "{said}");
+    let links = said
+        .lines()
+        .find(|line| line.starts_with("links "))
+        .expect("a line");
+    assert!(links.contains(" lost | /action 2 in flight"), "{links}");
+
+    let output = ratelab(&[&args[..], &knobs, &["--json"]].concat());
+    let metrics: serde_json::Value = serde_json::from_slice(&output.stdout).expect("metrics");
+    let obs = &metrics["topics"]["/obs"];
+    let count = |key: &str| obs[key].as_u64().expect(key);
+    assert!(count("lost") > 200);
+    assert_eq!(count("published"), 501);
+    assert_eq!(
+        [count("dropped"), count("overtaken"), count("in_flight")],
+        [0; 3]
+    );
+    assert_eq!(metrics["obs_published"], 501);
+    assert_eq!(metrics["on_stale"], "zero:90");
+    assert_eq!(metrics["nodes"]["policy"]["ticks"], 501);
+
+    let plain = text(&ratelab(&["run", "--clock", "virtual"]).stdout);
+    assert!(
+        !plain.contains("links") && !plain.contains("stale"),
+        "{plain}"
+    );
 }

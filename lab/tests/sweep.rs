@@ -1,4 +1,4 @@
-//! `ratelab sweep` as a user meets it: what it prints, writes and refuses.
+//! `ratelab sweep`, as used on the command line: output, files and refusals.
 
 mod support;
 
@@ -22,7 +22,7 @@ fn json(args: &[&str]) -> Value {
 }
 
 #[test]
-fn every_cell_is_the_run_that_it_would_be_alone() {
+fn every_cell_equals_a_separate_run() {
     let swept = json(&["--control-hz", "5..8:1.5,10", "--seeds", "1,2"]);
     let cells = swept["cells"].as_array().expect("cells");
     assert_eq!(cells.len(), 8);
@@ -102,7 +102,7 @@ fn the_list_shows_where_the_cliff_is_and_that_it_is_uneven() {
 }
 
 #[test]
-fn one_seed_reads_as_plainly_as_many() {
+fn one_seed_has_a_plain_summary_too() {
     let said = sweep(&["--control-hz", "5,10", "--seeds", "0"]);
     assert!(said.contains("0 of 1  ····"), "{said}");
     assert!(said.contains("1 of 1  ████"), "{said}");
@@ -144,14 +144,14 @@ fn theory_stands_beside_the_measurement() {
 }
 
 #[test]
-fn theory_is_silent_about_policies_that_it_is_not_about() {
+fn theory_is_left_out_for_policies_beyond_its_scope() {
     let args = ["--control-hz", "10", "--seeds", "0", "--policy", "zero"];
     let said = sweep(&[&args[..], &["--theory"]].concat());
     assert!(said.contains(" -\n"), "{said}");
 }
 
 #[test]
-fn curves_are_told_from_a_run() {
+fn curves_are_distinguished_from_a_run() {
     let folder = TempDir::new().expect("folder");
     let curves = path(&folder, "curves.rrd");
     sweep(&["--control-hz", "5,10", "--seeds", "0", "--record", &curves]);
@@ -211,7 +211,7 @@ fn bad_input_is_one_line_that_names_option_and_value() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_keeps_what_is_done_and_says_how_much() {
+fn an_interrupt_keeps_the_finished_runs_and_prints_their_number() {
     use std::{process::Stdio, thread, time::Duration};
     let folder = TempDir::new().expect("folder");
     let csv = path(&folder, "rows.csv");
@@ -222,7 +222,7 @@ fn an_interrupt_keeps_what_is_done_and_says_how_much() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("ratelab starts");
-    // An unfinished file says that the handler stands.
+    // An unfinished file shows that the handler is installed.
     while folder.path().read_dir().expect("folder").count() == 0 {
         thread::sleep(Duration::from_millis(5));
     }
@@ -286,4 +286,77 @@ fn any_knob_is_an_axis_and_any_other_is_set_for_all_runs() {
     let twice = ["sweep", "--axis", "rate policy", "1,2", "--control-hz", "5"];
     let said = support::complaint(&ratelab(&twice), 2);
     assert!(said.contains("turn the same knob"), "{said}");
+}
+
+#[test]
+fn a_hole_in_a_knob_is_swept_as_a_list_a_map_rows_json_and_curves() {
+    let folder = TempDir::new().expect("folder");
+    let (csv, curves) = (path(&folder, "rows.csv"), path(&folder, "curves.rrd"));
+    let world = ["--world", "own", "--duration-s", "5", "--seeds", "0..1"];
+    let delay = ["--axis", "link /action delay:{}", "0..100:25"];
+    let fixed = ["--control-hz", "50", "--csv", &csv, "--record", &curves];
+    let list = sweep(&[&world[..], &delay, &fixed].concat());
+    for line in [
+        "runs      10 of 5 s: 5 /action delays × 1 control rate × 2 seeds",
+        "/action delay 100",
+    ] {
+        assert!(list.contains(line), "{line:?} is missing in\n{list}");
+    }
+    let rows = fs::read_to_string(csv).expect("rows");
+    assert!(rows.starts_with("policy,"), "{rows}");
+    assert!(rows.contains("link_action_delay"), "{rows}");
+    assert!(fs::metadata(curves).expect("curves").len() > 1_000);
+
+    let only = ["--knob", "control-hz 50"];
+    let list = sweep(&[&world[..], &delay, &only].concat());
+    for line in [
+        "/action delay ms  balanced",
+        "cliff     none balanced from 100 ms on, all up to 75 ms",
+    ] {
+        assert!(list.contains(line), "{line:?} is missing in\n{list}");
+    }
+
+    let costs = [
+        "--axis",
+        "takes policy",
+        "0..60:20,5..9",
+        "--control-hz",
+        "50",
+    ];
+    let map = sweep(&[&world[..], &costs].concat());
+    assert!(map.contains("5 policy costs"), "{map}");
+
+    let swept = json(&[&world[..], &delay, &["--control-hz", "20,50"]].concat());
+    let cells = swept["cells"].as_array().expect("cells");
+    assert_eq!(cells.len(), 20);
+    for cell in cells.iter().step_by(3) {
+        let [hz, seed, delay] = ["control_hz", "seed", "link_action_delay"]
+            .map(|key| cell[key].as_f64().expect(key).to_string());
+        let knob = format!("link /action delay:{delay}");
+        let args = ["run", "--clock", "virtual", "--json", "--control-hz", &hz];
+        let world = ["--world", "own", "--duration-s", "5", "--knob", &knob];
+        let output = ratelab(&[&args[..], &world, &["--seed", &seed]].concat());
+        let alone: Value = serde_json::from_slice(&output.stdout).expect("metrics");
+        for (key, value) in cell.as_object().expect("an object") {
+            if key != "link_action_delay" {
+                assert_eq!(&alone[key], value, "{key} at {delay} ms, seed {seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_knob_of_a_sweep_that_cannot_be_meant_is_refused_in_one_line() {
+    for (knob, list, part) in [
+        ("link /state delay:{}", "0..5", "nobody reads /state"),
+        ("link /nothing delay:{}", "0..5", "expected one of"),
+        ("link /obs delay:{}", "5..0", "smaller end first"),
+        ("link /obs loss:{}", "0..2", "expected 0 to 1"),
+        ("takes nobody", "1,2", "expected one of"),
+        ("crash policy", "1", "expected crash NODE"),
+        ("on-stale", "hold,drop", "expected hold or zero:MS"),
+    ] {
+        let said = support::complaint(&ratelab(&["sweep", "--axis", knob, list]), 2);
+        assert!(said.contains(part), "{knob} {list}: {said}");
+    }
 }

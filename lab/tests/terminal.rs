@@ -1,4 +1,4 @@
-//! The lab in a real terminal: taken over, driven by keys, resized, given back.
+//! The lab in a real terminal: start, keys, resizing, end.
 #![cfg(unix)]
 
 #[path = "support/terminal.rs"]
@@ -24,7 +24,7 @@ fn assert_given_back(parser: &vt100::Parser) {
 }
 
 #[test]
-fn turning_the_rate_down_fells_the_pole_and_quitting_gives_the_terminal_back() {
+fn lowering_the_rate_fells_the_pole_and_quitting_restores_the_terminal() {
     let mut lab = Lab::open(&[], 45, 160);
     lab.wait_for("BALANCED so far");
     assert!(lab.parser.screen().alternate_screen());
@@ -51,7 +51,7 @@ fn turning_the_rate_down_fells_the_pole_and_quitting_gives_the_terminal_back() {
 }
 
 #[test]
-fn the_graph_goes_on_under_the_other_clock() {
+fn the_graph_continues_under_the_other_clock() {
     let mut lab = Lab::open(&["lab", "--ascii"], 40, 120);
     lab.wait_for("virtual");
     lab.type_keys("c");
@@ -65,7 +65,7 @@ fn the_graph_goes_on_under_the_other_clock() {
 }
 
 #[test]
-fn what_is_written_is_of_the_last_run() {
+fn the_files_contain_the_last_run() {
     let folder = tempfile::TempDir::new().expect("folder");
     let (out, csv) = (folder.path().join("out"), folder.path().join("run.csv"));
     let (out, csv) = (out.display().to_string(), csv.display().to_string());
@@ -90,7 +90,7 @@ fn what_is_written_is_of_the_last_run() {
 }
 
 #[test]
-fn a_terminal_that_goes_away_takes_the_lab_with_it() {
+fn the_lab_ends_with_its_terminal() {
     let pair = native_pty_system()
         .openpty(PtySize::default())
         .expect("a pty");
@@ -118,7 +118,7 @@ fn without_a_terminal_the_lab_points_to_the_headless_command() {
 }
 
 #[test]
-fn w_records_the_session_and_leaving_says_where() {
+fn w_records_the_session_and_quitting_prints_the_path() {
     let folder = tempfile::TempDir::new().expect("folder");
     let file = folder.path().join("session.rrd").display().to_string();
     let mut lab = Lab::open(&["--record", &file], 45, 160);
@@ -142,10 +142,10 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     let file = root.join("recordings/fall-5hz.rrd").display().to_string();
     let mut lab = Lab::open(&["replay", "--terminal", &file], 45, 160);
     lab.wait_for("replay");
-    // It plays to the fall, and stands there.
+    // It plays up to the fall, and stops there.
     lab.wait_for("FELL at 0.840 s");
     lab.wait_for("⏸    0.840 s");
-    // Back, message by message: before the fall nothing has fallen.
+    // Back by two messages: before the fall the pole is up.
     lab.type_keys(",,");
     lab.wait_for("⏸    0.800 s");
     lab.wait_for("BALANCED so far");
@@ -182,7 +182,7 @@ fn an_exercise_is_done_in_the_lab() {
     lab.type_keys("\u{1b}");
     lab.wait_for("you predicted 0");
     lab.type_keys("\u{1b}");
-    // Sent at once, the two would be one key: Alt-q.
+    // Sent together, the two would be one key: Alt-q.
     lab.wait_without("you predicted 0");
     lab.type_keys("q");
     assert!(lab.close().0.success());
@@ -217,7 +217,7 @@ fn pid(lab: &Lab) -> u32 {
     lab.child.process_id().expect("running")
 }
 
-/// A shell with job control, in a terminal of its own.
+/// A shell with job control, in a separate terminal.
 fn shell() -> Lab {
     let folder = std::env::temp_dir();
     let mut shell = CommandBuilder::new("sh");
@@ -229,7 +229,7 @@ fn shell() -> Lab {
 }
 
 #[test]
-fn keys_that_come_in_thousands_are_all_obeyed() {
+fn thousands_of_keys_are_all_handled() {
     for burst in [1023, 1024, 20_000] {
         let mut lab = Lab::open(&[], 24, 80);
         lab.wait_for("BALANCED so far");
@@ -241,7 +241,7 @@ fn keys_that_come_in_thousands_are_all_obeyed() {
 }
 
 #[test]
-fn half_a_key_holds_nothing_up() {
+fn an_incomplete_key_blocks_nothing() {
     let mut lab = Lab::open(&["--speed", "1"], 24, 80);
     lab.wait_for("BALANCED so far");
     lab.type_keys("\u{1b}["); // Alt-[
@@ -251,12 +251,12 @@ fn half_a_key_holds_nothing_up() {
 }
 
 #[test]
-fn a_paste_is_typed_where_text_is_and_obeyed_nowhere() {
+fn a_paste_goes_into_text_fields_and_triggers_no_keys() {
     let mut lab = Lab::open(&[], 45, 160);
     lab.wait_for("BALANCED so far");
     assert!(lab.parser.screen().bracketed_paste());
     let paste = |text: &str| format!("\u{1b}[200~{text}\u{1b}[201~");
-    // Keys of the lab: break it, and quit.
+    // As keys of the lab these would break the graph, and quit.
     lab.type_keys(&paste(&"b\rq".repeat(1000)));
     lab.type_keys(":");
     lab.type_keys(&paste("control-hz 7.5\n"));
@@ -279,7 +279,7 @@ fn a_knob_of_any_node_is_completed_refused_in_full_and_edited() {
     lab.wait_for(": rate actuator 0");
     lab.type_keys("\u{7f}25\r");
     lab.wait_for("actuator at 25 Hz");
-    // The node that is marked is the one that the keys turn.
+    // The keys change the marked node.
     lab.type_keys("\u{1b}[B");
     lab.wait_for("▸actuator");
     lab.type_keys("]");
@@ -306,14 +306,14 @@ fn the_shell_stops_the_lab_and_continues_it() {
         shell.wait_for("Stopped");
         assert!(!shell.parser.screen().alternate_screen(), "{stop}");
         assert!(!shell.parser.screen().bracketed_paste(), "{stop}");
-        // A line is edited, echoed and ended by the terminal again.
+        // The terminal edits and echoes lines again.
         shell.type_keys("echo mode:$(stty -a | grep -o '.icanon' | tr ' ' +)\r");
         shell.wait_for("mode:+icanon");
         shell.type_keys("clear; fg\r");
     }
     shell.wait_for("BALANCED so far");
     assert!(shell.parser.screen().alternate_screen());
-    // One key does without Enter: the mode is raw.
+    // One key works without Enter: the mode is raw.
     shell.type_keys("?");
     shell.wait_for("show or hide this help");
     shell.type_keys("?q");
@@ -330,7 +330,7 @@ fn child_of(parent: u32) -> String {
 }
 
 #[test]
-fn where_no_shell_would_continue_it_the_lab_does_not_stop() {
+fn without_a_shell_to_continue_it_the_lab_does_not_stop() {
     let mut lab = Lab::open(&[], 24, 80);
     lab.wait_for("BALANCED so far");
     lab.type_keys("\u{1a}q");
@@ -338,10 +338,10 @@ fn where_no_shell_would_continue_it_the_lab_does_not_stop() {
 }
 
 #[test]
-fn a_policy_that_thinks_for_a_minute_is_not_waited_for() {
+fn a_policy_with_a_tick_of_a_minute_does_not_block_the_lab() {
     for keys in ["q", "rq"] {
         let mut lab = Lab::open(&["--clock", "real", "--think-ms", "60000"], 24, 80);
-        // Nobody pushes: the pole falls while the policy is in its first tick.
+        // The pole falls during the policy's first tick.
         lab.wait_for("−12.");
         lab.type_keys(keys);
         let (status, parser) = lab.close();
@@ -351,7 +351,7 @@ fn a_policy_that_thinks_for_a_minute_is_not_waited_for() {
 }
 
 #[test]
-fn a_policy_that_is_written_anew_runs_after_a_restart() {
+fn a_changed_policy_file_is_used_after_a_restart() {
     let folder = tempfile::TempDir::new().expect("folder");
     let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../policies");
     let put = |name: &str| {
@@ -378,7 +378,7 @@ fn recorder_threads(pid: u32) -> usize {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).expect("threads");
     let names = tasks.flatten().filter_map(|task| {
         let name = std::fs::read_to_string(task.path().join("comm"));
-        name.ok() // It may have ended.
+        name.ok() // It may have ended already.
     });
     let ours = |name: &String| name.starts_with("ChunkBatcher") || name.starts_with("RecordingStr");
     names.filter(ours).count()
@@ -401,7 +401,7 @@ fn recordings_leave_no_threads_behind() {
     let first = recorder_threads(pid(&lab));
     (0..5).for_each(|_| record(&mut lab));
     let deadline = Instant::now() + PATIENCE;
-    // What the first one keeps is kept once.
+    // The first recording keeps some threads, but only once.
     while recorder_threads(pid(&lab)) > first {
         let threads = recorder_threads(pid(&lab));
         assert!(Instant::now() < deadline, "{first} threads, then {threads}");
@@ -412,7 +412,7 @@ fn recordings_leave_no_threads_behind() {
 }
 
 #[test]
-fn a_termination_signal_gives_the_terminal_back_and_prints_the_summary() {
+fn a_termination_signal_restores_the_terminal_and_prints_the_summary() {
     let mut lab = Lab::open(&["--clock", "real"], 24, 80);
     lab.wait_for("BALANCED so far");
     let pid = lab.child.process_id().expect("running").to_string();
@@ -426,7 +426,7 @@ fn a_termination_signal_gives_the_terminal_back_and_prints_the_summary() {
 }
 
 #[test]
-fn a_lab_that_is_refused_changes_no_file_and_makes_none() {
+fn a_refused_lab_changes_and_creates_no_file() {
     let folder = tempfile::TempDir::new().expect("folder");
     let at = |name: &str| folder.path().join(name);
     let old = "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
@@ -446,7 +446,7 @@ fn a_lab_that_is_refused_changes_no_file_and_makes_none() {
 }
 
 #[test]
-fn a_limit_on_the_size_of_files_gives_the_terminal_back() {
+fn a_limit_on_the_size_of_files_restores_the_terminal() {
     let folder = tempfile::TempDir::new().expect("folder");
     let program = env!("CARGO_BIN_EXE_ratelab");
     let line = format!("ulimit -f 40; exec '{program}' --csv rows.csv --speed 100");

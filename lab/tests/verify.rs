@@ -1,4 +1,5 @@
-//! `ratelab verify` as a user meets it: what comes again, what does not, and why.
+//! `ratelab verify`, as used on the command line: identical runs, different runs, and the
+//! reasons.
 
 mod support;
 
@@ -19,7 +20,7 @@ fn record(folder: &TempDir, name: &str, args: &[&str]) -> String {
 }
 
 #[test]
-fn the_reference_recordings_come_again_and_are_what_their_readme_says() {
+fn the_reference_recordings_are_reproduced_and_match_their_readme() {
     let told = [
         (
             "balanced-50hz.rrd",
@@ -50,7 +51,7 @@ fn the_reference_recordings_come_again_and_are_what_their_readme_says() {
 }
 
 #[test]
-fn a_real_clock_recording_says_why_it_is_not_verified() {
+fn a_real_clock_recording_is_refused_with_the_reason() {
     let folder = folder();
     let file = path(&folder, "real.rrd");
     assert!(
@@ -67,7 +68,7 @@ fn a_real_clock_recording_says_why_it_is_not_verified() {
 }
 
 #[test]
-fn all_of_several_recordings_are_verified_whatever_the_first_says() {
+fn all_of_several_recordings_are_verified_even_after_a_failure() {
     let folder = folder();
     let good = record(&folder, "good.rrd", &["--break"]);
     let bad = path(&folder, "bad.rrd");
@@ -86,7 +87,7 @@ fn all_of_several_recordings_are_verified_whatever_the_first_says() {
 }
 
 #[test]
-fn a_run_that_swaps_policies_is_verified_and_a_policy_that_changed_is_named() {
+fn a_run_that_swaps_policies_is_verified_and_a_changed_policy_is_named() {
     let folder = folder();
     let fixture = |name: &str| {
         let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures/policies");
@@ -114,7 +115,7 @@ fn a_run_that_swaps_policies_is_verified_and_a_policy_that_changed_is_named() {
     );
 }
 
-/// What runs can be asked for of the time that nodes take.
+/// The options for the timing of nodes.
 const OF_TIME: [&[&str]; 6] = [
     &["--world", "own"],
     &["--takes", "policy=60..110", "--offset", "sensor=7.5"],
@@ -148,7 +149,7 @@ const OF_TIME: [&[&str]; 6] = [
 ];
 
 #[test]
-fn runs_whose_nodes_take_time_come_again() {
+fn runs_with_tick_costs_are_reproduced() {
     let folder = folder();
     let knobs = path(&folder, "knobs");
     let turned = "1 takes policy 30..90\n2 offset sensor 13\n2.01 control-hz 25\n\
@@ -168,7 +169,7 @@ fn runs_whose_nodes_take_time_come_again() {
 }
 
 #[test]
-fn durations_of_a_recording_are_drawn_again_while_they_are_the_same() {
+fn durations_from_an_unchanged_recording_are_reproduced() {
     let folder = folder();
     let real = path(&folder, "real.rrd");
     let short = [
@@ -184,7 +185,7 @@ fn durations_of_a_recording_are_drawn_again_while_they_are_the_same() {
     let takes = format!("policy=recorded:{real}");
     let file = record(&folder, "drawn.rrd", &["--world", "own", "--takes", &takes]);
     assert!(ratelab(&["verify", &file]).status.success());
-    // Other durations under the same name are another run.
+    // Other durations under the same name give another run.
     fs::remove_file(&real).expect("removed");
     let output = ratelab(&[&short[..], &[&real]].concat());
     assert!(output.status.success(), "{output:?}");

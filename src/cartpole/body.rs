@@ -18,11 +18,11 @@ const MODEL: &str = include_str!("cartpole.xml");
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
 const START_SPREAD: f64 = 0.05;
 
-/// Where the coordinates of the two joints are, in the order of the model.
+/// Indices of the two joints, in the order of the model.
 const SLIDER: usize = 0;
 const HINGE: usize = 1;
 
-/// MuJoCo could not set the plant up.
+/// An error of MuJoCo while creating the plant.
 #[derive(Clone, Debug, Error)]
 #[error("MuJoCo could not set up the cart-pole: {0}")]
 pub struct PlantError(String);
@@ -33,17 +33,17 @@ impl PlantError {
     }
 }
 
-/// Cart and pole. Knows physics, and nothing of who asks for a step of it.
+/// Cart and pole: pure physics, independent of the caller.
 pub(super) struct Body {
     data: MjData<&'static MjModel>,
-    /// Where cart and pole are, and what a sensor reads of it: computed once they
-    /// have moved, asked for several times.
+    /// Current pose, the basis of sensor readings: computed once per move, because it is
+    /// read several times.
     pose: Pose,
     observation: Observation,
 }
 
 impl Body {
-    /// Cart and pole at the start that belongs to `seed`.
+    /// Cart and pole at the start for `seed`.
     pub(super) fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
         let pose = Pose::of([0.0, 0.0]);
         let mut body = Self {
@@ -55,8 +55,8 @@ impl Body {
         Ok(body)
     }
 
-    /// Puts cart and pole near rest: four offsets, uniform within ±0.05, drawn
-    /// in the order cart position, pole angle, cart velocity, pole velocity.
+    /// Places cart and pole near rest: four offsets, uniform within ±0.05, drawn in the
+    /// order cart position, pole angle, cart velocity, pole velocity.
     pub(super) fn reset(&mut self, seed: u64) {
         let mut random = generator(&[seed]);
         let mut offset = || -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit(&mut random);
@@ -69,7 +69,7 @@ impl Body {
         self.look();
     }
 
-    /// Moves on by `steps` steps of physics with the input `action`.
+    /// Advances by `steps` steps of physics with the input `action`.
     pub(super) fn integrate(&mut self, action: Action, steps: u64) {
         self.data.ctrl_mut()[0] = f64::from(action.clipped().0);
         for _ in 0..steps {
@@ -77,7 +77,7 @@ impl Body {
         }
     }
 
-    /// Looks where cart and pole are now.
+    /// Updates the pose of cart and pole.
     pub(super) fn look(&mut self) {
         self.pose = Pose::of(self.qpos());
         self.observation = Observation::of(self.pose, self.qvel());
@@ -109,8 +109,8 @@ pub(super) fn at_rest(step: StepMs) -> Result<MjData<&'static MjModel>, PlantErr
     MjData::try_new(model(step)?).map_err(PlantError::new)
 }
 
-/// The one model that all plants with this step share: it is never written to, and
-/// loading it takes as long as most of a run.
+/// The model shared by all plants with this step: it is immutable, and loading it takes
+/// as long as most of a run.
 fn model(step: StepMs) -> Result<&'static MjModel, PlantError> {
     type Loaded = OnceLock<Result<MjModel, PlantError>>;
     static LOADED: [Loaded; StepMs::ALL.len()] = [const { OnceLock::new() }; _];

@@ -1,4 +1,4 @@
-//! A cart-pole that does not wait: a world of its own.
+//! A cart-pole that moves by itself.
 
 use std::time::Duration;
 
@@ -12,33 +12,33 @@ use crate::{
     system::{StepMs, World},
 };
 
-/// A control step (ns): how often somebody looks whether the pole still stands.
+/// A control step (ns): the interval at which the fall of the pole is checked.
 const CONTROL_STEP_NS: u64 = 20_000_000;
 
-/// A cart-pole that moves by itself in steps of physics. Its state at run time t is
-/// that after all steps that have ended by t.
+/// A cart-pole that moves by itself in steps of physics. Its state at run time t is the
+/// state after all steps that have ended by t.
 ///
-/// An action that is applied at t is the input of every step that begins at t or
-/// later, until the next one; a step in progress keeps its input.
+/// An action applied at t is the input of every step that begins at t or later, until the
+/// next action; a step in progress keeps its input.
 pub struct FreePlant {
     body: Body,
     step: Duration,
     steps: u64,
-    /// The input of the next step to be taken.
+    /// Input of the next step.
     input: Action,
-    /// That of those after it, where it has begun and an action came later.
+    /// Input of the steps after it, if an action arrived after the next step had begun.
     later: Option<Action>,
-    /// That of the last step that was taken.
+    /// Input of the last finished step.
     taken: Action,
     /// Run time of the sensing behind the action in force.
     sensed: Option<Time>,
 }
 
 impl FreePlant {
-    /// A plant at the start that belongs to `seed`.
+    /// Creates a plant at the start for `seed`.
     ///
     /// # Errors
-    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
         Ok(Self {
             body: Body::new(step, seed)?,
@@ -51,12 +51,12 @@ impl FreePlant {
         })
     }
 
-    /// What a perfect sensor reads.
+    /// The reading of a perfect sensor.
     pub fn observe(&self) -> Observation {
         self.body.observation()
     }
 
-    /// Where cart and pole are.
+    /// Pose of cart and pole.
     pub fn pose(&self) -> Pose {
         self.body.pose()
     }
@@ -71,12 +71,12 @@ impl FreePlant {
         }
     }
 
-    /// When step number `step` begins, counted from zero.
+    /// Start of step number `step`, counted from zero.
     fn begin_of(&self, step: u64) -> Time {
         Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
     }
 
-    /// What the control step came to that ends at run time `now`.
+    /// Result of the control step that ends at run time `now`.
     pub fn control_step(&self, now: Time) -> ControlStep {
         ControlStep {
             step: now.as_nanos() / CONTROL_STEP_NS,
@@ -88,7 +88,7 @@ impl FreePlant {
         }
     }
 
-    /// Publishes what the control step came to that ends at `now`, if one does, and
+    /// Publishes the result of the control step that ends at `now`, if there is one, and
     /// ends the run if the pole has fallen.
     pub(super) fn judge(&self, now: Time, steps: &Publisher<ControlStep>) -> Tick {
         let step = self.control_step(now);

@@ -1,4 +1,4 @@
-//! The plant near upright, where it is as good as linear.
+//! The plant near upright, linearised.
 
 use std::ptr;
 
@@ -10,16 +10,15 @@ use super::{
     plant::{STEP, SUBSTEPS},
 };
 
-/// Perturbation of each coordinate in the finite differences, in its own unit.
-/// Centred differences err with its square, rounding with its inverse.
+/// Perturbation of each coordinate in the finite differences, in its own unit. The error
+/// of centred differences grows with its square, the rounding error with its inverse.
 const PERTURBATION: f64 = 1e-6;
 
-/// How a small deviation from upright rest moves on in a step of time:
-/// `x' = A·x + B·u`.
+/// The motion of a small deviation from upright rest in one step of time: `x' = A·x +
+/// B·u`.
 ///
-/// The state `x` is cart position (m), pole angle (rad), cart velocity (m/s)
-/// and pole velocity (rad/s), in this order; `u` is an action, held for the
-/// whole step.
+/// The state `x` is cart position (m), pole angle (rad), cart velocity (m/s) and pole
+/// velocity (rad/s), in this order; `u` is an action, held for the whole step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearPlant {
     /// A: the effect of the state.
@@ -29,16 +28,15 @@ pub struct LinearPlant {
 }
 
 impl LinearPlant {
-    /// One control step at upright rest: its physics steps one after the other.
+    /// One control step at upright rest: the product of its physics steps.
     ///
     /// # Errors
-    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn control_step() -> Result<Self, PlantError> {
         Ok(Self::physics_step()?.held_for(SUBSTEPS))
     }
 
-    /// `times` such steps, zero taken for one, with the action held through all
-    /// of them.
+    /// `times` such steps with a constant action; zero counts as one.
     pub fn held_for(self, times: u32) -> Self {
         (1..times).fold(self, |so_far, _| Self {
             a: self.a * so_far.a,
@@ -54,7 +52,7 @@ impl LinearPlant {
         let mut b = Vector4::zeros();
         // SAFETY: the data was made from the model, and both outlive the call.
         // MuJoCo writes 4×4 and 4×1 numbers for two degrees of freedom, no
-        // activation and one control, and leaves out what is null.
+        // activation and one control, and skips null outputs.
         unsafe {
             mjd_transitionFD(
                 model,

@@ -1,11 +1,11 @@
-//! What travels on the cart-pole's topics: plain data.
+//! The messages on the cart-pole's topics: plain data.
 
 use std::time::Duration;
 
 use super::pose::Pose;
 use crate::runtime::Fields;
 
-/// What the sensor measures, in single precision as a policy network reads it.
+/// A reading of the sensor, in single precision as a policy network expects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
     /// Cart position on the rail (m).
@@ -21,8 +21,8 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// What a perfect sensor reads at `pose`, cart velocity (m/s) and hinge
-    /// velocity (rad/s).
+    /// The reading of a perfect sensor at `pose`, cart velocity (m/s) and hinge velocity
+    /// (rad/s).
     pub(super) fn of(pose: Pose, [cart_velocity, pole_velocity]: [f64; 2]) -> Self {
         Self {
             cart_position: pose.cart_position as f32,
@@ -46,8 +46,8 @@ impl Observation {
     }
 }
 
-/// A force on the cart as a share of the motor's 10 N, positive towards +x.
-/// Beyond ±1 the plant clips.
+/// A force on the cart as a share of the motor's 10 N, positive towards +x. The plant
+/// clips it to ±1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Action(pub f32);
 
@@ -55,7 +55,7 @@ impl Action {
     /// No force.
     pub const ZERO: Self = Self(0.0);
 
-    /// The share of the motor's force that can be applied.
+    /// Clips the action to the motor's range.
     pub fn clipped(self) -> Self {
         Self(self.0.clamp(-1.0, 1.0))
     }
@@ -71,7 +71,7 @@ pub struct ControlStep {
     /// Age of the sensing that the action was derived from; `None` before the
     /// first action.
     pub latency: Option<Duration>,
-    /// What a sensor would read after the step.
+    /// The reading of a perfect sensor after the step.
     pub observation: Observation,
     /// Cart position (m) and hinge angle (rad, not wrapped) after the step.
     pub qpos: [f64; 2],
@@ -132,8 +132,8 @@ impl Fields for ControlStep {
         "hinge velocity (rad/s)",
     ];
 
-    /// Whole numbers are exact up to 2⁵³: steps for ever, latencies up to 104
-    /// days. No latency is not a number. The observation follows from the rest.
+    /// Whole numbers are exact up to 2⁵³: more steps than any run has, latencies up to
+    /// 104 days. NaN stands for no latency. The observation follows from the rest.
     fn append_to(&self, row: &mut Vec<f64>) {
         let latency = self.latency.map(|latency| latency.as_nanos() as f64);
         row.extend([

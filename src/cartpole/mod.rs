@@ -6,11 +6,11 @@
 //!    └───────────────── plant ◄────────────┘
 //! ```
 //!
-//! The sensor reads the plant, the actuator moves it, and neither knows the
-//! other: the plant is what they share, topics are how they talk. `/state`
-//! carries the result of each control step, for observers of the run.
+//! The sensor reads the plant and the actuator moves it; they share the plant and
+//! communicate through topics. `/state` carries the result of each control step, for
+//! observers of the run.
 //!
-//! So it is in the course's world, which waits for the actuator. In a world of its own
+//! This is the course's world, which waits for the actuator. In a world of its own
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 
 mod body;

@@ -26,21 +26,21 @@ pub const POLICY: &str = "policy";
 /// Name of the node that moves the plant.
 pub const ACTUATOR: &str = "actuator";
 
-/// Name of the actuator's measurement of how old the sensing behind an action
-/// is when the action is applied.
+/// Name of the actuator's meter of the age of the sensing behind an action when the
+/// action is applied.
 pub const SENSE_TO_ACT: &str = "sense→act";
 
-/// Reads the plant and publishes what it reads.
+/// Reads the plant and publishes the readings.
 pub struct Sensor<P = SharedPlant> {
-    /// What it reads.
+    /// The plant.
     pub plant: P,
-    /// Where it publishes: `/obs`.
+    /// Publisher of `/obs`.
     pub observations: Publisher<Observation>,
 }
 
-/// Something that a sensor can read.
+/// A plant that a sensor can read.
 pub trait Observed: Send {
-    /// What a perfect sensor reads at run time `now`.
+    /// The reading of a perfect sensor at run time `now`.
     fn observe(&self, now: Time) -> Observation;
 }
 
@@ -62,25 +62,20 @@ impl<P: Observed> Node for Sensor<P> {
         self.observations.publish(observation, now, None);
         GO_ON
     }
-
-    /// It remembers nothing.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
-    }
 }
 
-/// Runs a policy on the newest observation. Knows two topics and nothing of
-/// the plant, which is what makes the policy swappable.
+/// Runs a policy on the newest observation. Depends on two topics only and not on the
+/// plant, which makes the policy exchangeable.
 pub struct PolicyNode {
     /// The policy.
     pub policy: Box<dyn Policy>,
-    /// What it reads: `/obs`.
+    /// Subscription to `/obs`.
     pub observations: Subscription<Observation>,
-    /// Where it publishes: `/action`.
+    /// Publisher of `/action`.
     pub actions: Publisher<Action>,
 }
 
-/// A policy answered with something that is no force.
+/// A policy returned NaN or an infinite action.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("the {policy} policy answered {action} to {observation:?}: an action must be finite")]
 pub struct NotFinite {
@@ -92,7 +87,7 @@ pub struct NotFinite {
 impl Node for PolicyNode {
     fn tick(&mut self, now: Time) -> Tick {
         let Some(sensed) = self.observations.latest(now) else {
-            return GO_ON; // Nothing was sensed yet.
+            return GO_ON; // No reading yet.
         };
         let action = self.policy.act(&sensed.data);
         if !action.0.is_finite() {
@@ -106,7 +101,7 @@ impl Node for PolicyNode {
         GO_ON
     }
 
-    /// Swaps the policy for the one that is named, if it can be swapped.
+    /// Replaces the policy by the named one, if it supports that.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.policy.swap(text)
     }
@@ -116,34 +111,34 @@ impl Node for PolicyNode {
     }
 }
 
-/// Applies the newest action and moves the plant on by one control step. The
-/// only node that does, so each of its ticks is 20 ms of the plant's time.
+/// Applies the newest action and advances the plant by one control step. No other node
+/// advances it, so each tick is 20 ms of the plant's time.
 ///
-/// While the policy is quiet the last action is held (zero-order hold); before
-/// the first there is no force.
+/// Between actions the last one is held (zero-order hold); before the first there is no
+/// force.
 pub struct Actuator {
-    /// What it moves.
+    /// The plant.
     pub plant: SharedPlant,
-    /// What it obeys: `/action`.
+    /// Input from `/action`.
     pub input: ActuatorInput,
-    /// Where it publishes the result of each step: `/state`.
+    /// Publisher of the result of each step: `/state`.
     pub steps: Publisher<ControlStep>,
 }
 
-/// What an actuator obeys: `/action`, and what it measures of it.
+/// The input of an actuator from `/action`, with its measurements.
 pub struct ActuatorInput {
-    /// What it reads.
+    /// Subscription to the actions.
     pub actions: Subscription<Action>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
-    /// The same at any time.
+    /// The same, as a function of time.
     pub push_age: PushAge,
     command: Option<Message<Action>>,
     on_stale: OnStale,
 }
 
 impl ActuatorInput {
-    /// The input that is read from `actions`.
+    /// Creates an input that reads from `actions`.
     pub fn new(
         actions: Subscription<Action>,
         sense_to_act: MeterRecorder,
@@ -158,7 +153,7 @@ impl ActuatorInput {
         }
     }
 
-    /// The same, with its ends taken from the `wiring` of an actuator.
+    /// The same, with ends from the `wiring` of an actuator.
     pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
         let actions = wiring.subscription(actions);
         Self::new(actions, wiring.meter(SENSE_TO_ACT), wiring.push_age())
@@ -169,7 +164,7 @@ impl ActuatorInput {
         self.command = self.actions.latest(now);
     }
 
-    /// What is applied `now`: the action that was read, unless that is stale.
+    /// The action to apply at `now`: the last one read, with no force if it is stale.
     fn applied(&mut self, now: Time) -> Option<Message<Action>> {
         let sensed = self.command.and_then(|command| command.origin);
         if let Some(sensed) = sensed {
@@ -183,7 +178,7 @@ impl ActuatorInput {
         Some(command)
     }
 
-    /// Sets what to do with stale actions; returns what it was before.
+    /// Sets the handling of stale actions; returns the previous one.
     fn set_on_stale(&mut self, text: &str) -> Result<String, String> {
         let before = std::mem::replace(&mut self.on_stale, text.parse()?);
         Ok(before.to_string())
@@ -220,18 +215,13 @@ impl Node for Actuator {
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
     }
-
-    /// It remembers nothing from one tick to the next.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
-    }
 }
 
 /// Applies the newest action to a plant that moves by itself.
 pub struct FreeActuator {
-    /// What it pushes.
+    /// The plant.
     pub plant: SharedWorld<FreePlant>,
-    /// What it obeys: `/action`.
+    /// Input from `/action`.
     pub input: ActuatorInput,
 }
 
@@ -251,10 +241,5 @@ impl Node for FreeActuator {
 
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
-    }
-
-    /// It remembers nothing from one tick to the next.
-    fn restart(&mut self) -> Result<(), String> {
-        Ok(())
     }
 }

@@ -1,22 +1,22 @@
-//! What an actuator does while nobody tells it anything new.
+//! The actuator's handling of stale actions.
 
 use std::{fmt, str::FromStr, time::Duration};
 
 use crate::runtime::Draw;
 
-/// What an actuator does with an action whose sensing was long ago. As text `hold`, or
-/// `zero:50` (ms).
+/// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
+/// (ms).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnStale {
-    /// It applies it again.
+    /// Applies it again.
     #[default]
     Hold,
-    /// It pushes no more once the age is beyond this one.
+    /// Applies no force beyond this age.
     Zero(Duration),
 }
 
 impl OnStale {
-    /// Whether an action of this age is still to be applied.
+    /// Whether an action of this age is still applied.
     pub fn allows(self, age: Duration) -> bool {
         match self {
             Self::Hold => true,
@@ -46,8 +46,8 @@ impl FromStr for OnStale {
         match limit {
             Some(Ok(Draw::Constant(limit))) => Ok(Self::Zero(limit)),
             _ => Err(format!(
-                "{text:?} is nothing to do with a stale action: expected hold or zero:MS, such \
-                 as zero:50"
+                "{text:?} is no setting for stale actions: expected hold or zero:MS, such as \
+                 zero:50"
             )),
         }
     }

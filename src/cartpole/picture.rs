@@ -9,7 +9,7 @@ const POLE_M: f64 = 1.0;
 /// Half the width and half the height of the cart (m), from the model.
 const CART_HALF_M: [f64; 2] = [0.1, 0.05];
 
-/// Height of the rail (m): a little below the cart, to be told from it.
+/// Height of the rail (m): a little below the cart, to distinguish the two.
 const RAIL_M: f64 = -0.09;
 
 /// Height of the end stops and length of the longest push (m).
@@ -19,10 +19,10 @@ const PUSH_M: f64 = 0.5;
 /// Force of a full push (N): the model's motor.
 const FULL_PUSH_N: f64 = 10.0;
 
-/// What is in sight if there is room: rail and a little more (m).
+/// The preferred visible area: the rail with a small margin (m).
 const VIEW: [f64; 4] = [-2.6, -0.15, 2.6, 1.1];
 
-/// Cart and pole after `step`.
+/// Draws cart and pole after `step`.
 pub(super) fn of(step: &ControlStep) -> Picture {
     let pose = Pose::of(step.qpos);
     let cart = pose.cart_position;
@@ -80,7 +80,7 @@ fn rail() -> Vec<(Style, Shape)> {
     shapes.into_iter().map(scenery).collect()
 }
 
-/// A bar on the side to which the cart is pushed; none for no push.
+/// A bar on the side to which the cart is pushed; `None` without a push.
 fn arrow(cart: f64, push: f64) -> Option<Shape> {
     let (side, length) = (push.signum(), push.abs().min(1.0) * PUSH_M);
     let from = cart + side * 1.2 * CART_HALF_M[0];

@@ -22,9 +22,9 @@ pub const SUBSTEPS: u32 = 2;
 /// 10 ms.
 pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 
-/// The plant's own rate, which is not a choice.
+/// The plant's own rate, which is fixed.
 pub fn actuator_hz() -> Hz {
-    // A constant within the range of rates.
+    // This constant is within the range of valid rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
 }
 
@@ -49,10 +49,10 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A plant at the start that belongs to `seed`.
+    /// Creates a plant at the start for `seed`.
     ///
     /// # Errors
-    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn new(seed: u64) -> Result<Self, PlantError> {
         Ok(Self {
             body: Body::new(STEP, seed)?,
@@ -61,19 +61,20 @@ impl Plant {
         })
     }
 
-    /// Puts cart and pole near rest: four offsets, uniform within ±0.05, drawn
-    /// in the order cart position, pole angle, cart velocity, pole velocity.
+    /// Places cart and pole near rest: four offsets, uniform within ±0.05, drawn in the
+    /// order cart position, pole angle, cart velocity, pole velocity.
     pub fn reset(&mut self, seed: u64) {
         self.body.reset(seed);
         (self.steps, self.fall) = (0, None);
     }
 
-    /// What a perfect sensor reads.
+    /// The reading of a perfect sensor.
     pub fn observe(&self) -> Observation {
         self.body.observation()
     }
 
-    /// Holds `action` for one control step. Says so if that lost the run.
+    /// Applies `action` for one control step. Returns the kind of fall if the run is lost
+    /// then.
     pub fn step(&mut self, action: Action) -> Option<Fall> {
         self.body.integrate(action, u64::from(SUBSTEPS));
         self.body.look();
@@ -82,7 +83,7 @@ impl Plant {
         self.fall
     }
 
-    /// Where cart and pole are.
+    /// Pose of cart and pole.
     pub fn pose(&self) -> Pose {
         self.body.pose()
     }
@@ -102,18 +103,18 @@ impl Plant {
         self.steps
     }
 
-    /// How the run was lost, if it was.
+    /// The kind of fall, if the run is lost.
     pub fn fall(&self) -> Option<Fall> {
         self.fall
     }
 }
 
-/// The version of MuJoCo that is at work, such as `3.17.0`.
+/// The version of MuJoCo in use, such as `3.17.0`.
 pub fn mujoco_version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
-/// The plant as sensor and actuator share it.
+/// The plant, shared by sensor and actuator.
 #[derive(Clone)]
 pub struct SharedPlant(Arc<Mutex<Plant>>);
 
@@ -123,9 +124,9 @@ impl SharedPlant {
         Self(Arc::new(Mutex::new(plant)))
     }
 
-    /// The plant, for as long as the guard lives.
+    /// Locks the plant until the guard is dropped.
     pub fn lock(&self) -> MutexGuard<'_, Plant> {
-        // A panic elsewhere is reported as that node's fault; the numbers are whole.
+        // A panic elsewhere is reported as that node's fault; the state is consistent.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,14 +1,14 @@
-//! Where cart and pole are, and where a run is lost.
+//! The pose of cart and pole, and the limits of a lost run.
 
 use std::f64::consts::PI;
 
-/// The pole has fallen beyond this angle from upright (rad): 12 degrees.
+/// Limit of the pole's angle from upright (rad), beyond which it has fallen: 12 degrees.
 pub const POLE_LIMIT_RAD: f64 = 0.2095;
 
-/// The cart has left the rail beyond this distance from its middle (m).
+/// Limit of the cart's distance from the middle of the rail (m).
 pub const CART_LIMIT_M: f64 = 2.4;
 
-/// How a run can be lost.
+/// The ways to lose a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fall {
     /// The pole tipped beyond [`POLE_LIMIT_RAD`].
@@ -17,7 +17,7 @@ pub enum Fall {
     Cart,
 }
 
-/// Where the cart and the pole are.
+/// The pose of cart and pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Cart position on the rail (m).
@@ -36,7 +36,7 @@ impl Pose {
         }
     }
 
-    /// How the run is lost here, if it is.
+    /// The kind of fall at this pose, if the run is lost.
     pub fn fall(&self) -> Option<Fall> {
         if self.pole_angle.abs() > POLE_LIMIT_RAD {
             Some(Fall::Pole)

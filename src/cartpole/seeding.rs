@@ -1,14 +1,12 @@
-//! Random numbers as numpy draws them, so that a seed means the same start
-//! here as in the course.
+//! Random numbers as in numpy, so that a seed gives the same start here as in the course.
 
 use rand_pcg::{Pcg64, rand_core::RngCore};
 
 /// Words in the entropy pool.
 const POOL: usize = 4;
 
-/// The generator that numpy's `default_rng(entropy)` is: PCG64, seeded through
-/// numpy's `SeedSequence`. Several words of entropy give a stream of their own,
-/// as a list does in numpy.
+/// Returns numpy's `default_rng(entropy)`: PCG64, seeded through numpy's `SeedSequence`.
+/// Several words of entropy give a separate stream, like a list in numpy.
 pub fn generator(entropy: &[u64]) -> Pcg64 {
     let [a, b, c, d] = seed_words(entropy);
     Pcg64::new(join(a, b), join(c, d))
@@ -23,8 +21,8 @@ fn join(high: u64, low: u64) -> u128 {
     u128::from(high) << 64 | u128::from(low)
 }
 
-/// Four words that depend on every bit of the entropy, as
-/// `SeedSequence(entropy).generate_state(4, uint64)` gives them.
+/// Four words that depend on every bit of the entropy, equal to
+/// `SeedSequence(entropy).generate_state(4, uint64)`.
 fn seed_words(entropy: &[u64]) -> [u64; 4] {
     let pool = mixed_pool(&words_of(entropy));
     let mut hash = Hash::new(0x8b51_f9dd, 0x58f3_8ded);
@@ -64,7 +62,7 @@ fn mixed_pool(entropy: &[u32]) -> [u32; POOL] {
     pool
 }
 
-/// A multiplicative hash whose multiplier moves on with every word.
+/// A multiplicative hash whose multiplier changes with every word.
 struct Hash {
     state: u32,
     step: u32,
@@ -109,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn seed_words_are_those_of_numpy_below_and_above_32_bits() {
+    fn seed_words_match_numpy_below_and_above_32_bits() {
         assert!(golden().count() > 10);
         for (seed, words) in golden() {
             assert_eq!(seed_words(&[seed]).to_vec(), words, "seed {seed}");
@@ -117,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn entropy_of_more_than_the_pool_changes_the_stream() {
+    fn entropy_beyond_the_pool_changes_the_stream() {
         let draw = |entropy: &[u64]| generator(entropy).next_u64();
         let wide = u64::MAX;
         assert_ne!(draw(&[wide, wide, 1]), draw(&[wide, wide, 2]));

@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
-    FreePlant, Observation, Observed, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    FreePlant, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
@@ -28,8 +28,7 @@ pub const ACTION: &str = "/action";
 /// Name of the topic with the state of the plant after each control step.
 pub const STATE: &str = "/state";
 
-/// A control rate at which the scripted policy loses the pole, for every seed
-/// (Hz).
+/// A control rate at which the scripted policy loses the pole for every seed (Hz).
 pub const BROKEN_HZ: f64 = 5.0;
 
 /// The mean push age at which the scripted policy loses the pole. Measured in
@@ -37,7 +36,7 @@ pub const BROKEN_HZ: f64 = 5.0;
 /// 95 ms.
 pub const SCRIPTED_FALLS: Duration = Duration::from_millis(90);
 
-/// The ways in which a run of the cart-pole comes out.
+/// The verdicts of the cart-pole.
 pub mod verdict {
     use crate::system::VerdictKind;
 
@@ -70,7 +69,7 @@ pub mod verdict {
 /// Makes the policy of a run.
 type MakePolicy = dyn Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync;
 
-/// The cart-pole. What it has read of policies is kept for all its runs.
+/// The cart-pole. All its runs share the policies it has loaded.
 #[derive(Default)]
 pub struct CartPole {
     policies: PolicyCache,
@@ -78,7 +77,7 @@ pub struct CartPole {
 }
 
 impl CartPole {
-    /// Reads and writes knobs with the names that the cart-pole has for some.
+    /// Parses and writes knobs with the cart-pole's aliases.
     pub const KNOBS: KnobText = KnobText(&[
         Alias {
             name: "control-hz",
@@ -108,9 +107,16 @@ impl CartPole {
             choices: &["scripted", "lqr", "zero", "random"],
             help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
         },
+        Alias {
+            name: "on-stale",
+            knobs: &[(KnobKind::Send, ACTUATOR)],
+            default: "hold",
+            choices: &["hold", "zero:20", "zero:50", "zero:100"],
+            help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
+        },
     ]);
 
-    /// The same with a policy of the caller's own, made anew for every run.
+    /// Creates a cart-pole with the caller's own policy, built for every run.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -145,11 +151,11 @@ impl CartPole {
         }
     }
 
-    /// Ten seconds of virtual time with the knobs in `setup`, one or several with
-    /// commas in between, such as `control-hz 5, policy lqr`.
+    /// Ten seconds of virtual time with the knobs in `setup`, a comma-separated list such
+    /// as `control-hz 5, policy lqr`.
     ///
     /// # Errors
-    /// [`KnobTextError`] if one of them is no knob.
+    /// [`KnobTextError`] for an invalid knob.
     pub fn config(setup: &str) -> Result<Config, KnobTextError> {
         let mut config = Config::default();
         for knob in setup.split(',').filter(|knob| !knob.trim().is_empty()) {
@@ -158,7 +164,7 @@ impl CartPole {
         Ok(config)
     }
 
-    /// The policy of a run that is named by `text`, or the caller's own.
+    /// The policy called `text`, or the caller's own.
     fn policy(
         &self,
         text: Option<&str>,
@@ -174,7 +180,7 @@ impl CartPole {
     }
 }
 
-/// What the policies of a run may depend on.
+/// The inputs of a run's policies.
 fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
     let control_hz = setup.rate(POLICY).map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
     Ok(PolicyContext { seed, control_hz })
@@ -184,7 +190,7 @@ fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
     BuildError::Other(Box::new(error))
 }
 
-/// What the nodes of the robot talk through.
+/// The topics between the nodes.
 struct Topics {
     observations: Topic<Observation>,
     actions: Topic<Action>,
@@ -196,21 +202,23 @@ impl Topics {
     fn robot<A: Node + 'static>(
         &self,
         builder: &mut Builder<'_>,
-        plant: impl Observed + 'static,
+        plant: impl Observed + Clone + 'static,
         policy: Box<dyn Policy>,
-        actuator: impl FnOnce(&mut Wiring<'_>, ActuatorInput) -> A,
+        mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {
-        builder.node(SENSOR, CONTROL_HZ, 0, |wiring| Sensor {
-            plant,
-            observations: wiring.publisher(&self.observations),
+        let observations = self.observations.clone();
+        builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
+            plant: plant.clone(),
+            observations: wiring.publisher(&observations),
         })?;
-        builder.node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
             policy,
             observations: wiring.subscription(&self.observations),
             actions: wiring.publisher(&self.actions),
         })?;
-        builder.node(ACTUATOR, CONTROL_HZ, 2, |wiring| {
-            let input = ActuatorInput::wired(wiring, &self.actions);
+        let actions = self.actions.clone();
+        builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
+            let input = ActuatorInput::wired(wiring, &actions);
             actuator(wiring, input)
         })
     }
@@ -241,12 +249,12 @@ impl System for CartPole {
         match builder.world() {
             WorldKind::Course => {
                 let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
-                topics.robot(builder, plant.clone(), policy, |wiring, input| {
+                topics.robot(builder, plant.clone(), policy, move |wiring, input| {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
                     wiring.fix(&[KnobKind::Rate, KnobKind::Clock], REASON);
                     Actuator {
-                        plant,
+                        plant: plant.clone(),
                         input,
                         steps: wiring.publisher(&steps),
                     }
@@ -258,9 +266,11 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, |_, input| FreeActuator {
-                    plant,
-                    input,
+                topics.robot(builder, plant.clone(), policy, move |_, input| {
+                    FreeActuator {
+                        plant: plant.clone(),
+                        input,
+                    }
                 })
             }
         }
@@ -274,8 +284,11 @@ impl System for CartPole {
         Some("control-hz 5")
     }
 
-    /// A policy's file is pinned to the content that it has now.
+    /// Pins a policy's file to its current content.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        if node == ACTUATOR {
+            return Ok(text.parse::<OnStale>()?.to_string());
+        }
         if node != POLICY {
             return Ok(text.to_owned());
         }
@@ -284,7 +297,7 @@ impl System for CartPole {
         let pinned = self.policies.pin(&policy);
         let pinned = pinned.map_err(|error| error.to_string())?;
         let loaded = self.policies.fetch(&pinned);
-        // The node would refuse one that cannot be made.
+        // The node would refuse a policy that cannot be created.
         let made = loaded.and_then(|loaded| loaded.policy(context));
         made.map_err(|error| error.to_string())?;
         Ok(pinned.to_string())
@@ -416,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_of_age_are_those_of_the_policy_at_its_rates() {
+    fn age_limits_follow_the_policy_and_its_rates() {
         let scripted = limits("");
         assert_eq!(scripted.falls, Some(SCRIPTED_FALLS));
         let grows = scripted.grows.expect("a linear feedback").as_secs_f64();

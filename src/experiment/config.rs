@@ -7,8 +7,8 @@ use crate::{
     system::{BuildError, Setup, System, WorldKind},
 };
 
-/// Everything that a run of a system depends on. Under the virtual clock the same
-/// configuration is the same run, bit for bit.
+/// All inputs of a run of a system. Under the virtual clock the same configuration gives
+/// the same run, bit for bit.
 ///
 /// ```
 /// use ratelab::{cartpole::CartPole, experiment::Config};
@@ -22,29 +22,29 @@ use crate::{
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Config {
-    /// Chooses the start, and every number that is drawn by chance.
+    /// Seed of the initial state and of every random number.
     pub seed: u64,
-    /// The clock to begin with.
+    /// The clock at the start of the run.
     pub clock: ClockKind,
-    /// How fast virtual time passes.
+    /// Speed of virtual time.
     pub speed: Speed,
-    /// When the run ends; [`Time::MAX`] for never.
+    /// Run time at the end; [`Time::MAX`] for an endless run.
     pub end: Time,
     /// Whether the plant waits for the robot.
     #[serde(default, skip_serializing_if = "WorldKind::is_course")]
     pub world: WorldKind,
-    /// Knobs turned before the run begins.
+    /// Knobs set before the run begins.
     pub setup: Setup,
-    /// Knobs to be turned during the run.
+    /// Timed changes of knobs during the run.
     pub knobs: Vec<TimedKnob>,
 }
 
 impl Config {
-    /// The same run, its messages in the form in which they are recorded; see
+    /// Returns the same run with its messages in recordable form; see
     /// [`System::resolve`].
     ///
     /// # Errors
-    /// [`BuildError::Setting`] if a message makes no sense to the system.
+    /// [`BuildError::Setting`] if the system refuses a message.
     pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
         for knob in self.setup.iter() {
@@ -68,8 +68,8 @@ fn resolve(system: &dyn System, seed: u64, setup: &Setup, knob: Knob) -> Result<
 }
 
 impl Default for Config {
-    /// Seed 0, ten seconds of virtual time without pacing, everything as the
-    /// system has it.
+    /// Seed 0, ten seconds of virtual time without pacing, and the system's defaults for
+    /// the rest.
     fn default() -> Self {
         Self {
             seed: 0,

@@ -1,5 +1,5 @@
-//! One run of a system as a value: configuration in, summary out. Many of them
-//! are a [`sweep`].
+//! One run of a system as a value: configuration in, summary out. A [`sweep`] makes many
+//! runs.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -45,16 +45,16 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Builds the graph of `system` as `config` has it.
+    /// Builds the graph of `system` with the settings of `config`.
     ///
     /// # Errors
-    /// [`BuildError`] if the system cannot, or does not take a setting.
+    /// [`BuildError`] if the graph cannot be built or a setting is invalid.
     pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
         Self::of_resolved(system, config)
     }
 
-    /// The same of a configuration whose messages are resolved.
+    /// Builds the graph for a configuration with resolved messages.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
         let mut builder = Builder::new(config.seed, &config.setup, config.world);
         system.build(&mut builder)?;
@@ -76,18 +76,17 @@ impl Experiment {
         })
     }
 
-    /// What defines the run: as it was asked for, with messages as they are
-    /// recorded; see [`System::resolve`].
+    /// The inputs of the run, with messages in recordable form; see [`System::resolve`].
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// The system that is run.
+    /// The system.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
     }
 
-    /// Where commands for the running graph go.
+    /// Returns a sender of commands for the running graph.
     pub fn commands(&self) -> Sender<Command> {
         self.commands.clone()
     }
@@ -97,7 +96,7 @@ impl Experiment {
         self.graph.observer()
     }
 
-    /// Taps the graph, now and while it runs.
+    /// Taps the graph, before and during its run.
     pub fn taps(&self) -> Taps {
         Taps {
             tap_handle: self.graph.tap_handle(),
@@ -105,14 +104,13 @@ impl Experiment {
         }
     }
 
-    /// Gives `commands` when the run comes to their times, beside the knobs of
-    /// its configuration.
+    /// Adds timed `commands` to the knobs of the configuration.
     pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
         self.inbox.schedule(commands);
     }
 
-    /// Runs to the end: of the time, by a node, or by command. All taps end with
-    /// it.
+    /// Runs until the end time, or until a node or a command ends the run. All taps end
+    /// with it.
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
@@ -120,8 +118,8 @@ impl Experiment {
         self.run_with(&mut RealClock::default())
     }
 
-    /// The same with a real clock of the caller's own, for while the run is under
-    /// it: one that asked for real-time scheduling, say.
+    /// Runs with the caller's real clock, such as one with real-time scheduling, whenever
+    /// the run is on the real clock.
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
@@ -134,7 +132,7 @@ impl Experiment {
             commands,
             mut inbox,
         } = self;
-        // Only those who asked for a sender can end a pause.
+        // From here on only the caller's senders can end a pause.
         drop(commands);
         let observer = graph.observer();
         let began = Instant::now();
@@ -144,7 +142,7 @@ impl Experiment {
             let state = recorded.iter().find(|topic| topic.name() == name);
             state.and_then(|topic| topic.newest())
         });
-        // Taps end with the topics, which the nodes hold, too.
+        // Taps end with the topics, which the nodes hold as well.
         drop((graph, recorded));
         let exit = end?;
         let state = RunEnd::state(newest.as_ref());

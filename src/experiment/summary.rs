@@ -14,42 +14,42 @@ use crate::{
 /// The summary of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Its configuration.
+    /// Configuration of the run.
     pub config: Config,
-    /// Its verdict.
+    /// Verdict on the run.
     pub verdict: Verdict,
     /// Steps of the plant: messages on the system's topic of states.
     pub steps: u64,
-    /// The newest of them, as numbers; empty if there was none.
+    /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
     /// Run time at the end.
     pub sim_time: Time,
-    /// Wall time that it took.
+    /// Wall time of the run.
     pub wall_time: Duration,
-    /// The latency that matters to the system.
+    /// The system's main latency.
     pub latency: Distribution,
-    /// The topics, in the order in which nodes were given their ends.
+    /// The topics, in the order of their first connection.
     pub topics: Vec<TopicSummary>,
-    /// The nodes, in the order in which they were added.
+    /// The nodes, in the order of addition.
     pub nodes: Vec<NodeSummary>,
-    /// Commands and ends.
+    /// Commands and ends of the run.
     pub events: Vec<Event>,
 }
 
-/// How a run ended, without the figures of its topics and nodes.
+/// The end of a run, without the figures of its topics and nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// Its verdict.
+    /// Verdict on the run.
     pub verdict: Verdict,
-    /// Run time.
+    /// Run time at the end.
     pub sim_time: Time,
-    /// Wall time that it took.
+    /// Wall time of the run.
     pub wall_time: Duration,
-    /// The newest state of the plant, as numbers; empty if there was none.
+    /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
 }
 
-/// A topic in a run.
+/// A topic's figures in a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopicSummary {
     /// Its name.
@@ -58,11 +58,11 @@ pub struct TopicSummary {
     pub published: u64,
     /// Messages lost unread.
     pub dropped: u64,
-    /// Messages that its link lost.
+    /// Messages lost by its link.
     pub lost: u64,
     /// Messages that its link delivered after a newer one.
     pub overtaken: u64,
-    /// Messages that were on their way at the end.
+    /// Messages in flight at the end.
     pub in_flight: u64,
     /// Messages per second of run time.
     pub per_second: f64,
@@ -70,37 +70,36 @@ pub struct TopicSummary {
     pub read: bool,
 }
 
-/// How a node kept its rate in a run.
+/// A node's timing in a run.
 #[derive(Clone, Debug)]
 pub struct NodeSummary {
     /// Its name.
     pub name: String,
     /// Its rate at the end.
     pub hz: Hz,
-    /// Ticks.
+    /// Number of ticks.
     pub ticks: u64,
     /// Periods skipped because it was still busy.
     pub overruns: u64,
-    /// How late its ticks began; empty under the virtual clock unless asked for.
+    /// Lateness of its ticks; empty under the virtual clock unless a lateness is set.
     pub lateness: Distribution,
-    /// How long its ticks took: in run time where that was asked for; else empty
-    /// where the virtual clock ran without pacing.
+    /// Duration of its ticks: in run time where a duration is set, otherwise in wall
+    /// time, and empty where the virtual clock ran without pacing.
     pub tick_time: Distribution,
-    /// How long after they were due its ticks were over.
+    /// Response time: from the due time to the end of a tick.
     pub response: Distribution,
-    /// Mean over time of the age of what it did to the world (s); `None` if it did
-    /// nothing.
+    /// Mean over time of the age of its pushes on the world (s); `None` without pushes.
     pub push_age_s: Option<f64>,
 }
 
 impl Summary {
-    /// The knobs as they were turned, up front or live: under the virtual clock
-    /// the same configuration with these is the same run again.
+    /// The changes of knobs before and during the run: under the virtual clock the same
+    /// configuration with these gives the same run.
     pub fn knobs(&self) -> Vec<TimedKnob> {
         self.events.iter().filter_map(Event::knob).collect()
     }
 
-    /// How it ended.
+    /// The end of the run.
     pub fn end(&self) -> RunEnd {
         RunEnd {
             verdict: self.verdict,
@@ -115,7 +114,7 @@ impl Summary {
         self.nodes.iter().find(|node| node.name == name)
     }
 
-    /// The topic called `name`; one that carried nothing if there is none.
+    /// The topic called `name`; an empty one if there is none.
     pub fn topic(&self, name: &str) -> TopicSummary {
         let known = self.topics.iter().find(|topic| topic.name == name);
         known.cloned().unwrap_or_else(|| TopicSummary {
@@ -124,8 +123,8 @@ impl Summary {
         })
     }
 
-    /// The summary of a run of `system` that ended as `end` says, with the figures
-    /// that `observer` reads.
+    /// Builds the summary of a run of `system` from its `end` and the figures of
+    /// `observer`.
     pub fn observed(
         system: &dyn System,
         config: &Config,
@@ -153,7 +152,7 @@ impl Summary {
     }
 }
 
-/// The latency that matters to `system`.
+/// The main latency of `system`.
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
     let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
@@ -161,7 +160,7 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
 }
 
 impl RunEnd {
-    /// The newest of `rows` as a state.
+    /// The newest row as a state.
     pub(super) fn state(rows: Option<&Rows>) -> Vec<f64> {
         let newest = rows.and_then(Rows::last);
         newest.map_or_else(Vec::new, |(_, row)| row.to_vec())

@@ -6,12 +6,12 @@ use crate::runtime::{
     Payload, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord, Topic,
 };
 
-/// Taps the recorded topics and the nodes of an experiment, before it runs and
-/// while it does, from any thread.
+/// Taps the recorded topics and the nodes of an experiment, before and during its run,
+/// from any thread.
 ///
-/// Taps on topics end when the run is over and the last of these handles is
-/// gone. A thread that empties a tap must not use this while others wait for it:
-/// a topic on which a full tap is being waited for lets nobody in.
+/// Taps on topics end when the run is over and the last of these handles is dropped. A
+/// thread that empties a tap must not use this handle meanwhile: a topic that waits for a
+/// full tap stays locked.
 #[derive(Clone)]
 pub struct Taps {
     pub(super) tap_handle: TapHandle,
@@ -19,7 +19,7 @@ pub struct Taps {
 }
 
 impl Taps {
-    /// The recorded topics, in the order in which the system made them.
+    /// The recorded topics, in the order of their creation.
     pub fn topics(&self) -> &[Arc<dyn RecordedTopic>] {
         &self.topics
     }
@@ -31,7 +31,7 @@ impl Taps {
         Some(topic.tap(&self.tap_handle, capacity))
     }
 
-    /// The same as messages; `None` also if the topic carries something else.
+    /// The same as messages; `None` also for another payload type.
     pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
         let topic = self.topics.iter().find(|topic| topic.name() == name)?;
         let topic: &dyn Any = &**topic;
@@ -39,8 +39,8 @@ impl Taps {
         Some(self.tap_handle.topic(topic, capacity))
     }
 
-    /// Copies every tick from now on, for each node in the order in which they
-    /// were added, in queues of `capacity`.
+    /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
+    /// order of addition.
     pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
         self.tap_handle.ticks(capacity)
     }

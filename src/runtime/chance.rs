@@ -1,5 +1,5 @@
-//! Chance that can be asked again: every draw follows from the seed of the run and
-//! from what it is for, and from nothing else.
+//! Reproducible chance: every draw depends only on the seed of the run and on its
+//! purpose.
 
 use std::fmt::Display;
 
@@ -7,20 +7,21 @@ use sha2::{Digest as _, Sha256};
 
 /// The draws of one kind for one node or topic.
 ///
-/// A draw is a pure function: to turn one knob moves no other draw, and a run can
-/// be executed again from any part of its log.
+/// A draw is a pure function, so changing one knob changes no other draw, and a run can
+/// be repeated from any part of its log.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chance<'a> {
-    /// The seed of the run.
+    /// Seed of the run.
     pub(crate) seed: u64,
-    /// What is drawn, such as `takes`.
+    /// Kind of draw, such as `takes`.
     pub(crate) what: &'a str,
-    /// For which node or topic.
+    /// Name of the node or topic.
     pub(crate) name: &'a str,
 }
 
 impl Chance<'_> {
-    /// Draw number `n`, uniform in 0..1: 53 bits of the SHA-256 of what it is for.
+    /// Draw number `n`, uniform in 0..1: 53 bits of the SHA-256 of seed, kind, name and
+    /// number.
     pub(crate) fn uniform(&self, n: impl Display) -> f64 {
         let Self { seed, what, name } = self;
         let digest = Sha256::digest(format!("{seed} {what} {name} {n}"));
@@ -30,7 +31,7 @@ impl Chance<'_> {
     }
 }
 
-/// The standard normal quantile of `p` by Wichura's algorithm AS 241 (PPND16), true
+/// The standard normal quantile of `p` by Wichura's algorithm AS 241 (PPND16), accurate
 /// to about one part in 10¹⁶.
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
@@ -47,7 +48,8 @@ pub(crate) fn normal_quantile(p: f64) -> f64 {
     (polynomial(numerator, r) / polynomial(denominator, r)).copysign(q)
 }
 
-/// By Horner's rule; the coefficient of the highest power comes first.
+/// Evaluates a polynomial by Horner's rule; the coefficient of the highest power comes
+/// first.
 fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
     let mut coefficients = coefficients.iter();
     let first = coefficients.next().copied().unwrap_or_default();
@@ -134,8 +136,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quantile_is_that_of_the_published_checks_of_the_algorithm() {
-        // From the article; the last one is in the far tail.
+    fn the_quantile_matches_the_published_checks_of_the_algorithm() {
+        // Values from the article; the last one is in the far tail.
         for (p, z) in [
             (0.25, -0.674_489_750_196_081_7),
             (0.001, -3.090_232_306_167_814),
@@ -149,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_depend_on_each_part_of_what_they_are_for() {
+    fn draws_depend_on_every_part_of_their_purpose() {
         let chance = Chance {
             seed: 0,
             what: "takes",

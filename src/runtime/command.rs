@@ -11,8 +11,8 @@ use super::{
     time::Time,
 };
 
-/// What a person or a script can ask of a running graph. Takes effect between
-/// ticks, under either clock, and is logged with the run time at which it did.
+/// A request to a running graph, from a person or a script. Takes effect between ticks,
+/// under either clock, and is logged with that run time.
 ///
 /// ```
 /// use ratelab::runtime::{
@@ -42,9 +42,9 @@ pub enum Command {
     Speed(Speed),
     /// Hand the running graph to a clock of this kind.
     HandOver(ClockKind),
-    /// End the run in order.
+    /// End the run normally.
     Stop,
-    /// Turn a knob. In a log it stands as the knob alone.
+    /// Turn a knob. The log shows the knob alone.
     #[serde(untagged)]
     Set(Knob),
 }
@@ -63,8 +63,8 @@ impl From<TimedKnob> for TimedCommand {
 }
 
 impl Command {
-    /// Whether the graph itself is changed or left, and not merely how run time
-    /// passes: such a command waits until no instant is half done.
+    /// Whether it changes the graph or stops its clock, rather than the passing of run
+    /// time: such a command waits until no instant is half done.
     pub(crate) fn changes_graph(&self) -> bool {
         match self {
             Self::Set(_) | Self::HandOver(_) | Self::Stop => true,
@@ -72,7 +72,7 @@ impl Command {
         }
     }
 
-    /// The node that alone can obey it.
+    /// The name of the node that must carry it out.
     pub(crate) fn node(&self) -> Option<&str> {
         match self {
             Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target()),
@@ -103,12 +103,12 @@ impl fmt::Display for Command {
     }
 }
 
-/// Which of the two clocks runs a graph.
+/// Kind of clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockKind {
     /// One thread per node against the wall clock.
     Real,
-    /// One thread, discrete-event time, reproducible to the bit.
+    /// One thread, discrete-event time, bit-for-bit reproducible.
     Virtual,
 }
 
@@ -121,18 +121,18 @@ impl fmt::Display for ClockKind {
     }
 }
 
-/// How fast virtual time passes against wall time.
+/// Speed of virtual time relative to wall time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
-    /// As fast as the machine goes.
+    /// As fast as the machine allows.
     #[serde(rename = "FlatOut")]
     Unlimited,
-    /// This many seconds of run time in a second; see [`Speed::times`].
+    /// Seconds of run time per second of wall time; see [`Speed::times`].
     Times(Pace),
 }
 
 impl Speed {
-    /// Run time as fast as wall time.
+    /// Run time passes as fast as wall time.
     pub const REAL_TIME: Self = Self::Times(Pace(1.0));
 
     /// A paced speed.
@@ -159,13 +159,13 @@ impl fmt::Display for Speed {
 pub struct Pace(f64);
 
 impl Pace {
-    /// The slowest pace: ten seconds for one.
+    /// The slowest pace: ten seconds of wall time per second of run time.
     pub const MIN: f64 = 0.1;
 
-    /// The fastest pace, beyond which [`Speed::Unlimited`] is meant.
+    /// The fastest pace; for more, use [`Speed::Unlimited`].
     pub const MAX: f64 = 100.0;
 
-    /// Seconds of run time in a second of wall time.
+    /// Seconds of run time per second of wall time.
     pub fn get(self) -> f64 {
         self.0
     }
@@ -189,7 +189,7 @@ impl From<Pace> for f64 {
     }
 }
 
-/// A factor that is not a speed.
+/// A factor that is not a valid speed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
     "{0} is not a speed: expected {min} to {max} times that of the wall's clock",
@@ -198,14 +198,14 @@ impl From<Pace> for f64 {
 )]
 pub struct SpeedError(f64);
 
-/// A command to be given at a run time.
+/// A command with the run time at which to give it.
 ///
-/// It takes effect before any tick that is due at `at` or later, which is what
-/// makes a list of them replay exactly.
+/// It takes effect before any tick that is due at `at` or later, so a list of them
+/// replays exactly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedCommand {
     /// Run time at which it takes effect.
     pub at: Time,
-    /// What to do.
+    /// The command.
     pub command: Command,
 }

@@ -1,4 +1,4 @@
-//! What a tick takes.
+//! The duration of ticks.
 
 use std::{fmt, str::FromStr};
 
@@ -6,18 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::draw::Draw;
 
-/// Before a cost that keeps a core busy.
+/// Prefix of a cost that keeps a core busy.
 const BUSY: &str = "busy ";
 
-/// What the ticks of a node take, in run time: a [`Draw`], as text with `busy `
-/// before it if the real clock is to keep a core busy for so long instead of
-/// sleeping.
+/// The duration of a node's ticks in run time: a [`Draw`], as text with the prefix `busy
+/// ` if the real clock is to keep a core busy instead of sleeping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Cost {
-    /// How long a tick takes.
+    /// Duration of a tick.
     pub draw: Draw,
-    /// Whether it keeps a core busy under the real clock.
+    /// Whether a tick keeps a core busy under the real clock.
     pub busy: bool,
 }
 

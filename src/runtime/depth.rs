@@ -1,11 +1,11 @@
-//! How many messages a topic keeps.
+//! The queue depth of topics.
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// How many messages a topic keeps: one or more.
+/// Number of messages a topic keeps: one or more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "usize", into = "usize")]
 pub struct Depth(usize);
@@ -14,7 +14,7 @@ impl Depth {
     /// A buffer of one message: only the newest survives.
     pub const ONE: Self = Self(1);
 
-    /// The deepest queue accepted. Deeper than this is a log, not a queue.
+    /// The deepest queue accepted. Anything deeper is a log rather than a queue.
     pub const MAX: Self = Self(1_000_000);
 
     /// Validates a queue depth.
@@ -29,7 +29,7 @@ impl Depth {
         }
     }
 
-    /// The inverse of [`Depth::get`], for values that came from it.
+    /// Creates a depth from a value that came from [`Depth::get`].
     pub(crate) const fn known(messages: usize) -> Self {
         Self(messages)
     }
@@ -72,7 +72,7 @@ impl FromStr for Depth {
     }
 }
 
-/// A value that is not a queue depth; carries it as it was given.
+/// An invalid queue depth, as it was given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0:?} is not a queue depth: expected a whole number from 1 to {max}", max = Depth::MAX)]
 pub struct DepthError(String);

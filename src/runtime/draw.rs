@@ -1,4 +1,4 @@
-//! Durations by chance, such as what a tick takes.
+//! Random durations, such as tick times.
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
@@ -9,15 +9,15 @@ use super::{chance, digest::Digest, millis};
 /// The 99th percentile of the standard normal distribution.
 const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
 
-/// Before the name of a recording.
+/// Prefix of the name of a recording.
 const RECORDED: &str = "recorded:";
 
-/// Between the name of a recording and the digest of its table.
+/// Separator between the name of a recording and the digest of its table.
 const PIN: &str = "@sha256:";
 
-/// A duration that is drawn again and again. As text, in milliseconds: `30`;
-/// `60..110` uniform; `lognormal:30,90` by median and 99th percentile;
-/// `recorded:FILE`, one of those that were measured; `none`.
+/// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
+/// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, one of the measured
+/// durations in a file; `none`.
 ///
 /// ```
 /// use ratelab::runtime::Draw;
@@ -32,29 +32,29 @@ const PIN: &str = "@sha256:";
 pub enum Draw {
     /// Always the same; zero for none.
     Constant(Duration),
-    /// Anything from the first to the second, all as likely.
+    /// Uniform between the first and the second.
     Uniform(Duration, Duration),
-    /// Mostly a little, now and then much more.
+    /// Log-normal: mostly short, occasionally much longer.
     Lognormal {
-        /// The duration that half of the draws do not exceed.
+        /// Median.
         median: Duration,
-        /// The duration that 99 % do not exceed.
+        /// 99th percentile.
         p99: Duration,
     },
-    /// One of those in a recording.
+    /// One of the durations in a recording.
     Recorded(Recorded),
 }
 
 impl Draw {
-    /// No duration at all.
+    /// Always zero.
     pub const NONE: Self = Self::Constant(Duration::ZERO);
 
-    /// Whether it is never more than nothing.
+    /// Whether it is always zero.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    /// The duration that belongs to `u` in 0..1.
+    /// The quantile of `u` in 0..1.
     pub(crate) fn at(&self, u: f64) -> Duration {
         match self {
             Self::Constant(duration) => *duration,
@@ -73,7 +73,7 @@ impl Draw {
         }
     }
 
-    /// The recording that it needs, if that was not loaded yet.
+    /// The recording it needs, if that is not loaded yet.
     pub fn missing(&self) -> Option<&Recorded> {
         match self {
             Self::Recorded(recorded) if recorded.table.is_none() => Some(recorded),
@@ -149,8 +149,8 @@ impl From<Draw> for String {
     }
 }
 
-/// Durations that were measured, by the recording that they are in. The library
-/// reads no recordings: whoever does hands it the durations.
+/// Measured durations, named by their recording. The library reads no recordings: the
+/// program loads the durations and supplies them.
 #[derive(Clone, Debug)]
 pub struct Recorded {
     file: String,
@@ -176,15 +176,15 @@ impl Recorded {
         })
     }
 
-    /// The path of the recording.
+    /// Path of the recording.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// The same with the durations that are in the recording, and pinned to them.
+    /// Returns the same draw with the durations of the recording, pinned to their digest.
     ///
     /// # Errors
-    /// If there are none, or others than it is pinned to.
+    /// If there are no durations, or they differ from the pinned ones.
     pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, String> {
         let file = &self.file;
         if durations.is_empty() {
@@ -222,7 +222,7 @@ impl From<Recorded> for Draw {
 }
 
 impl PartialEq for Recorded {
-    /// By what is written, which the durations follow from.
+    /// Compares the texts, which determine the durations.
     fn eq(&self, other: &Self) -> bool {
         (&self.file, self.pin) == (&other.file, other.pin)
     }

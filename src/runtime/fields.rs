@@ -1,22 +1,21 @@
 //! Payloads as rows of numbers, for tables and records.
 
-/// A payload that can be written down as numbers and read back to the bit.
+/// A payload that can be written as numbers and read back bit for bit.
 ///
-/// What keeps a log of a topic learns from this what there is to write, so it
-/// need not know the payload.
+/// A log of a topic uses this to write any payload without knowing its type.
 pub trait Fields: Sized {
-    /// What the numbers are: a name each, with its unit where it has one.
+    /// Names of the numbers, with units where they have one.
     const FIELDS: &'static [&'static str];
 
     /// Appends the numbers to `row`, in the order of [`Fields::FIELDS`].
     fn append_to(&self, row: &mut Vec<f64>);
 
-    /// The payload with these numbers; `None` if there is no such payload.
+    /// Builds the payload from these numbers; `None` if they form no valid payload.
     fn from_row(row: &[f64]) -> Option<Self>;
 }
 
-/// Implements [`Fields`](crate::runtime::Fields) for a struct whose fields are all
-/// `f64`: each with its name in tables, and its unit.
+/// Implements [`Fields`](crate::runtime::Fields) for a struct whose fields are all `f64`:
+/// with the name of each in tables, and its unit.
 ///
 /// ```
 /// use ratelab::{fields, runtime::Fields};

@@ -1,7 +1,7 @@
 //! Nodes wired to topics.
 //!
-//! A graph is built by handing nodes the ends of topics, and thereby learns its
-//! own shape: who publishes what, who reads it, how often each node ticks.
+//! A graph is built by giving nodes the ends of topics, and thereby learns its own
+//! structure: publishers and readers of each topic, and the rate of each node.
 
 use thiserror::Error;
 
@@ -11,8 +11,9 @@ use super::{
     message::Payload,
     millis,
     node::Node,
+    outbox::Outbox,
     rate::Rate,
-    scheduled_node::{Fixed, ScheduledNode, Wired},
+    scheduled_node::{Again, Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -22,30 +23,30 @@ use super::{
     tap_handle::TapHandle,
     telemetry::{
         EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, Shared, Status,
-        SubscriptionEntry, TopicEntry,
+        SubscriptionEntry, TopicCounters, TopicEntry,
     },
     time::{Hz, Time},
     topic::{Publisher, Subscription, Topic},
 };
 
-/// A graph that cannot be built as asked.
+/// An error while building a graph.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum GraphError {
-    /// Two nodes of one name.
+    /// Two nodes with the same name.
     #[error("there is a node {0:?} already: give each node a name of its own")]
     DuplicateNode(String),
-    /// Two different topics of one name.
+    /// Two different topics with the same name.
     #[error(
         "there is another topic {0:?} already: use that one, or give this one a name of its own"
     )]
     DuplicateTopic(String),
 }
 
-/// Nodes, the topics between them, and how far their run has come.
+/// Nodes, the topics between them, and the progress of their run.
 ///
-/// A graph of three nodes or of a thousand is built by the same calls. It holds
-/// all state of a run, so it can be handed from one [`Clock`](super::Clock) to
-/// another and goes on where it was.
+/// A graph of three nodes or of a thousand is built by the same calls. It holds all state
+/// of a run, so it can be handed over from one [`Clock`](super::Clock) to another and
+/// continues there.
 ///
 /// ```
 /// use ratelab::runtime::{Depth, GO_ON, Graph, Hz, Topic};
@@ -68,15 +69,15 @@ pub struct Graph {
     pub(crate) control: ControlPlane,
 }
 
-/// The part of a graph that commands act on and observers see; everything but
-/// the nodes themselves, which may be out on their threads.
+/// The part of a graph that commands change and observers read: everything except the
+/// nodes, which may be away on their threads.
 pub(crate) struct ControlPlane {
     pub(crate) shared: Arc<Shared>,
     pub(crate) status: Status,
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
     pub(crate) backpressure: Backpressure,
-    /// From which every draw follows.
+    /// The seed of every random draw.
     seed: u64,
 }
 
@@ -85,12 +86,12 @@ struct WiredTopic {
     topic: Box<dyn AnyTopic>,
 }
 
-/// A topic whose payload does not matter.
+/// A topic, regardless of its payload.
 trait AnyTopic: Send {
-    /// Turns a knob that is for a topic; returns the value before.
+    /// Changes a knob of the topic; returns the value before.
     fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String>;
 
-    /// Delivers what arrives by `now`.
+    /// Delivers the messages that arrive by `now`.
     fn deliver(&self, now: Time);
 }
 
@@ -98,7 +99,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
     fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
-            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed).to_string()),
+            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed, now).to_string()),
             Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
             Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
             Knob::Postpone { seq, delay, .. } => {
@@ -145,14 +146,14 @@ impl Graph {
         }
     }
 
-    /// Adds a node that ticks at `hz`. Among nodes that are due at the same
-    /// instant of virtual time the one with the lowest `priority` runs first,
-    /// and of equals the one that was added first. `build` is given the
-    /// [`Wiring`] from which the node takes its ends of topics.
+    /// Adds a node that ticks at `hz`. Among nodes that are due at the same instant of
+    /// virtual time the one with the lowest `priority` runs first, and of equals the one
+    /// added first. `build` receives the [`Wiring`] from which the node takes its ends of
+    /// topics.
     ///
     /// # Errors
-    /// [`GraphError`] if the name is taken, or if a topic was used whose name
-    /// belongs to another one. The graph is then unchanged.
+    /// [`GraphError`] if the name is taken, or if two different topics share a name. The
+    /// graph is then unchanged.
     pub fn node<N: Node + 'static>(
         &mut self,
         name: &str,
@@ -160,21 +161,64 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
+        self.add(name, hz, priority, build).map(drop)
+    }
+
+    /// The same for a node that `build` can build once more, which is what a restart
+    /// does; then it is sent its `message`.
+    ///
+    /// # Errors
+    /// As of [`Graph::node`].
+    pub(crate) fn restartable_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+        message: Option<&str>,
+    ) -> Result<(), GraphError> {
+        let ends = self.add(name, hz, priority, &mut build)?;
+        if let Some(node) = self.nodes.last_mut() {
+            node.again = Some(Again {
+                build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
+                message: message.map(str::to_owned),
+            });
+        }
+        Ok(())
+    }
+
+    /// Adds a node, and returns the ends that it took.
+    fn add<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<Ends, GraphError> {
         if self.control.nodes.iter().any(|node| &*node.name == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
         let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
         let node = Box::new(build(&mut wiring));
         let Wiring {
-            endpoints, wired, ..
+            endpoints,
+            wired,
+            subscriptions,
+            ..
         } = wiring;
+        let ends = Ends {
+            subscriptions,
+            meters: wired.meters.clone(),
+            push_age: wired.push_age.clone(),
+            outbox: wired.outbox.clone(),
+        };
         self.control.connect(endpoints)?;
         let rate = Rate::new(hz, self.now());
         let mut node = ScheduledNode::new(name, priority, rate, node, wired);
         node.seed = self.control.seed;
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
-        Ok(())
+        Ok(ends)
     }
 
     /// Copies every message of `topic` from now on; see [`TapHandle::topic`].
@@ -182,8 +226,8 @@ impl Graph {
         self.tap_handle().topic(topic, capacity)
     }
 
-    /// Taps topics and nodes, also when the graph is running already. Knows the
-    /// nodes that the graph has at this moment.
+    /// Taps topics and nodes, even while the graph is running. Covers the nodes that the
+    /// graph has at this moment.
     pub fn tap_handle(&self) -> TapHandle {
         TapHandle {
             backpressure: self.control.backpressure.clone(),
@@ -191,8 +235,8 @@ impl Graph {
         }
     }
 
-    /// Reads the graph from any thread while it runs. Knows the nodes and
-    /// topics that the graph has at this moment.
+    /// Reads the graph from any thread while it runs. Covers the nodes and topics that
+    /// the graph has at this moment.
     pub fn observer(&self) -> Observer {
         Observer {
             shared: self.control.shared.clone(),
@@ -206,33 +250,33 @@ impl Graph {
         }
     }
 
-    /// How far the run has come.
+    /// Current run time.
     pub fn now(&self) -> Time {
         self.control.now()
     }
 
-    /// Sets under which clock the graph runs from now on. Its observers see it, and
-    /// taps wait in virtual time only.
+    /// Sets the clock that runs the graph from now on. Observers show it, and full taps
+    /// block in virtual time only.
     pub fn set_clock(&mut self, clock: ClockKind) {
         self.control.update(|status| status.clock = clock);
         self.control.backpressure.set(clock == ClockKind::Virtual);
     }
 
-    /// Sets how fast the virtual clock will run the graph.
+    /// Sets the speed of the virtual clock.
     pub fn set_speed(&mut self, speed: Speed) {
         self.control.update(|status| status.speed = speed);
     }
 
-    /// Sets the seed from which every duration follows that is drawn by chance.
+    /// Sets the seed of all random durations.
     pub fn set_seed(&mut self, seed: u64) {
         self.control.seed = seed;
         self.nodes.iter_mut().for_each(|node| node.seed = seed);
     }
 
-    /// Whether there is such a knob, and all is there that its value needs.
+    /// Checks that the knob exists and that everything its value needs is loaded.
     ///
     /// # Errors
-    /// Why not, and what there is instead.
+    /// The reason, with the available alternatives.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         match knob {
             knob if knob.kind().is_of_topic() => self.control.check(knob),
@@ -243,7 +287,7 @@ impl Graph {
         }
     }
 
-    /// Lets `node` obey a command that is for it; see [`ScheduledNode::obey`].
+    /// Lets `node` carry out its command; see [`ScheduledNode::obey`].
     pub(crate) fn obey(
         &mut self,
         node: &str,
@@ -279,17 +323,17 @@ impl ControlPlane {
         known.ok_or_else(|| nothing_called("node", name, names))
     }
 
-    /// Turns a knob that is for a topic at run time `now`; returns the value before.
+    /// Changes a knob of a topic at run time `now`; returns the value before.
     ///
     /// # Errors
-    /// Why not, and what there is instead.
+    /// The reason, with the available alternatives.
     pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
         self.check(knob)?;
         let topic = &self.topic(knob.target())?.topic;
         topic.turn(knob, self.seed, now)
     }
 
-    /// Whether there is such a knob of a topic.
+    /// Checks that the topic has this knob.
     fn check(&self, knob: &Knob) -> Result<(), String> {
         let topic = self.topic(knob.target())?;
         let read = !topic.entry.subscriptions.is_empty();
@@ -303,12 +347,12 @@ impl ControlPlane {
         let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
         let names = names.join(", ");
         Err(format!(
-            "nobody reads {}: expected one of {names}",
+            "{} has no reader: expected one of {names}",
             topic.entry.name
         ))
     }
 
-    /// Delivers on all topics what arrives by `now`.
+    /// Delivers the messages of all topics that arrive by `now`.
     pub(crate) fn deliver(&self, now: Time) {
         self.topics
             .iter()
@@ -321,7 +365,7 @@ impl ControlPlane {
         known.ok_or_else(|| nothing_called("topic", name, names))
     }
 
-    /// Adds the edges that a node took, and the topics first seen with them.
+    /// Adds the edges of a node, and the topics that are new with them.
     fn connect(&mut self, endpoints: Vec<Endpoint>) -> Result<(), GraphError> {
         let mut names: Vec<Arc<str>> = Vec::new();
         for topic in endpoints
@@ -346,7 +390,7 @@ impl ControlPlane {
     }
 }
 
-/// Says that there is no `kind` of this name, and which there are.
+/// An error message for an unknown name of a `kind`, with the known names.
 fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
     match known.collect::<Vec<_>>().join(", ").as_str() {
         "" => format!("there is no {kind} {name:?}: the graph has none"),
@@ -354,8 +398,8 @@ fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n st
     }
 }
 
-/// From what a node takes its ends of topics while it is being built, so that the
-/// graph knows who is connected to what.
+/// Supplies a node with its ends of topics while it is being built, so that the graph
+/// records all connections.
 ///
 /// ```
 /// use ratelab::runtime::{Depth, GO_ON, Graph, Hz, Topic};
@@ -384,10 +428,23 @@ pub struct Wiring<'g> {
     node: usize,
     endpoints: Vec<Endpoint>,
     wired: Wired,
+    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
+    /// What the node took that is built once more.
+    former: Option<Ends>,
 }
 
-/// One edge to be: an end of the topic with index `topic`, which comes along if
-/// the graph has not seen it before.
+/// What a node took when it was built.
+#[derive(Clone)]
+struct Ends {
+    /// Each with the counters of its topic.
+    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
+    meters: Vec<(String, Meter)>,
+    push_age: Option<PushAge>,
+    outbox: Arc<Outbox>,
+}
+
+/// An edge to be added: an end of the topic with index `topic`, together with the topic
+/// itself if it is new to the graph.
 struct Endpoint {
     topic: usize,
     new_topic: Option<WiredTopic>,
@@ -406,45 +463,79 @@ impl<'g> Wiring<'g> {
             node,
             endpoints: Vec::new(),
             wired: Wired::default(),
+            subscriptions: Vec::new(),
+            former: None,
         }
     }
 
-    /// The node publishes to `topic`.
+    /// Hands out the `former` ends of a node that is built once more.
+    fn again(former: Ends) -> Self {
+        Self {
+            former: Some(former),
+            ..Self::new(&[], 0)
+        }
+    }
+
+    /// Connects the node as a publisher of `topic`.
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
+        if let Some(former) = &self.former {
+            return topic.publisher_through(&former.outbox);
+        }
         let kind = EndpointKind::Publisher(self.node);
         self.add_endpoint(topic, kind);
         topic.publisher_through(&self.wired.outbox)
     }
 
-    /// The node reads from `topic`.
+    /// Connects the node as a reader of `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        if let Some(SubscriptionEntry { mark, ages, .. }) = self.former_subscription(topic) {
+            return topic.subscribe_again(mark, ages);
+        }
         let subscription = topic.subscribe();
-        let kind = EndpointKind::Subscription(SubscriptionEntry {
+        let entry = SubscriptionEntry {
             node: self.node,
             mark: subscription.mark(),
             ages: subscription.ages(),
-        });
-        self.add_endpoint(topic, kind);
+        };
+        let kept = (topic.counters(), entry.clone());
+        self.subscriptions.push(kept);
+        self.add_endpoint(topic, EndpointKind::Subscription(entry));
         subscription
     }
 
-    /// The node measures a duration of its own, shown under `name` to whoever
-    /// observes the graph.
+    /// Adds a duration that the node measures, shown to observers under `name`.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
+        let mut former = self.former.iter().flat_map(|former| &former.meters);
+        if let Some((_, meter)) = former.find(|(known, _)| known == name) {
+            return meter.recorder();
+        }
         let (recorder, meter) = Meter::new();
         self.wired.meters.push((name.to_owned(), meter));
         recorder
     }
 
-    /// The node acts on the world outside of the graph, and notes how old the
-    /// sensing behind that is.
+    /// Declares that the node acts on the world outside of the graph; it records the age
+    /// of the sensing behind each push.
     pub fn push_age(&mut self) -> PushAge {
+        if let Some(age) = self.former.as_ref().and_then(|f| f.push_age.as_ref()) {
+            return age.clone();
+        }
         self.wired.push_age.get_or_insert_default().clone()
     }
 
-    /// The node has no knobs of these `kinds`; a refusal gives the `reason`.
+    /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.
     pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
         self.wired.fixed = Fixed { kinds, reason };
+    }
+
+    /// The next end by which the former node read from `topic`.
+    fn former_subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Option<SubscriptionEntry> {
+        let subscriptions = &mut self.former.as_mut()?.subscriptions;
+        let is_of = |(counters, _): &(Arc<TopicCounters>, SubscriptionEntry)| {
+            Arc::ptr_eq(counters, &topic.counters())
+        };
+        let place = subscriptions.iter().position(is_of)?;
+        Some(subscriptions.remove(place).1)
     }
 
     fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {

@@ -1,4 +1,4 @@
-//! Where a clock finds its commands.
+//! The source of a clock's commands.
 
 use std::collections::VecDeque;
 
@@ -10,9 +10,8 @@ use super::{
     time::Time,
 };
 
-/// The commands of a run: those given up front with their times, and those
-/// that arrive while it runs. A run that nobody commands takes
-/// [`Inbox::default`].
+/// The commands of a run: timed commands known in advance, and live ones that arrive
+/// while it runs. A run without commands uses [`Inbox::default`].
 ///
 /// ```
 /// use ratelab::runtime::{Clock, ClockExit, Command, Graph, Inbox, Time, TimedCommand, VirtualClock};
@@ -37,25 +36,25 @@ pub(crate) enum Wait {
     Forever,
 }
 
-/// What came first.
+/// Whatever came first.
 #[derive(Debug)]
 pub(crate) enum Received<T> {
     Command(Command),
     Other(T),
-    /// Nothing, until the deadline.
+    /// The deadline passed.
     Timeout,
 }
 
 impl Default for Inbox {
-    /// An inbox into which nothing ever comes.
+    /// An inbox that stays empty.
     fn default() -> Self {
         Self::new(Vec::new()).1
     }
 }
 
 impl Inbox {
-    /// An inbox with a list of timed commands, and the sender for live ones.
-    /// Commands of the same time keep their order.
+    /// Creates an inbox with a list of timed commands, and the sender for live ones.
+    /// Commands with the same time keep their order.
     pub fn new(timed: Vec<TimedCommand>) -> (Sender<Command>, Self) {
         let (sender, live) = crossbeam_channel::unbounded();
         let mut inbox = Self {
@@ -66,14 +65,13 @@ impl Inbox {
         (sender, inbox)
     }
 
-    /// Adds timed commands; among those of the same time they come last.
+    /// Adds timed commands; each comes after the existing ones of the same time.
     pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
         self.timed.extend(commands);
         self.timed.make_contiguous().sort_by_key(|timed| timed.at);
     }
 
-    /// When the next timed command is to be given; [`Time::MAX`] if none is
-    /// before the end.
+    /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
     pub(crate) fn next_timed(&self, end: Time) -> Time {
         let next = self.timed.front().map(|timed| timed.at);
         next.filter(|at| *at <= end).unwrap_or(Time::MAX)
@@ -87,12 +85,13 @@ impl Inbox {
 
 #[cfg(not(feature = "model"))]
 impl Inbox {
-    /// The next live command; `None` if the wait was over first, or at once if
-    /// nobody can send any more and the wait would be forever.
+    /// Waits for the next live command; `None` if the wait is over, or at once if all
+    /// senders are gone and the wait would be forever.
     pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {
         use crossbeam_channel::RecvTimeoutError;
         match wait {
-            // Asked between any two instants, and a look costs less than a try.
+            // Called between any two instants; a check for emptiness costs less than an
+            // attempt to receive.
             Wait::None if self.live.is_empty() => None,
             Wait::None => self.live.try_recv().ok(),
             Wait::Forever => self.live.recv().ok(),
@@ -108,7 +107,7 @@ impl Inbox {
         }
     }
 
-    /// The next live command or the next word of `others`.
+    /// Waits for the next live command or the next message of `others`.
     pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
         use crossbeam_channel::{TryRecvError, never, select_biased};
         let live = match self.live.try_recv() {
@@ -125,8 +124,7 @@ impl Inbox {
     }
 }
 
-/// Under the model checker nothing may block outside of its scheduler, so
-/// waiting is looking again and again.
+/// Under the model checker nothing may block outside of its scheduler, so this polls.
 #[cfg(feature = "model")]
 impl Inbox {
     pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {

@@ -1,4 +1,4 @@
-//! What can be turned on a running graph, as values and as lines of text.
+//! The settings of a running graph, as values and as lines of text.
 
 use std::{fmt, str::FromStr, time::Duration};
 
@@ -16,8 +16,8 @@ use super::{
     time::{Hz, HzError, Time},
 };
 
-/// One setting of one node or topic of a graph. As text `rate NODE HZ`,
-/// `depth TOPIC N`, `send NODE TEXT` and so on; see [`KnobKind::usage`].
+/// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
+/// `send NODE TEXT` and so on; see [`KnobKind::usage`].
 ///
 /// ```
 /// use ratelab::runtime::{Hz, Knob};
@@ -29,7 +29,7 @@ use super::{
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Knob {
-    /// How often a node ticks.
+    /// Rate of a node.
     #[serde(rename = "SetRate")]
     Rate {
         /// The node's name.
@@ -37,7 +37,7 @@ pub enum Knob {
         /// Its rate.
         hz: Hz,
     },
-    /// How many messages a topic keeps.
+    /// Queue depth of a topic.
     #[serde(rename = "SetDepth")]
     Depth {
         /// The topic's name.
@@ -45,7 +45,7 @@ pub enum Knob {
         /// Its depth.
         depth: Depth,
     },
-    /// A message to a node, which knows what to make of it; see
+    /// A message to a node, which interprets it; see
     /// [`Node::on_message`](super::Node::on_message).
     #[serde(rename = "Tell")]
     Send {
@@ -55,88 +55,89 @@ pub enum Knob {
         #[serde(rename = "what")]
         text: String,
     },
-    /// What the ticks of a node take: a tick that starts at s reads at s; what it
-    /// publishes or applies, it publishes and applies at s + cost.
+    /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
+    /// publishes or applies its results at `s + cost`.
     Takes {
         /// The node's name.
         node: String,
-        /// What they take.
+        /// Their duration.
         spec: Cost,
     },
-    /// By how much the due times of a node are shifted against run time zero.
+    /// Offset of a node's due times from run time zero.
     Offset {
         /// The node's name.
         node: String,
-        /// By how much.
+        /// The offset.
         #[serde(rename = "ms", with = "millis")]
         offset: Duration,
     },
-    /// How late the ticks of a node start in virtual time.
+    /// Lateness of a node's ticks in virtual time.
     Wakes {
         /// The node's name.
         node: String,
-        /// How late.
+        /// The lateness.
         spec: Draw,
     },
-    /// How messages travel from those who publish to a topic to those who read it.
+    /// The link from the publishers of a topic to its readers.
     Link {
         /// The topic's name.
         topic: String,
-        /// How they travel.
+        /// The link.
         spec: Link,
     },
-    /// Which message of a topic is read.
+    /// The read order of a topic.
     Read {
         /// The topic's name.
         topic: String,
-        /// Which one.
+        /// The order.
         order: ReadOrder,
     },
-    /// One message of a topic is lost on its way.
+    /// Loss of one message of a topic.
     Lose {
         /// The topic's name.
         topic: String,
         /// The message's sequence number.
         seq: u64,
     },
-    /// One message of a topic is delivered later than it would be.
+    /// Extra delay of one message of a topic.
     Postpone {
         /// The topic's name.
         topic: String,
         /// The message's sequence number.
         seq: u64,
-        /// By how much.
+        /// The delay.
         #[serde(rename = "ms", with = "millis")]
         delay: Duration,
     },
-    /// A node stops ticking; what it had not released is gone.
+    /// A node stops ticking; messages it has not released are lost.
     Crash {
         /// The node's name.
         node: String,
     },
-    /// A node begins anew; see [`Node::restart`](super::Node::restart).
+    /// A node starts again from its initial state; see
+    /// [`Node::restart`](super::Node::restart).
     Restart {
         /// The node's name.
         node: String,
     },
-    /// What the next tick of a node takes, instead of the usual.
+    /// Duration of a node's next tick, in place of the usual one.
     Hang {
         /// The node's name.
         node: String,
-        /// How long it takes.
+        /// The duration.
         #[serde(rename = "ms", with = "millis")]
         cost: Duration,
     },
-    /// How wrong a node's own clock is from now on: due times and stamps follow it.
+    /// Error of a node's own clock from now on: due times and stamps follow this clock.
     Clock {
         /// The node's name.
         node: String,
-        /// How wrong it is.
+        /// The error.
         error: ClockError,
     },
 }
 
-/// The kinds of knobs, for those who list or complete them.
+/// The kinds of knobs, for lists and completion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KnobKind {
     /// [`Knob::Rate`].
@@ -170,7 +171,7 @@ pub enum KnobKind {
 }
 
 impl KnobKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 14] = [
         Self::Rate,
         Self::Depth,
@@ -188,7 +189,7 @@ impl KnobKind {
         Self::Clock,
     ];
 
-    /// The first word of such a knob.
+    /// The first word of the knob's text.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rate => "rate",
@@ -208,7 +209,7 @@ impl KnobKind {
         }
     }
 
-    /// How such a knob is written.
+    /// The syntax of the knob's text.
     pub fn usage(self) -> &'static str {
         match self {
             Self::Rate => "rate NODE HZ",
@@ -228,7 +229,7 @@ impl KnobKind {
         }
     }
 
-    /// What its value is, in usage texts.
+    /// The placeholder for its value in usage texts.
     pub fn value_name(self) -> &'static str {
         match self {
             Self::Rate => "HZ",
@@ -243,7 +244,7 @@ impl KnobKind {
         }
     }
 
-    /// Whether its value may have spaces in it.
+    /// Whether its value may contain spaces.
     pub(crate) fn takes_words(self) -> bool {
         matches!(
             self,
@@ -251,7 +252,7 @@ impl KnobKind {
         )
     }
 
-    /// Whether such a knob is a topic's, and else a node's.
+    /// Whether the knob belongs to a topic; otherwise it belongs to a node.
     pub fn is_of_topic(self) -> bool {
         matches!(
             self,
@@ -259,7 +260,7 @@ impl KnobKind {
         )
     }
 
-    /// Whether such a knob is an event, which has no value.
+    /// Whether the knob is an event, without a value.
     fn has_no_value(self) -> bool {
         self.value_name().is_empty()
     }
@@ -271,8 +272,8 @@ impl KnobKind {
         }
     }
 
-    /// The knob of this kind on one message of `topic`: its number, and for how long
-    /// it is postponed; without a delay it is lost.
+    /// Parses a knob for one message of `topic`: the sequence number, and the delay of a
+    /// postponed message.
     fn set_message(self, topic: &str, value: &str) -> Result<Knob, KnobError> {
         let refused = || self.refused(topic, value);
         let whole = |text: &str| text.parse().map_err(|_| refused());
@@ -289,10 +290,10 @@ impl KnobKind {
         })
     }
 
-    /// The knob of this kind on `target`, a node or a topic, set to `value`.
+    /// Returns the knob of this kind for `target`, a node or a topic, set to `value`.
     ///
     /// # Errors
-    /// [`KnobError`] if it does not take the value.
+    /// [`KnobError`] if the value is invalid for it.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
         if self.has_no_value() && !value.is_empty() {
             return Err(self.refused(target, value));
@@ -347,7 +348,7 @@ impl KnobKind {
 }
 
 impl Knob {
-    /// Its kind.
+    /// Kind of the knob.
     pub fn kind(&self) -> KnobKind {
         match self {
             Self::Rate { .. } => KnobKind::Rate,
@@ -367,7 +368,7 @@ impl Knob {
         }
     }
 
-    /// The node or the topic that it is of.
+    /// Name of its node or topic.
     pub fn target(&self) -> &str {
         match self {
             Self::Depth { topic, .. }
@@ -387,7 +388,7 @@ impl Knob {
         }
     }
 
-    /// The durations by chance that it sets, if it does.
+    /// The random duration it sets, if it sets one.
     pub fn draw(&self) -> Option<&Draw> {
         match self {
             Self::Takes { spec, .. } => Some(&spec.draw),
@@ -396,7 +397,7 @@ impl Knob {
         }
     }
 
-    /// The same, to be given the durations that are in a recording.
+    /// The same, mutable, to load the durations of a recording into it.
     pub fn draw_mut(&mut self) -> Option<&mut Draw> {
         match self {
             Self::Takes { spec, .. } => Some(&mut spec.draw),
@@ -405,7 +406,7 @@ impl Knob {
         }
     }
 
-    /// What it is set to.
+    /// Its value as text.
     pub fn value(&self) -> String {
         match self {
             Self::Rate { hz, .. } => hz.get().to_string(),
@@ -424,13 +425,13 @@ impl Knob {
         }
     }
 
-    /// Whether `other` sets the same thing, to whatever value.
+    /// Whether `other` changes the same setting, to any value.
     pub fn is_of(&self, other: &Self) -> bool {
         let same = self.kind() == other.kind() && self.target() == other.target();
         same && self.message() == other.message()
     }
 
-    /// The message that it is about, if it is about a single one.
+    /// Sequence number of its message, for a knob of a single message.
     fn message(&self) -> Option<u64> {
         match self {
             Self::Lose { seq, .. } | Self::Postpone { seq, .. } => Some(*seq),
@@ -472,48 +473,48 @@ impl FromStr for Knob {
     }
 }
 
-/// What a knob can begin with.
+/// The possible first words of a knob.
 fn names() -> String {
     let [first @ .., last] = KnobKind::ALL.map(KnobKind::name);
     format!("{} or {last}", first.join(", "))
 }
 
-/// The first word of `text` and all that follows, if something does.
+/// The first word of `text` and the rest, if there is a rest.
 pub(crate) fn first_word(text: &str) -> Option<(&str, &str)> {
     let (word, rest) = text.trim().split_once(char::is_whitespace)?;
     Some((word, rest.trim_start()))
 }
 
-/// A knob to be turned at a run time.
+/// A change of a knob at a run time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedKnob {
-    /// Run time at which it is turned, before any tick due then.
+    /// Run time of the change, before any tick due then.
     pub at: Time,
     /// The new setting.
     pub knob: Knob,
 }
 
-/// Text that is no knob.
+/// Text that is not a valid knob.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum KnobError {
-    /// Words are missing, or there are too many.
+    /// Missing or superfluous words.
     #[error("{text:?} is not a knob: expected {expected}")]
     Shape {
-        /// What was given.
+        /// The given text.
         text: String,
-        /// How it is written.
+        /// The expected syntax.
         expected: &'static str,
     },
-    /// There is no knob of this name.
+    /// An unknown knob.
     #[error("{0:?} is not a knob: expected {known}", known = names())]
     Name(String),
-    /// The value is no rate.
+    /// An invalid rate.
     #[error(transparent)]
     Rate(#[from] HzError),
-    /// The value is no depth.
+    /// An invalid queue depth.
     #[error(transparent)]
     Depth(#[from] DepthError),
-    /// The value is none; what is wrong with it.
+    /// An invalid value, with the reason.
     #[error("{0}")]
     Value(String),
 }

@@ -1,4 +1,4 @@
-//! What lies between those who publish to a topic and those who read it.
+//! The link between the publishers of a topic and its readers.
 
 use std::{fmt, str::FromStr, time::Duration};
 
@@ -6,16 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::{draw::Draw, millis};
 
-/// What can be written.
+/// The accepted texts.
 const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
     delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
 
-/// The longest mean of a burst (messages).
+/// The longest mean length of a burst (messages).
 const LONGEST_BURST: f64 = 1e9;
 
-/// How messages travel. As text `none`, or parts with commas in between, each at most
-/// once: `delay:30`, `delay:5..40` or `delay:lognormal:10,50` (ms), `in-order`,
-/// `loss:0.2`, `burst:0.01,5`, `reliable:40` (ms).
+/// A model of message transport: delay, order and loss. As text `none`, or
+/// comma-separated parts, each at most once: `delay:30`, `delay:5..40` or
+/// `delay:lognormal:10,50` (ms), `in-order`, `loss:0.2`, `burst:0.01,5`, `reliable:40`
+/// (ms).
 ///
 /// ```
 /// use ratelab::runtime::Link;
@@ -28,28 +29,28 @@ const LONGEST_BURST: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Link {
-    /// From release to delivery.
+    /// Time from release to delivery.
     pub(crate) delay: Draw,
-    /// Whether a message waits for those before it.
+    /// Whether each message waits for the earlier ones.
     pub(crate) in_order: bool,
-    /// The share of messages that is lost.
+    /// Probability that a message is lost.
     pub(crate) loss: f64,
     pub(crate) burst: Option<Burst>,
-    /// How long after its release a lost message is sent again, if it is.
+    /// Interval after which a lost message is sent again; `None` for no retries.
     pub(crate) reliable: Option<Duration>,
 }
 
-/// Losses that come together.
+/// Losses that occur together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Burst {
-    /// The chance that a message is the first of a burst.
+    /// Probability that a message starts a burst.
     pub(crate) start: f64,
-    /// The mean length (messages).
+    /// Mean length (messages).
     pub(crate) length: f64,
 }
 
 impl Link {
-    /// The perfect link: at once, and nothing is lost.
+    /// The perfect link: no delay and no loss.
     pub const NONE: Self = Self {
         delay: Draw::NONE,
         in_order: false,
@@ -58,7 +59,7 @@ impl Link {
         reliable: None,
     };
 
-    /// Adds the part called `name`. What is wrong with it, if something is.
+    /// Adds the part called `name`. Returns an error message for an invalid part.
     fn add(&mut self, name: &str, value: &str) -> Result<(), String> {
         match name {
             "delay" => self.delay = delay(value)?,
@@ -101,7 +102,7 @@ fn burst(value: &str) -> Result<Burst, String> {
     })
 }
 
-/// The first part of a list and the rest. Two of the parts have a comma of their own.
+/// Splits a list into the first part and the rest. Two kinds of parts contain a comma.
 fn first_part(list: &str) -> (&str, Option<&str>) {
     let commas = usize::from(list.starts_with("burst:") || list.starts_with("delay:lognormal:"));
     match list.match_indices(',').nth(commas) {

@@ -1,4 +1,4 @@
-//! A node's own clock, which may be wrong.
+//! A node's own clock, with an error.
 
 use std::{fmt, str::FromStr};
 
@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 
 use super::time::Time;
 
-/// Parts of a drift of one.
+/// A drift of one, in units of 10⁻¹².
 const ONE: i128 = 1_000_000_000_000;
 
-/// The largest offset (ms): eleven days and a half.
+/// The largest offset (ms): eleven and a half days.
 const LARGEST_MS: f64 = 1e9;
 
-/// The largest drift (ppm): half as fast, or half as fast again.
+/// The largest drift (ppm): half or one and a half times the speed.
 const LARGEST_PPM: f64 = 500_000.0;
 
-/// How wrong a clock is, as text `OFFSET_MS DRIFT_PPM`; kept exactly, to the nanosecond
+/// The error of a clock, as text `OFFSET_MS DRIFT_PPM`; kept exactly, to the nanosecond
 /// and to the millionth of a ppm.
 ///
 /// ```
@@ -28,7 +28,7 @@ const LARGEST_PPM: f64 = 500_000.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ClockError {
-    /// By how much it is fast (ns).
+    /// How far the clock is ahead (ns).
     offset: i64,
     /// How much faster it runs (10⁻¹²).
     drift: i64,
@@ -82,7 +82,7 @@ impl From<ClockError> for String {
     }
 }
 
-/// A clock that went wrong at a run time.
+/// A clock with an error since a given run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct LocalClock {
     since: Time,
@@ -94,19 +94,19 @@ impl LocalClock {
         Self { since, error }
     }
 
-    /// What it shows at run time `now`; zero where that is before.
+    /// The clock's reading at run time `now`; zero for negative readings.
     pub(crate) fn shows(self, now: Time) -> Time {
         time(self.reading(now.as_nanos().into()))
     }
 
-    /// What it shows at a run time (ns).
+    /// The clock's reading at a run time (ns).
     fn reading(self, now: i128) -> i128 {
         let drift = i128::from(self.error.drift);
         let passed = now - i128::from(self.since.as_nanos());
         now + i128::from(self.error.offset) + (passed * drift).div_euclid(ONE)
     }
 
-    /// The first run time since it went wrong at which it shows `shown` or more.
+    /// The first run time since the error began at which the clock shows `shown` or more.
     pub(crate) fn when(self, shown: Time) -> Time {
         let since = i128::from(self.since.as_nanos());
         let ahead = i128::from(shown.as_nanos()) - since - i128::from(self.error.offset);
@@ -115,7 +115,8 @@ impl LocalClock {
         time(since + passed)
     }
 
-    /// The first that it shows at run time `now` or later and did not show before.
+    /// The earliest reading that is new at run time `now`: the one after the last reading
+    /// before `now`.
     pub(crate) fn shows_first(self, now: Time) -> Time {
         let nanos = now.as_nanos().into();
         match now > self.since {

@@ -1,29 +1,29 @@
-//! What travels on a topic.
+//! Messages on a topic.
 
 use super::time::Time;
 
-/// What a topic can carry: plain data that any thread may hold a copy of.
+/// A type that a topic can carry: plain data that can be copied to any thread.
 pub trait Payload: Clone + Send + 'static {}
 
 impl<T: Clone + Send + 'static> Payload for T {}
 
-/// One published value.
+/// A published value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Message<T> {
     /// The value.
     pub data: T,
-    /// Run time at which it was published.
+    /// Run time of publication.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
-    /// Run time of the sensing that the value was derived from, where known:
-    /// what lets the last node of a chain measure the delay of the whole.
+    /// Run time of the sensing that the value was derived from, if known. The last node
+    /// of a chain uses it to measure the delay of the whole chain.
     pub origin: Option<Time>,
 }
 
 impl<T> Message<T> {
-    /// Run time of the sensing behind the value: where it is not derived from any,
-    /// that of the message itself.
+    /// Run time of the sensing behind the value; the message's own stamp if it has no
+    /// origin.
     pub fn sensed(&self) -> Time {
         self.origin.unwrap_or(self.stamp)
     }

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
-/// The longest: eleven days and a half, beyond which no run waits.
+/// The longest duration: eleven and a half days, longer than any useful wait.
 const LONGEST_MS: f64 = 1e9;
 
-/// The duration that `text` gives in milliseconds, to the nearest nanosecond.
+/// Parses a duration in milliseconds, rounded to the nearest nanosecond.
 ///
 /// # Errors
-/// What is wrong with it.
+/// A message for an invalid text.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     let millis: Option<f64> = text.trim().parse().ok();
     millis.and_then(from_millis).ok_or_else(|| {
@@ -18,7 +18,7 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// `None` for what is negative, too long, or not a number.
+/// Returns `None` for a negative, too long or non-finite number.
 pub(crate) fn from_millis(millis: f64) -> Option<Duration> {
     let known = (0.0..=LONGEST_MS).contains(&millis);
     known.then(|| Duration::from_nanos((millis * 1e6).round() as u64))

@@ -1,14 +1,13 @@
 //! The three primitives of robot software, and two clocks to run them.
 //!
-//! Real robot software is not one loop. It is a graph of concurrent nodes,
-//! each at its own fixed rate, that never call each other: a camera cannot
-//! stop producing frames because somebody downstream is thinking. Three ideas
-//! carry that shape, and none of them knows what robot it runs.
+//! Real robot software is not one loop. It is a graph of concurrent nodes, each at its
+//! own fixed rate, that never call each other: a camera cannot stop producing frames
+//! because a later node is busy. Three ideas suffice for this structure, and all are
+//! independent of the robot.
 //!
-//! * A [`Topic`] is a named bus. Publishers put messages in, subscriptions
-//!   read the *latest* one out, neither knows the other. It is bounded, and
-//!   every message that is lost unread is counted: that count is how one node
-//!   falling behind another becomes visible.
+//! * A [`Topic`] is a named bus. Publishers put messages in, subscriptions read the
+//!   *latest* one out, neither knows the other. It is bounded and counts every message
+//!   that is lost unread: this count shows that one node falls behind another.
 //! * A [`Rate`] is a promise: tick *k* is due at `anchor + k / f`, exactly.
 //! * A [`Node`] is work tied to a rate, and a [`Graph`] is nodes wired to
 //!   topics.
@@ -18,16 +17,16 @@
 //! | | [`RealClock`] | [`VirtualClock`] |
 //! |---|---|---|
 //! | threads | one per node | one for all |
-//! | time | the wall's | the schedule's own |
+//! | time | wall time | the schedule's own |
 //! | order of nodes due together | up to the operating system | by priority, always |
-//! | late ticks | measured; missed periods skipped and counted | only where they are asked for |
-//! | ticks that take time | as long as they take, or as they are asked to | as long as they are asked to |
-//! | twice the same run | no, and it does not pretend | to the bit |
+//! | late ticks | measured; missed periods skipped and counted | only where configured |
+//! | duration of ticks | measured, or as configured | as configured |
+//! | reproducible | no | to the bit |
 //!
-//! [`Command`]s are the one way into a running graph. Two ways lead out: an
-//! [`Observer`] reads counters and is in nobody's way; a [`Tap`] copies every
-//! message. A full tap loses and counts under the real clock; under the virtual
-//! one the run waits, which costs no run time.
+//! [`Command`]s are the only input of a running graph. It has two outputs: an
+//! [`Observer`] reads counters without slowing the run; a [`Tap`] copies every message. A
+//! full tap loses messages and counts them under the real clock; under the virtual one
+//! the run waits, which costs no run time.
 //!
 //! # A graph in twenty lines
 //!
@@ -51,7 +50,7 @@
 //!     }
 //! })?;
 //!
-//! // Nobody commands it, so its inbox stays empty.
+//! // The run has no commands, so its inbox stays empty.
 //! let end = Time::from_secs_f64(10.0)?;
 //! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }

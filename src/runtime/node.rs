@@ -20,9 +20,9 @@ pub const END: Tick = Ok(ControlFlow::Break(()));
 
 /// A unit of computation on the graph.
 ///
-/// A clock calls [`tick`](Node::tick) at the node's rate. A node talks to the
-/// rest of the graph only through the ends of topics it was handed when it was
-/// built, so it neither knows nor cares who is on the other side.
+/// A clock calls [`tick`](Node::tick) at the node's rate. A node communicates with the
+/// rest of the graph only through the ends of topics it received when it was built, so it
+/// is independent of the nodes on the other side.
 ///
 /// ```
 /// use ratelab::runtime::{Depth, GO_ON, Node, Publisher, Subscription, Tick, Time, Topic};
@@ -51,40 +51,47 @@ pub const END: Tick = Ok(ControlFlow::Break(()));
 /// # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 /// ```
 ///
-/// A closure that takes the run time and returns a [`Tick`] is a node, too.
+/// A closure that takes the run time and returns a [`Tick`] is a node as well.
 pub trait Node: Send {
     /// Does one period's work at run time `now`.
     ///
     /// # Errors
-    /// Whatever keeps the node from working. The run ends with a [`Fault`].
+    /// Any failure of the node. The run ends with a [`Fault`].
     fn tick(&mut self, now: Time) -> Tick;
 
-    /// Does at run time `now`, when the tick is over, what the tick decided to do to
-    /// the world outside of the graph. Most nodes only publish, and messages wait
-    /// for the end of a tick by themselves; see [`Knob::Takes`](super::Knob::Takes).
+    /// Applies the decision of a tick to the world outside of the graph, at run time
+    /// `now`, when the tick is over. Most nodes only publish, and their messages wait for
+    /// the end of the tick automatically; see [`Knob::Takes`](super::Knob::Takes).
     ///
     /// # Errors
-    /// Whatever keeps the node from doing it. The run ends with a [`Fault`].
+    /// Any failure of the node. The run ends with a [`Fault`].
     fn apply(&mut self, now: Time) -> Tick {
         let _ = now;
         GO_ON
     }
 
     /// Begins anew, as it was when it was built: a program that was started again.
+    /// Called only for a node that a [`Builder`](crate::system::Builder) cannot build
+    /// once more.
     ///
     /// # Errors
-    /// Why it cannot. Unless a node knows better, nobody knows how it was built.
+    /// The reason if the node cannot restart. The default refuses, because the initial
+    /// state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err("this node cannot begin anew: it does not implement Node::restart".to_owned())
+        Err(
+            "this node cannot be started again: it is built once, and does not implement \
+             Node::restart"
+                .to_owned(),
+        )
     }
 
-    /// Obeys a text that was sent to it, between two ticks, and returns what was
-    /// before, for the log. Answer and effect must depend on nothing but `text` and
-    /// the node itself: then a run that is executed again is the same run.
+    /// Handles a text sent to the node, between two ticks, and returns the value before,
+    /// for the log. Answer and effect must depend only on `text` and the node itself, so
+    /// that a run can be repeated exactly.
     ///
     /// # Errors
-    /// Why it does not, and what to do instead; nothing is changed then. Unless a
-    /// node knows better, it takes no orders.
+    /// The reason and a remedy; the node is then unchanged. The default refuses every
+    /// text.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         let _ = text;
         Err("this node takes no orders".to_owned())
@@ -97,7 +104,7 @@ impl<F: FnMut(Time) -> Tick + Send> Node for F {
     }
 }
 
-/// A node that could not go on.
+/// A failure of a node that ends the run.
 #[derive(Debug, Error)]
 #[error("node {node:?} failed at {at}: {cause}")]
 pub struct Fault {
@@ -110,7 +117,7 @@ pub struct Fault {
     pub cause: Box<dyn Error + Send + Sync>,
 }
 
-/// The cause of a [`Fault`] when a node panicked instead of returning an error.
+/// The cause of a [`Fault`] when a node panicked.
 #[derive(Debug, Error)]
 #[error("it panicked: {0}")]
 pub struct Panicked(pub String);

@@ -1,4 +1,4 @@
-//! What a tick publishes, held back until the tick is over.
+//! Messages of a tick, held back until the tick is over.
 
 use std::fmt;
 
@@ -12,14 +12,14 @@ use super::{
     time::Time,
 };
 
-/// Publishes one message at the given run time, with the given stamp.
+/// Publishes one message; takes the run time and the stamp.
 type Held = Box<dyn FnOnce(Time, Time) + Send>;
 
-/// Where all publishers of a node put their messages while the node is in a tick
-/// that takes time, or while its clock is wrong.
+/// Collects the messages of a node's publishers during a tick that takes time, or stamps
+/// them while the node's clock has an error.
 #[derive(Default)]
 pub(crate) struct Outbox {
-    /// Whether messages are to be put in here.
+    /// Whether messages must pass through this outbox.
     needed: AtomicBool,
     state: Mutex<State>,
 }
@@ -39,17 +39,17 @@ impl State {
 }
 
 impl Outbox {
-    /// Whether messages are to be put in here.
+    /// Whether messages must pass through this outbox.
     pub(crate) fn is_needed(&self) -> bool {
         self.needed.load(Ordering::Relaxed)
     }
 
-    /// Begins or ceases to hold messages back.
+    /// Starts or stops holding messages back.
     pub(crate) fn hold(&self, on: bool) {
         self.update(|state| state.holds = on);
     }
 
-    /// Stamps messages by `clock` from now on.
+    /// Stamps messages with `clock` from now on.
     pub(crate) fn set_clock(&self, clock: LocalClock) {
         self.update(|state| state.clock = Some(clock));
     }
@@ -61,12 +61,12 @@ impl Outbox {
         self.needed.store(needed, Ordering::Relaxed);
     }
 
-    /// What the node's clock shows at run time `now`.
+    /// The reading of the node's clock at run time `now`.
     pub(crate) fn shows(&self, now: Time) -> Time {
         lock(&self.state).shows(now)
     }
 
-    /// Publishes a message at run time `now`, or when the tick is over.
+    /// Publishes a message at run time `now`, or keeps it until the tick is over.
     pub(crate) fn put(&self, now: Time, message: Held) {
         let mut state = lock(&self.state);
         if state.holds {
@@ -78,7 +78,7 @@ impl Outbox {
         message(now, stamp);
     }
 
-    /// Publishes all that is held back at run time `now`, in order.
+    /// Publishes all held messages at run time `now`, in order.
     pub(crate) fn release(&self, now: Time) {
         let mut state = lock(&self.state);
         let (held, stamp) = (std::mem::take(&mut state.held), state.shows(now));
@@ -86,7 +86,7 @@ impl Outbox {
         held.into_iter().for_each(|message| message(now, stamp));
     }
 
-    /// Forgets all that is held back.
+    /// Discards all held messages.
     pub(crate) fn clear(&self) {
         lock(&self.state).held.clear();
     }

@@ -1,4 +1,4 @@
-//! A fixed cadence: when is tick *k* due?
+//! A fixed rate: the due time of tick *k*.
 
 use std::time::Duration;
 
@@ -10,9 +10,9 @@ use super::{
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
 /// `anchor + k / f`, rounded down to a nanosecond.
 ///
-/// The due time is computed by multiplication from an anchor, never by adding
-/// a period again and again, so it cannot drift, and two rates that meet at an
-/// instant agree on it to the nanosecond:
+/// The due time is computed by multiplication from an anchor, never by adding a period
+/// again and again, so it cannot drift, and two rates whose ticks coincide agree on the
+/// instant to the nanosecond:
 ///
 /// ```
 /// use ratelab::runtime::{Hz, Rate, Time};
@@ -25,8 +25,8 @@ use super::{
 /// # Ok::<(), ratelab::runtime::HzError>(())
 /// ```
 ///
-/// A rate can be changed while it runs. The new cadence is anchored at the
-/// last due time, so that neither a burst nor a gap follows:
+/// A rate can be changed while it runs. The new rate is anchored at the last due time,
+/// which avoids both bursts and gaps:
 ///
 /// | the rate was | changed at | to | next due |
 /// |---|---|---|---|
@@ -42,15 +42,15 @@ pub struct Rate {
     /// Number of the next tick, counted from the anchor.
     next: u64,
     due: Time,
-    /// What the clock shows then.
+    /// Due time of the next tick, as the clock shows it.
     shown: Time,
     last: Option<Time>,
-    /// The clock that anchor and last due time are of, if it is wrong.
+    /// The clock of the anchor and the last due time, if it has an error.
     clock: Option<LocalClock>,
 }
 
 impl Rate {
-    /// A cadence of `hz` whose first tick is due at `first`.
+    /// Creates a rate of `hz` whose first tick is due at `first`.
     pub fn new(hz: Hz, first: Time) -> Self {
         Self {
             hz,
@@ -74,8 +74,8 @@ impl Rate {
         self.due
     }
 
-    /// When the period before the next tick was due, kept or skipped; `None`
-    /// before the first.
+    /// Due time of the period before the next tick, kept or skipped; `None` before the
+    /// first.
     pub fn last_due(&self) -> Option<Time> {
         Some(self.when(self.last?))
     }
@@ -86,12 +86,11 @@ impl Rate {
         self.schedule(self.next + 1);
     }
 
-    /// Moves on to the first tick that is not already past at `now` and says
-    /// how many were missed on the way.
+    /// Moves on to the first tick that is due at `now` or later and returns the number of
+    /// skipped ticks.
     ///
-    /// This is what keeps an overrun from ending in a burst: periods that
-    /// passed while a node was busy are skipped. A timer in ROS skips them too,
-    /// but for one late call.
+    /// This prevents a burst after an overrun: periods that passed while a node was busy
+    /// are skipped. A timer in ROS skips them too, except for one late call.
     pub fn advance_past(&mut self, now: Time) -> u64 {
         let follower = self.next + 1;
         let next = self.first_at_or_after(now).max(follower);
@@ -105,7 +104,8 @@ impl Rate {
         self.set_hz_while_busy(hz, now, now);
     }
 
-    /// The same for a node that is busy until `free`: it is due then at the earliest.
+    /// The same for a node that is busy until `free`: its next tick is due then at the
+    /// earliest.
     pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);
@@ -118,22 +118,22 @@ impl Rate {
         self.schedule(next.max(self.first_at_or_after(free)));
     }
 
-    /// Lays the grid of due times anew: from run time zero, shifted by `offset`. The
-    /// next tick is due at `free` at the earliest.
+    /// Restarts the sequence of due times at run time zero, shifted by `offset`. The next
+    /// tick is due at `free` at the earliest.
     pub fn set_offset(&mut self, offset: Duration, free: Time) {
         self.anchor = Time::ZERO + offset;
         self.resume(free);
     }
 
-    /// Follows another clock. The next tick is due at `free` at the earliest. Returns
-    /// the clock before.
+    /// Follows another clock. The next tick is due at `free` at the earliest. Returns the
+    /// previous clock.
     pub(crate) fn set_clock(&mut self, clock: LocalClock, free: Time) -> LocalClock {
         let before = self.clock.replace(clock);
         self.resume(free);
         before.unwrap_or_default()
     }
 
-    /// Moves on to the first tick that is due at `free` or later, or back to it.
+    /// Moves forward or back to the first tick that is due at `free` or later.
     pub(crate) fn resume(&mut self, free: Time) {
         self.schedule(self.first_at_or_after(free));
     }
@@ -183,8 +183,8 @@ impl Period {
     /// `tick` periods in nanoseconds, rounded down.
     fn offset(self, tick: u64) -> u64 {
         match tick.checked_mul(self.numerator) {
-            // Most rates divide a second evenly, and a division costs as much
-            // as the rest of the schedule.
+            // Most rates divide a second evenly; this avoids a division, which costs as
+            // much as the rest of the schedule.
             Some(product) if self.denominator == 1 => product,
             Some(product) => product / self.denominator,
             None => {
@@ -201,9 +201,9 @@ impl Period {
     }
 }
 
-/// After how long nodes of these rates, once due together, are due together
-/// again: the least common multiple of their periods, rounded down to a
-/// nanosecond. Zero for no rates.
+/// The interval after which nodes with these rates, once due together, are due together
+/// again: the least common multiple of their periods, rounded down to a nanosecond. Zero
+/// for no rates.
 pub fn hyper_period(rates: impl IntoIterator<Item = Hz>) -> Duration {
     let micro = rates.into_iter().map(Hz::as_micro);
     let common = micro.fold(0, greatest_common_divisor);

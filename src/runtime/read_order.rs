@@ -1,18 +1,18 @@
-//! Which message of a topic a node reads.
+//! The order in which a node reads the messages of a topic.
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-/// Which message of a topic its subscriptions read.
+/// The order in which a topic's subscriptions read its messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ReadOrder {
-    /// The newest; those before it are passed over.
+    /// The newest message; older ones are skipped.
     #[default]
     Newest,
-    /// The oldest that was not read yet, as a queue of callbacks does; the last one
-    /// again where there is none.
+    /// The oldest unread message, like a callback queue; the last one again if all are
+    /// read.
     Oldest,
 }
 

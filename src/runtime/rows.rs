@@ -1,5 +1,5 @@
-//! Messages as rows of numbers, for those who keep them without knowing what
-//! they are: recorders, tables, plots.
+//! Messages as rows of numbers, for recorders, tables and plots, which are independent of
+//! the payload type.
 
 use std::any::Any;
 
@@ -16,17 +16,17 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Run time at which it was published.
+    pub at: Time,
+    /// Run time of publication.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
-    /// Run time of the sensing that it was derived from, where known.
+    /// Run time of the sensing that it was derived from, if known.
     pub origin: Option<Time>,
-    /// Messages of the topic lost unread by then, over all subscriptions.
-    pub dropped: u64,
-    /// Run time at which it was published, whatever the clock of its node shows.
-    pub released: Time,
-    /// Run time at which it can be read; `None` if it is lost.
+    /// Run time at which it is delivered; `None` if it is lost.
     pub arrives: Option<Time>,
+    /// Messages of the topic lost unread so far, over all subscriptions.
+    pub dropped: u64,
 }
 
 impl Head {
@@ -34,17 +34,17 @@ impl Head {
     pub fn of<T>(tapped: &TapMessage<T>) -> Self {
         let message = &tapped.message;
         Self {
+            at: tapped.at,
             stamp: message.stamp,
             seq: message.seq,
             origin: message.origin,
-            dropped: tapped.dropped,
-            released: tapped.released,
             arrives: tapped.arrives,
+            dropped: tapped.dropped,
         }
     }
 }
 
-/// Messages of one topic, each a row of as many numbers.
+/// Messages of one topic, each a row with the same number of values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     heads: Vec<Head>,
@@ -53,7 +53,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// No messages yet; each is going to have `width` numbers.
+    /// Creates an empty list; each message will have `width` numbers.
     pub fn new(width: usize) -> Self {
         Self {
             width,
@@ -61,8 +61,8 @@ impl Rows {
         }
     }
 
-    /// Adds a message. One with another number of numbers is none of this topic,
-    /// and refused.
+    /// Adds a message. Returns `false` and ignores the message if its number of values is
+    /// wrong.
     #[must_use]
     pub fn push(&mut self, head: Head, row: impl IntoIterator<Item = f64>) -> bool {
         let before = self.values.len();
@@ -82,22 +82,22 @@ impl Rows {
         self.values.resize(self.heads.len() * self.width, f64::NAN);
     }
 
-    /// How many messages there are.
+    /// Number of messages.
     pub fn len(&self) -> usize {
         self.heads.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no messages.
     pub fn is_empty(&self) -> bool {
         self.heads.is_empty()
     }
 
-    /// Numbers in a message.
+    /// Numbers per message.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// When and in which order the messages were published.
+    /// The messages without their payloads, oldest first.
     pub fn heads(&self) -> &[Head] {
         &self.heads
     }
@@ -107,7 +107,7 @@ impl Rows {
         &self.values
     }
 
-    /// The numbers of message `index`; none where there is no such message.
+    /// The numbers of message `index`; empty if there is no such message.
     pub fn row(&self, index: usize) -> &[f64] {
         let start = index * self.width;
         let row = self.values.get(start..start + self.width);
@@ -125,8 +125,8 @@ impl Rows {
         self.iter().next_back()
     }
 
-    /// Message `index` as it was published; `None` if there is none, or it is no
-    /// such payload.
+    /// Message `index` as it was published; `None` if it does not exist or its payload is
+    /// invalid.
     pub fn message<T: Fields>(&self, index: usize) -> Option<Message<T>> {
         let head = self.heads.get(index)?;
         Some(Message {
@@ -137,9 +137,9 @@ impl Rows {
         })
     }
 
-    /// Takes the messages up to run time `until` out of these.
+    /// Takes the messages that were published up to run time `until` out of these.
     pub fn take_until(&mut self, until: Time) -> Self {
-        let count = self.heads.partition_point(|head| head.stamp <= until);
+        let count = self.heads.partition_point(|head| head.at <= until);
         let later = Self {
             heads: self.heads.split_off(count),
             width: self.width,
@@ -148,31 +148,30 @@ impl Rows {
         std::mem::replace(self, later)
     }
 
-    /// Drops the messages later than `until`.
+    /// Drops the messages that were published after `until`.
     pub fn cut(&mut self, until: Time) {
         *self = self.take_until(until);
     }
 
-    /// Drops all messages and keeps the room.
+    /// Drops all messages and keeps the memory.
     pub fn clear(&mut self) {
         self.heads.clear();
         self.values.clear();
     }
 }
 
-/// A topic whose messages can be kept as rows, whatever they are.
+/// A topic whose messages can be kept as rows, whatever their type.
 pub trait RecordedTopic: Any + Send + Sync {
-    /// Its name.
+    /// Name of the topic.
     fn name(&self) -> &str;
 
-    /// What the numbers of a message are; see [`Fields::FIELDS`].
+    /// Names of the numbers in a message; see [`Fields::FIELDS`].
     fn fields(&self) -> &'static [&'static str];
 
     /// Copies every message from now on, in a queue of `capacity`.
     fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap;
 
-    /// The newest message, without being counted as a reader; `None` before the
-    /// first.
+    /// The newest message, read without a subscription; `None` before the first.
     fn newest(&self) -> Option<Rows>;
 }
 
@@ -200,31 +199,31 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
     }
 }
 
-/// A [`Tap`] that hands out rows. Rows are made by whoever takes them, so the
-/// publisher pays no more than for any tap.
+/// A [`Tap`] that returns rows. The reader builds the rows, so the publisher pays no more
+/// than for any tap.
 pub struct RowTap {
     width: usize,
     tap: Box<dyn TakeRows>,
 }
 
 impl RowTap {
-    /// No messages of this topic, for [`take`](Self::take) to add to.
+    /// An empty list for messages of this topic, for [`take`](Self::take) to fill.
     pub fn rows(&self) -> Rows {
         Rows::new(self.width)
     }
 
-    /// Adds what is there to `rows`; how many messages that was.
+    /// Adds the available messages to `rows`; returns their number.
     pub fn take(&self, rows: &mut Rows) -> usize {
         self.tap.take(rows)
     }
 
-    /// Waits for a message and adds it, and what else is there, to `rows`; false
-    /// when no more can come.
+    /// Waits for a message and adds all available ones to `rows`; `false` when the tap
+    /// has ended.
     pub fn wait(&self, rows: &mut Rows) -> bool {
         self.tap.wait(rows)
     }
 
-    /// How many messages came while the tap was full.
+    /// Number of messages lost because the tap was full.
     pub fn lost(&self) -> u64 {
         self.tap.lost()
     }
@@ -238,7 +237,8 @@ trait TakeRows: Send {
 
 impl<T: Fields + Payload> TakeRows for Tap<TapMessage<T>> {
     fn take(&self, rows: &mut Rows) -> usize {
-        // No more than there is now: a run without pacing fills it as fast.
+        // Only those available now: a run without pacing could fill the tap as fast as
+        // this loop empties it.
         let there = self.items().len();
         for tapped in self.items().try_iter().take(there) {
             rows.push_message(&tapped);

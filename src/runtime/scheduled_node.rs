@@ -1,4 +1,4 @@
-//! A node in a graph: what it does, when, and what is known of it.
+//! A node in a graph, with its schedule and its measurements.
 
 use std::{
     error::Error,
@@ -26,12 +26,14 @@ use super::{
     timing::{Running, Timing, Waiting},
 };
 
-/// A node in its place: when it ticks and what is known of it.
+/// A node with its schedule and its measurements.
 pub(crate) struct ScheduledNode {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
     node: Box<dyn Node>,
-    /// Its message if it panicked over a text that was sent to it.
+    /// How it is built once more, if it can be.
+    pub(crate) again: Option<Again>,
+    /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
     lateness: MeterRecorder,
     tick_time: MeterRecorder,
@@ -39,22 +41,28 @@ pub(crate) struct ScheduledNode {
     pub(crate) taps: Arc<TickTaps>,
     /// The seed of the run.
     pub(crate) seed: u64,
-    /// What its ticks take, if that was ever asked for.
+    /// Duration and lateness of its ticks, if they were ever set.
     pub(crate) timing: Option<Box<Timing>>,
     outbox: Arc<Outbox>,
     fixed: Fixed,
-    /// By how much its due times are shifted.
+    /// Offset of its due times.
     offset: Duration,
 }
 
-/// Kinds of knobs that a node does not have, and why.
+/// How a node is built in the place of itself, and the message that it is sent then.
+pub(crate) struct Again {
+    pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
+    pub(crate) message: Option<String>,
+}
+
+/// Kinds of knobs that a node lacks, and the reason.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Fixed {
     pub(crate) kinds: &'static [KnobKind],
     pub(crate) reason: &'static str,
 }
 
-/// What the graph learned of a node while it was being built.
+/// The connections and meters that a node declared while it was being built.
 #[derive(Default)]
 pub(crate) struct Wired {
     pub(crate) meters: Vec<(String, Meter)>,
@@ -91,6 +99,7 @@ impl ScheduledNode {
             },
             rate,
             node,
+            again: None,
             panicked: None,
             lateness,
             tick_time,
@@ -104,11 +113,11 @@ impl ScheduledNode {
         }
     }
 
-    /// Obeys a command that is for this node, at run time `at`; returns the value
-    /// it replaced.
+    /// Carries out a command for this node, at run time `at`; returns the value it
+    /// replaced.
     ///
     /// # Errors
-    /// Why it does not, and what to do instead.
+    /// The reason and a remedy.
     pub(crate) fn obey(&mut self, command: &Command, at: Time) -> Result<String, String> {
         let Command::Set(knob) = command else {
             return Err(format!("{command} is not for a node"));
@@ -138,7 +147,7 @@ impl ScheduledNode {
         }
     }
 
-    /// Lets the node stop ticking at run time `at`. What it had not released is gone.
+    /// Stops the node's ticks at run time `at`. Messages it has not released are lost.
     fn crash(&mut self, at: Time) -> String {
         self.overrun_before(at);
         self.cut_off();
@@ -151,29 +160,42 @@ impl ScheduledNode {
         state(crashed).to_owned()
     }
 
-    /// Lets the node begin anew at run time `at`.
+    /// Restarts the node at run time `at`.
     fn restart(&mut self, at: Time) -> Result<String, String> {
-        let began = catch_unwind(AssertUnwindSafe(|| self.node.restart()));
+        let was = state(self.is_crashed()).to_owned();
+        if self.again.is_some() {
+            self.crash(at);
+        }
+        let began = catch_unwind(AssertUnwindSafe(|| self.begin_anew()));
         began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
-        let was = match self.is_crashed() {
-            true => state(true).to_owned(),
-            false => {
-                self.crash(at);
-                state(false).to_owned()
-            }
-        };
+        if !self.is_crashed() {
+            self.crash(at);
+        }
         self.panicked = None;
         self.rate.resume(at);
         self.entry.crashed.store(false, Ordering::Relaxed);
         Ok(was)
     }
 
-    /// Whether the node crashed and was not restarted.
+    fn begin_anew(&mut self) -> Result<(), String> {
+        let Some(again) = &mut self.again else {
+            return self.node.restart();
+        };
+        // The ends of a topic are free when their node is gone.
+        self.node = Box::new(|_: Time| GO_ON);
+        self.node = (again.build)();
+        match &again.message {
+            Some(text) => self.node.on_message(text).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the node crashed without a restart since.
     pub(crate) fn is_crashed(&self) -> bool {
         self.entry.crashed.load(Ordering::Relaxed)
     }
 
-    /// Lets the node's own clock be wrong from run time `at` on.
+    /// Sets the error of the node's own clock from run time `at` on.
     fn set_clock(&mut self, error: ClockError, at: Time) -> String {
         let free = self.free_at(at);
         let clock = LocalClock::new(at, error);
@@ -182,10 +204,10 @@ impl ScheduledNode {
         before.error.to_string()
     }
 
-    /// Whether the node has such a knob, and all is there that its value needs.
+    /// Checks that the node has this knob and that everything its value needs is loaded.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         if self.fixed.kinds.contains(&knob.kind()) {
             return Err(self.fixed.reason.to_owned());
@@ -203,8 +225,8 @@ impl ScheduledNode {
         self.timing.get_or_insert_default()
     }
 
-    /// Sends the node a text. If it panics over that, it may be half of what
-    /// it was, and its next tick fails.
+    /// Sends the node a text. After a panic its state may be inconsistent, so its next
+    /// tick fails.
     fn send(&mut self, text: &str) -> Result<String, String> {
         let answer = catch_unwind(AssertUnwindSafe(|| self.node.on_message(text)));
         answer.unwrap_or_else(|panic| {
@@ -215,7 +237,7 @@ impl ScheduledNode {
         })
     }
 
-    /// Changes the node's rate at run time `at`; returns the one before.
+    /// Changes the node's rate at run time `at`; returns the previous one.
     fn set_hz(&mut self, hz: Hz, at: Time) -> Hz {
         let before = self.rate.hz();
         let free = self.free_at(at);
@@ -224,7 +246,7 @@ impl ScheduledNode {
         before
     }
 
-    /// Shifts the node's due times at run time `at`; returns by how much they were.
+    /// Shifts the node's due times at run time `at`; returns the previous offset.
     fn set_offset(&mut self, offset: Duration, at: Time) -> String {
         let free = self.free_at(at);
         self.rate.set_offset(offset, free);
@@ -232,15 +254,15 @@ impl ScheduledNode {
         format!("{} ms", millis::to_millis(before))
     }
 
-    /// When a tick can start that is due at `at` or later, what passed until then
-    /// counted.
+    /// The earliest start of a tick that is due at `at` or later. Counts the ticks missed
+    /// until `at`.
     fn free_at(&mut self, at: Time) -> Time {
         self.overrun_before(at);
         let occupied = self.timing.as_ref().and_then(|t| t.occupied_until());
         occupied.map_or(at, |free| free.max(at))
     }
 
-    /// Lets the node work in a tick that takes no time.
+    /// Runs a tick that takes no time.
     pub(crate) fn tick(&mut self, now: Time) -> Tick {
         let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
@@ -250,7 +272,7 @@ impl ScheduledNode {
         outcome
     }
 
-    /// Begins a tick with `work`, unless the node panicked over a text before.
+    /// Begins a tick with `work`, or fails after a panic over a text.
     fn begin(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
         match self.panicked.take() {
             Some(panicked) => Err(panicked.into()),
@@ -258,27 +280,27 @@ impl ScheduledNode {
         }
     }
 
-    /// Runs `work`. A panic in it is an error like any other.
+    /// Runs `work` and turns a panic into an error.
     fn guarded(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
         let outcome = catch_unwind(AssertUnwindSafe(|| work(&mut *self.node)));
         outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
     }
 
-    /// What the next tick takes, if it was asked to take something.
+    /// Duration of the next tick, if one is set.
     pub(crate) fn cost(&mut self) -> Option<Duration> {
         let timing = self.timing.as_mut()?;
         let number = self.entry.ticks.load(Ordering::Relaxed);
         timing.cost(self.seed, &self.entry.name, number)
     }
 
-    /// How late a tick is that starts at `now`, if ticks were asked to be late.
+    /// Lateness of a tick that starts at `now`, if a lateness is set.
     pub(crate) fn lateness(&self, due: Time, now: Time) -> Option<Duration> {
         let timing = self.timing.as_ref()?;
         (now > due || !timing.wakes.is_none()).then(|| now.since(due))
     }
 
-    /// Lets a tick that is due now wait for its start, if it is late; when it is to
-    /// start.
+    /// Delays a tick that is due now by its lateness; returns its start, or `None` if it
+    /// can start now.
     pub(crate) fn wait(&mut self, due: Time, now: Time) -> Option<Time> {
         let timing = self.timing.as_mut()?;
         let number = self.entry.ticks.load(Ordering::Relaxed);
@@ -287,14 +309,14 @@ impl ScheduledNode {
         timing.waiting.map(|waiting| waiting.starts)
     }
 
-    /// When the tick was due whose wait is over.
+    /// Due time of the delayed tick that starts now.
     pub(crate) fn waited(&mut self) -> Option<Time> {
         let waiting = self.timing.as_mut()?.waiting.take();
         waiting.map(|waiting| waiting.due)
     }
 
-    /// Starts a tick at `now` that is to take `cost`; returns when it is to be over.
-    /// What it publishes waits for that.
+    /// Starts a tick of duration `cost` at `now`; returns its end. Its messages are
+    /// released then.
     pub(crate) fn start(
         &mut self,
         now: Time,
@@ -319,8 +341,7 @@ impl ScheduledNode {
         Ok(ends)
     }
 
-    /// Ends at `now` the tick that takes time. What was due before `passed` is
-    /// missed.
+    /// Ends the running tick at `now`. Ticks due before `passed` are missed.
     pub(crate) fn finish(&mut self, now: Time, passed: Time) -> Tick {
         let Some(running) = self.timing().running.take() else {
             return GO_ON;
@@ -336,12 +357,12 @@ impl ScheduledNode {
         Ok(end_of(running.flow, applied?))
     }
 
-    /// The tick that has started and is not over.
+    /// The tick that has started and is not yet over.
     pub(crate) fn running(&self) -> Option<&Running> {
         self.timing.as_ref()?.running.as_ref()
     }
 
-    /// When something happens next: a tick is over, starts late, or is due.
+    /// Time of the next event: the end of a tick, a late start, or a due tick.
     pub(crate) fn next_at(&self) -> Time {
         let timing = self.timing.as_ref();
         let ends = timing.and_then(|t| Some(t.running.as_ref()?.ends));
@@ -349,7 +370,7 @@ impl ScheduledNode {
         ends.or(starts).unwrap_or_else(|| self.due())
     }
 
-    /// When its next tick is due; never if it crashed.
+    /// Due time of the next tick; [`Time::MAX`] after a crash.
     pub(crate) fn due(&self) -> Time {
         match self.is_crashed() {
             true => Time::MAX,
@@ -357,7 +378,7 @@ impl ScheduledNode {
         }
     }
 
-    /// When the tick was due that starts now; moves on to the next.
+    /// Due time of the tick that starts now; moves on to the next.
     pub(crate) fn take_due(&mut self) -> Time {
         if let Some(due) = self.waited() {
             return due;
@@ -367,33 +388,33 @@ impl ScheduledNode {
         due
     }
 
-    /// Whether a tick is on its way, so that none can start.
+    /// Whether a tick is waiting or running, so that no other can start.
     pub(crate) fn is_occupied(&self) -> bool {
         let timing = self.timing.as_ref();
         timing.is_some_and(|t| t.waiting.is_some() || t.running.is_some())
     }
 
-    /// Counts the due times before `end` that pass while a tick is on its way.
+    /// Counts the due times before `end` that pass during the current tick.
     pub(crate) fn overrun_before(&mut self, end: Time) {
         let occupied = self.timing.as_ref().and_then(|t| t.occupied_until());
         self.overrun_until(occupied.map_or(Time::ZERO, |free| free.min(end)));
     }
 
-    /// Moves on to the first tick that is due at `now` or later, and counts those
-    /// that are missed.
+    /// Moves on to the first tick that is due at `now` or later, and counts the missed
+    /// ones.
     pub(crate) fn overrun_until(&mut self, now: Time) {
         if self.rate.due() < now {
             self.overrun(now);
         }
     }
 
-    /// The same, and misses the next one in any case.
+    /// The same, but always skips at least the next tick.
     pub(crate) fn overrun(&mut self, now: Time) {
         self.advance_past(now);
         self.count_overruns(1);
     }
 
-    /// What a tick at `at` that returned an error is to the run.
+    /// The fault for a tick at `at` that returned an error.
     pub(crate) fn fault(&self, at: Time, cause: Box<dyn Error + Send + Sync>) -> Fault {
         Fault {
             node: self.entry.name.to_string(),
@@ -402,7 +423,7 @@ impl ScheduledNode {
         }
     }
 
-    /// Moves on past the periods that went by until `now`, and counts them.
+    /// Moves on past the periods before `now`, and counts the skipped ones.
     pub(crate) fn advance_past(&mut self, now: Time) {
         let missed = self.rate.advance_past(now);
         if missed > 0 {
@@ -414,8 +435,8 @@ impl ScheduledNode {
         self.entry.overruns.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Notes what was measured of the tick that began at `at` and acted at `ends`, when
-    /// the node has moved on past it.
+    /// Records the measurements of the tick that began at `at` and acted at `ends`, after
+    /// the node has moved on to the next one.
     pub(crate) fn note_tick(
         &mut self,
         at: Time,
@@ -441,7 +462,7 @@ impl ScheduledNode {
         });
     }
 
-    /// Notes a tick in whose middle the run ended.
+    /// Records a tick that was unfinished at the end of the run.
     pub(crate) fn cut_off(&mut self) {
         let running = self.timing.as_mut().and_then(|t| t.running.as_mut());
         if let Some(running) = running.filter(|running| !running.noted) {

@@ -1,8 +1,8 @@
-//! The concurrency this runtime is built from, in one place.
+//! The concurrency primitives of this runtime, in one place.
 //!
-//! Everything that several threads may touch goes through these names, so that
-//! the feature `model` can swap the operating system for the shuttle model
-//! checker, which then tries the interleavings that a machine rarely shows.
+//! All data shared between threads goes through these names, so that the feature `model`
+//! can replace the operating system by the shuttle model checker, which tries
+//! interleavings that are rare on a real machine.
 
 #[cfg(not(feature = "model"))]
 pub use std::{
@@ -21,8 +21,8 @@ pub use shuttle::{
 
 use self::atomic::{AtomicU64, Ordering};
 
-/// Locks, also after a panic elsewhere: no critical section of this crate
-/// leaves its data half-changed, and the panic itself is reported as a fault.
+/// Locks a mutex, even after a panic elsewhere: no critical section of this crate leaves
+/// its data half-changed, and the panic itself is reported as a fault.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
@@ -46,7 +46,7 @@ pub(crate) fn spawn_named<'scope>(
     thread.spawn_scoped(scope, run).map(drop)
 }
 
-/// The model's threads have no names and never run out.
+/// The model's threads have no names and are unlimited.
 #[cfg(feature = "model")]
 pub(crate) fn spawn_named<'scope>(
     scope: &'scope thread::Scope<'scope, '_>,
@@ -65,17 +65,17 @@ mod model {
         time::Duration,
     };
 
-    /// Nanoseconds that pass whenever somebody looks at the model's wall clock.
+    /// Nanoseconds by which each read advances the model's wall clock.
     const LOOK: u64 = 1_000_000;
 
     thread_local! {
-        /// The checker runs all threads of a model on one of the system's, so
-        /// that checks side by side keep their clocks to themselves.
+        /// The checker runs all threads of a model on one system thread, so parallel
+        /// checks keep separate clocks.
         static ELAPSED: Cell<u64> = const { Cell::new(0) };
     }
 
-    /// A wall clock for model checking: it advances only by being read, so a
-    /// deadline passes after a bounded number of looks in any interleaving.
+    /// A wall clock for model checking: it advances only when it is read, so a deadline
+    /// passes after a bounded number of reads in any interleaving.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub struct Instant(Duration);
 
@@ -87,7 +87,7 @@ mod model {
             Self(Duration::from_nanos(elapsed))
         }
 
-        /// How long ago this instant was; zero if it is still to come.
+        /// Time since this instant; zero if it is in the future.
         pub fn elapsed(&self) -> Duration {
             Self::now().0.saturating_sub(self.0)
         }

@@ -1,4 +1,4 @@
-//! Copies of all that passes, for those who want everything and not the latest.
+//! Copies of all messages, for readers that need more than the newest one.
 
 use std::time::Duration;
 
@@ -14,10 +14,10 @@ use super::{
     time::Time,
 };
 
-/// What a full tap does: lose what passes and count it, or make it wait.
+/// The behaviour of full taps: lose and count, or block.
 ///
-/// Wall time may not wait for an observer, virtual time may: whoever runs the
-/// graph turns backpressure on and off for all its taps.
+/// Wall time must not wait for an observer, but virtual time may: the clock turns
+/// backpressure on and off for all its taps.
 #[derive(Clone, Debug, Default)]
 pub struct Backpressure(Arc<AtomicBool>);
 
@@ -36,34 +36,34 @@ impl Backpressure {
 pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
-    /// Run time at which it was published, whatever the clock of its node shows.
-    pub released: Time,
-    /// Run time at which subscriptions can read it; `None` if it is lost. A message
-    /// that is delivered after a newer one is never read.
+    /// Run time at which it was published: its stamp, unless a clock is wrong.
+    pub at: Time,
+    /// Run time at which subscriptions can read it; `None` if it is lost. A message that
+    /// arrives after a newer one is never read.
     pub arrives: Option<Time>,
-    /// Messages of its topic that were lost unread so far, over all
-    /// subscriptions; the one that this message pushed out included.
+    /// Messages of its topic lost unread so far, over all subscriptions, including any
+    /// that this message evicted.
     pub dropped: u64,
 }
 
-/// A tick of a node as a tap sees it, when it is over.
+/// A finished tick of a node as a tap sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickRecord {
     /// Number of the tick, counted from zero.
     pub number: u64,
-    /// Run time at which it began.
+    /// Run time of its start.
     pub at: Time,
     /// Run time at which it published and acted; `None` if the run ended before.
     pub ends: Option<Time>,
-    /// How late it began; `None` under the virtual clock, which never is.
+    /// Lateness of its start; `None` under the virtual clock unless a lateness is set.
     pub lateness: Option<Duration>,
-    /// How long it took in wall time; `None` where that was not measured.
+    /// Duration; `None` where it was not measured.
     pub took: Option<Duration>,
-    /// Periods that the node skipped so far because it was busy.
+    /// Periods that the node has skipped so far because it was busy.
     pub overruns: u64,
 }
 
-/// The end of a tap that is filled.
+/// The sending end of a tap.
 #[derive(Debug)]
 pub(crate) struct TapSender<T> {
     sender: Sender<T>,
@@ -71,7 +71,7 @@ pub(crate) struct TapSender<T> {
     backpressure: Backpressure,
 }
 
-/// A tap for `capacity` items, and the end that is filled.
+/// Creates a tap for `capacity` items, with its sending end.
 pub(crate) fn tap<T>(capacity: usize, backpressure: Backpressure) -> (TapSender<T>, Tap<T>) {
     let (sender, items) = crossbeam_channel::bounded(capacity.max(1));
     let lost = Arc::new(AtomicU64::new(0));
@@ -84,7 +84,7 @@ pub(crate) fn tap<T>(capacity: usize, backpressure: Backpressure) -> (TapSender<
 }
 
 impl<T> TapSender<T> {
-    /// Hands `item` over; false once nobody listens any more.
+    /// Sends `item`; returns `false` once the receiver is gone.
     pub(crate) fn offer(&self, item: T) -> bool {
         if self.backpressure.get() {
             return self.sender.send(item).is_ok();
@@ -100,8 +100,8 @@ impl<T> TapSender<T> {
     }
 }
 
-/// Receives all that passes, in order; see [`Graph::tap`](super::Graph::tap) and
-/// [`TapHandle`](super::TapHandle). Ends when what is tapped is gone.
+/// Receives all items, in order; see [`Graph::tap`](super::Graph::tap) and
+/// [`TapHandle`](super::TapHandle). Ends when the tapped topic or node is gone.
 ///
 /// ```
 /// use ratelab::runtime::{Backpressure, Depth, Time, Topic};
@@ -121,12 +121,12 @@ pub struct Tap<T> {
 }
 
 impl<T> Tap<T> {
-    /// What passed; the receiver is disconnected when no more can.
+    /// The receiver of the items; disconnected when the tap has ended.
     pub fn items(&self) -> &Receiver<T> {
         &self.items
     }
 
-    /// How much passed while the tap was full.
+    /// Number of items lost because the tap was full.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -135,19 +135,19 @@ impl<T> Tap<T> {
 /// The taps on the ticks of one node.
 #[derive(Debug, Default)]
 pub(crate) struct TickTaps {
-    /// Whether there are any, so that a node that nobody taps pays one look.
+    /// Whether there are any taps, so that an untapped node pays for one load only.
     tapped: AtomicBool,
     ends: Mutex<Vec<TapSender<TickRecord>>>,
 }
 
 impl TickTaps {
-    /// Adds a tap on all ticks from now on.
+    /// Adds a tap for all ticks from now on.
     pub(crate) fn add(&self, end: TapSender<TickRecord>) {
         lock(&self.ends).push(end);
         self.tapped.store(true, Ordering::Release);
     }
 
-    /// Hands every tap a copy, and forgets those that nobody listens to.
+    /// Sends every tap a copy, and removes taps without a receiver.
     pub(crate) fn offer(&self, tick: impl FnOnce() -> TickRecord) {
         if !self.tapped.load(Ordering::Acquire) {
             return;

@@ -1,4 +1,4 @@
-//! Taps on a graph that runs.
+//! Taps on a running graph.
 
 use super::{
     message::Payload,
@@ -7,11 +7,11 @@ use super::{
     topic::Topic,
 };
 
-/// Taps a graph, before it runs and while it does, from any thread. Knows the
-/// nodes that the graph had when it was asked for.
+/// Taps a graph from any thread, before and during its run. Covers the nodes that the
+/// graph had when the handle was created.
 ///
-/// The clock decides whether a full tap waits: in virtual time it does, because
-/// waiting costs none; in real time it loses and counts.
+/// The clock decides whether a full tap blocks: in virtual time it does, because waiting
+/// costs no run time; in real time it loses messages and counts them.
 #[derive(Clone, Debug)]
 pub struct TapHandle {
     pub(crate) backpressure: Backpressure,
@@ -19,13 +19,13 @@ pub struct TapHandle {
 }
 
 impl TapHandle {
-    /// Copies every message of `topic` from now on, in a queue of `capacity`.
+    /// Copies every message of `topic` from now on, in a queue of `capacity` messages.
     pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
         topic.tap(capacity, self.backpressure.clone())
     }
 
-    /// Copies every tick from now on, for each node in the order in which they
-    /// were added, in queues of `capacity`. They end with the graph.
+    /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
+    /// order of addition. The taps end with the graph.
     pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
         let nodes = self.nodes.iter();
         nodes

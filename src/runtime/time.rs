@@ -1,8 +1,8 @@
-//! Exact time: integer nanoseconds since a run began, and validated rates.
+//! Exact time: integer nanoseconds since the start of a run, and validated rates.
 //!
-//! Two nodes that are due at the same instant must be due at the *same*
-//! instant. Seconds in floating point cannot promise that, so run time is an
-//! integer and a rate is an exact fraction.
+//! Two nodes that are due at the same instant must be due at the *same* instant.
+//! Floating-point seconds cannot guarantee that, so run time is an integer and a rate is
+//! an exact fraction.
 
 use std::{
     fmt,
@@ -36,7 +36,7 @@ impl Time {
     /// The beginning of a run.
     pub const ZERO: Self = Self(0);
 
-    /// Later than any run lasts (584 years): a run without an end.
+    /// Later than any run lasts (584 years): for a run without an end.
     pub const MAX: Self = Self(u64::MAX);
 
     /// The smallest step of run time: one nanosecond.
@@ -63,15 +63,15 @@ impl Time {
         Ok(Self(nanos))
     }
 
-    /// Seconds since the run began, as close as an `f64` comes.
+    /// Seconds since the run began, as the nearest `f64`.
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 / NANOS as f64
     }
 
-    /// The time that passed since `earlier`; zero if `earlier` is later.
+    /// Time elapsed since `earlier`; zero if `earlier` is later.
     ///
-    /// Under the real clock two threads may stamp and read in either order, so
-    /// a difference of times must not be able to fail.
+    /// Under the real clock two threads may stamp and read in either order, so this never
+    /// fails.
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
@@ -103,16 +103,15 @@ impl fmt::Display for Time {
     }
 }
 
-/// A number of seconds that is not a moment of a run.
+/// A number of seconds that is not a valid run time.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("{0} is not a time: expected seconds, zero or more, up to 584 years")]
 pub struct TimeError(f64);
 
 /// A rate in ticks per second, kept exactly as whole microhertz.
 ///
-/// Accepted are [`Hz::MIN`] to [`Hz::MAX`]; decimals beyond the sixth are
-/// rounded away, so 33.3 Hz means 333 ticks in ten seconds and not the nearest
-/// binary fraction.
+/// Accepted are [`Hz::MIN`] to [`Hz::MAX`]; values are rounded to six decimals, so 33.3
+/// Hz means exactly 333 ticks in ten seconds.
 ///
 /// ```
 /// use ratelab::runtime::Hz;
@@ -134,8 +133,8 @@ impl Hz {
     /// The slowest rate: one tick in a thousand seconds.
     pub const MIN: Self = Self { micro: 1_000 };
 
-    /// The fastest rate: 10 kHz, about where a general-purpose kernel stops
-    /// waking a thread on time.
+    /// The fastest rate: 10 kHz, about the limit at which a general-purpose kernel wakes
+    /// a thread on time.
     pub const MAX: Self = Self {
         micro: 10_000_000_000,
     };
@@ -147,7 +146,7 @@ impl Hz {
     /// [`Hz::MAX`].
     pub fn new(hz: f64) -> Result<Self, HzError> {
         let micro = (hz * 1e6).round();
-        // A NaN fails both comparisons and is refused like any other nonsense.
+        // A NaN fails both comparisons and is refused.
         if micro >= Self::MIN.micro as f64 && micro <= Self::MAX.micro as f64 {
             Ok(Self {
                 micro: micro as u64,
@@ -167,14 +166,13 @@ impl Hz {
         self.micro
     }
 
-    /// The inverse of [`Hz::as_micro`], for values that came from it.
+    /// Creates a rate from a value that came from [`Hz::as_micro`].
     pub(crate) const fn from_micro(micro: u64) -> Self {
         Self { micro }
     }
 
-    /// One period, rounded down to a nanosecond. For display and reference
-    /// lines: deadlines come from [`Rate`](super::Rate), which does not round
-    /// twice.
+    /// One period, rounded down to a nanosecond. For display and reference lines only:
+    /// deadlines come from [`Rate`](super::Rate), which rounds once.
     pub const fn period(self) -> Duration {
         Duration::from_nanos(NANOS * 1_000_000 / self.micro)
     }
@@ -209,7 +207,7 @@ impl FromStr for Hz {
     }
 }
 
-/// A value that is not a rate; carries it as it was given.
+/// An invalid rate, as it was given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "{0:?} is not a rate: expected {min} to {max} ticks per second",

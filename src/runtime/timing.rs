@@ -1,26 +1,25 @@
-//! What the ticks of a node take and how late they start: a model of the machine
-//! that a graph is to run on.
+//! Duration and lateness of a node's ticks: a model of the target machine.
 
 use std::{ops::ControlFlow, time::Duration};
 
 use super::{chance::Chance, cost::Cost, draw::Draw, time::Time};
 
-/// The timing of a node for which something was asked.
+/// The configured timing of a node.
 #[derive(Debug)]
 pub(crate) struct Timing {
-    /// What a tick takes.
+    /// Duration of a tick.
     pub(crate) takes: Cost,
-    /// How late a tick starts in virtual time.
+    /// Lateness of a tick in virtual time.
     pub(crate) wakes: Draw,
-    /// What the next tick takes instead, once.
+    /// Duration of the next tick only, in place of the usual one.
     pub(crate) hang: Option<Duration>,
-    /// A tick that was due and is still to start.
+    /// A due tick that has not started yet.
     pub(crate) waiting: Option<Waiting>,
-    /// A tick that has started and is not over.
+    /// A tick that has started and is not yet over.
     pub(crate) running: Option<Running>,
 }
 
-/// A tick that is late.
+/// A late tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
     pub(crate) due: Time,
@@ -35,9 +34,9 @@ pub(crate) struct Running {
     pub(crate) lateness: Option<Duration>,
     /// Whether it keeps a core busy under the real clock.
     pub(crate) busy: bool,
-    /// Whether to end the run when it is over.
+    /// Whether the run ends after the tick.
     pub(crate) flow: ControlFlow<()>,
-    /// Whether it was noted before it was over, because the run ended.
+    /// Whether the tick is already recorded, because the run ended before it was over.
     pub(crate) noted: bool,
 }
 
@@ -54,19 +53,19 @@ impl Default for Timing {
 }
 
 impl Timing {
-    /// What tick number `n`, which starts, takes, if it was asked to take something.
+    /// Duration of tick number `n`, which starts now, if one is set.
     pub(crate) fn cost(&mut self, seed: u64, node: &str, n: u64) -> Option<Duration> {
         let asked = !self.takes.draw.is_none();
         let usual = || draw(&self.takes.draw, seed, "takes", node, n);
         self.hang.take().or_else(|| asked.then(usual))
     }
 
-    /// How late tick number `n` starts.
+    /// Lateness of tick number `n`.
     pub(crate) fn lateness(&self, seed: u64, node: &str, n: u64) -> Duration {
         draw(&self.wakes, seed, "wakes", node, n)
     }
 
-    /// Until when no other tick can start, if one is on its way.
+    /// Time until which no other tick can start, if a tick is waiting or running.
     pub(crate) fn occupied_until(&self) -> Option<Time> {
         let waiting = self.waiting.map(|waiting| waiting.starts + Time::TICK);
         waiting.or(self.running.as_ref().map(|running| running.ends))

@@ -1,26 +1,25 @@
 //! A named bus between nodes that never call each other.
 //!
-//! A [`Topic`] is bounded and *latest wins*: a subscription reads the newest
-//! message, because for control a stale reading is worse than a lost one. What
-//! is evicted from the full buffer before a subscription caught up with it is
-//! **dropped**, and every subscription counts its own drops. That counter is
-//! how a rate mismatch becomes visible.
+//! A [`Topic`] is bounded and *latest wins*: a subscription reads the newest message,
+//! because for control a stale reading is worse than a lost one. A message that is
+//! evicted from the full buffer before a subscription has seen it is **dropped**, and
+//! every subscription counts its own drops. This counter makes a rate mismatch visible.
 //!
 //! | case | effect |
 //! |---|---|
-//! | publish, room in the buffer | nobody drops |
+//! | publish, room in the buffer | no drop |
 //! | publish into a full buffer, oldest message unread by a subscription | that subscription counts one drop |
 //! | publish into a full buffer, oldest message already read or passed over | no drop |
 //! | `latest()` on a topic that never carried a message | `None` |
 //! | `latest()` | the newest message; everything older counts as seen |
 //! | `latest()` again with nothing new | the same message again (zero-order hold), no drop |
 //! | two subscriptions, one slow | only the slow one counts drops |
-//! | subscribing late | `latest()` gives the newest message; what came before is never charged |
+//! | subscribing late | `latest()` gives the newest message; earlier ones never count as drops |
 //! | depth 0 | refused: [`DepthError`] |
 //! | queue made shallower while running | the oldest go; those unread count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
-//! | read order oldest | the oldest unread message; the last one again where there is none |
-//! | a link | what is delivered enters the queue, and drops and is read from there |
+//! | read order oldest | the oldest unread message; the last one again if there is none |
+//! | a link | messages enter the queue on delivery; drops and reads happen there |
 //! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
 //! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
@@ -36,16 +35,16 @@ use super::{
     read_order::ReadOrder,
     sync::{Arc, Mutex, atomic::Ordering, bump, lock},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
-    telemetry::{Meter, MeterRecorder, ReadMark, TopicCounters},
+    telemetry::{Flight, Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
     transit::Transit,
 };
 
 /// A named, bounded, thread-safe, latest-wins bus.
 ///
-/// Clones are handles to the same bus. Nodes do not hold a topic: they hold
-/// the end they use, a [`Publisher`] or a [`Subscription`], handed to them by
-/// the [`Graph`](super::Graph).
+/// Clones are handles to the same bus. Nodes do not hold a topic: they hold an end of it,
+/// a [`Publisher`] or a [`Subscription`], which they receive from the
+/// [`Graph`](super::Graph).
 ///
 /// ```
 /// use ratelab::runtime::{Depth, Time, Topic};
@@ -77,7 +76,7 @@ struct Queue<T> {
     depth: Depth,
     next_seq: u64,
     order: ReadOrder,
-    /// What is on its way, once the topic had a link.
+    /// Messages in flight, once the topic has had a link.
     transit: Option<Box<Transit<T>>>,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
@@ -90,8 +89,7 @@ impl<T> Clone for Topic<T> {
 }
 
 impl<T: Payload> Topic<T> {
-    /// A new bus of its own. Names are unique within a
-    /// [`Graph`](super::Graph), which is where that is checked.
+    /// Creates a separate bus. A [`Graph`](super::Graph) checks that names are unique.
     pub fn new(name: impl Into<String>, depth: Depth) -> Self {
         Self(Arc::new(Bus {
             name: name.into(),
@@ -113,7 +111,7 @@ impl<T: Payload> Topic<T> {
         &self.0.name
     }
 
-    /// An end that publishes.
+    /// Creates a publishing end.
     pub fn publisher(&self) -> Publisher<T> {
         Publisher {
             bus: self.0.clone(),
@@ -121,8 +119,8 @@ impl<T: Payload> Topic<T> {
         }
     }
 
-    /// The same for a node that holds back in `outbox` what it publishes in a tick
-    /// that takes time.
+    /// The same for a node whose messages are held back in `outbox` during a tick that
+    /// takes time.
     pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
         Publisher {
             bus: self.0.clone(),
@@ -130,36 +128,42 @@ impl<T: Payload> Topic<T> {
         }
     }
 
-    /// An end that reads, with a read mark and a drop count of its own. What
-    /// was published before is available to it but never charged as dropped.
+    /// Creates a reading end with its own read position and drop count. It can read the
+    /// newest earlier message, but earlier messages never count as dropped.
     pub fn subscribe(&self) -> Subscription<T> {
-        let mut queue = lock(&self.0.queue);
         let mark = Arc::new(ReadMark::default());
+        let queue = lock(&self.0.queue);
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
+        drop(queue);
         mark.next_unread.store(next, Ordering::Relaxed);
-        queue.marks.push(mark.clone());
-        let (ages, age_meter) = Meter::new();
+        let (_, age_meter) = Meter::new();
+        self.subscribe_again(mark, age_meter)
+    }
+
+    /// The end that reads as far as `mark` and measures with `age_meter`, in the place
+    /// of one that is gone.
+    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
+        lock(&self.0.queue).marks.push(mark.clone());
         Subscription {
             bus: self.0.clone(),
             mark,
-            ages,
+            ages: age_meter.recorder(),
             age_meter,
         }
     }
 
-    /// A queue of `capacity` messages that receives a copy of every message
-    /// from now on, for those who want all of them and not the latest: logs,
-    /// recorders, tests.
+    /// Creates a queue of `capacity` messages that receives a copy of every message from
+    /// now on, for logs, recorders and tests.
     pub fn tap(&self, capacity: usize, backpressure: Backpressure) -> Tap<TapMessage<T>> {
         let (end, tap) = tap(capacity, backpressure);
         lock(&self.0.queue).taps.push(end);
         tap
     }
 
-    /// Changes at run time `now` how many messages are kept. Those that no
-    /// longer fit are evicted, oldest first, and counted as dropped by every
-    /// subscription that had not seen them. Returns the depth before.
+    /// Changes the queue depth at run time `now`. Messages that no longer fit are
+    /// evicted, oldest first, and counted as dropped by every subscription that had not
+    /// seen them. Returns the previous depth.
     pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         let mut queue = lock(&self.0.queue);
         queue.deliver_before(now, &self.0.counters);
@@ -171,30 +175,39 @@ impl<T: Payload> Topic<T> {
         before
     }
 
-    /// The newest message as a tap would see it, without being counted as a
-    /// reader; `None` before the first.
+    /// The newest message as a tap would see it, read without a subscription; `None`
+    /// before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
-        lock(&self.0.queue).newest(None)
+        let at = self.0.counters.newest()?;
+        lock(&self.0.queue).newest(at)
     }
 
-    /// Changes which message subscriptions read. Returns which it was before.
+    /// Changes the read order of subscriptions. Returns the previous order.
     pub(crate) fn set_order(&self, order: ReadOrder) -> ReadOrder {
         std::mem::replace(&mut lock(&self.0.queue).order, order)
     }
 
-    /// Puts a link in place for what is released from now on; returns the one before.
-    pub(crate) fn set_link(&self, link: Link, seed: u64) -> Link {
+    /// Puts a link in place for what is released from run time `now` on; returns the
+    /// one before.
+    pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
         let mut queue = lock(&self.0.queue);
-        match link == Link::NONE && queue.transit.is_none() {
-            true => link,
-            false => queue.transit(self.name(), seed).set_link(link),
+        let perfect = link == Link::NONE;
+        if perfect && queue.transit.is_none() {
+            return link;
         }
+        queue.deliver_before(now, &self.0.counters);
+        let before = queue.transit(self.name(), seed).set_link(link);
+        // Without a link a topic is as quick as if it never had one.
+        queue
+            .transit
+            .take_if(|transit| perfect && transit.is_done());
+        before
     }
 
-    /// Loses message number `seq` on its way.
+    /// Loses message number `seq` on the link.
     ///
     /// # Errors
-    /// If it was published already.
+    /// If it is already published.
     pub(crate) fn lose(&self, seq: u64, seed: u64) -> Result<(), String> {
         let mut queue = lock(&self.0.queue);
         queue.is_still_to_come(seq)?;
@@ -202,10 +215,10 @@ impl<T: Payload> Topic<T> {
         Ok(())
     }
 
-    /// Delivers message number `seq` so much later; returns by how much it was to be.
+    /// Sets an extra `delay` for message number `seq`; returns the previous one.
     ///
     /// # Errors
-    /// If it was published already.
+    /// If it is already published.
     pub(crate) fn postpone(
         &self,
         seq: u64,
@@ -217,17 +230,17 @@ impl<T: Payload> Topic<T> {
         Ok(queue.transit(self.name(), seed).postpone(seq, delay))
     }
 
-    /// Delivers what arrives by `now`. Whoever publishes or reads does so, too.
+    /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
     pub(crate) fn deliver(&self, now: Time) {
         lock(&self.0.queue).deliver(now, &self.0.counters);
     }
 
-    /// How many messages are kept at most.
+    /// Queue depth.
     pub fn depth(&self) -> Depth {
         Depth::known(self.0.counters.depth.load(Ordering::Relaxed))
     }
 
-    /// How many messages were ever published.
+    /// Number of messages published so far.
     pub fn published(&self) -> u64 {
         self.0.counters.published.load(Ordering::Relaxed)
     }
@@ -243,24 +256,24 @@ impl<T: Payload> Topic<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// Hands every tap a copy, and forgets those that nobody listens to.
-    /// That one was published at run time `now`.
-    fn offer_newest(&mut self, now: Time) {
+    /// Hands every tap a copy of what was published at run time `at`, and forgets those
+    /// that nobody listens to.
+    fn offer_newest(&mut self, at: Time) {
         if !self.taps.is_empty()
-            && let Some(newest) = self.newest(Some(now))
+            && let Some(newest) = self.newest(at)
         {
             self.taps.retain(|tap| tap.offer(newest.clone()));
         }
     }
 
-    /// What is on its way.
+    /// The messages in flight.
     fn transit(&mut self, topic: &str, seed: u64) -> &mut Transit<T> {
         let (next, newest) = (self.next_seq, self.messages.back());
         self.transit
             .get_or_insert_with(|| Box::new(Transit::new(seed, topic, next, newest.cloned())))
     }
 
-    /// Refuses a message that was published already.
+    /// Refuses a message that is already published.
     fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
         match self.next_seq {
             next if next > seq => Err(format!(
@@ -270,25 +283,25 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Sends `message`, released at run time `now`, through the link. Most topics have
-    /// none.
+    /// Sends `message`, released at run time `now`, through the link, if there is one.
     #[cold]
     fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
         let transit = self.transit.as_mut();
-        if !transit.is_some_and(|transit| transit.send(message, now)) {
-            bump(&counters.lost);
-        }
+        counters.fly(Flight {
+            released: now,
+            arrives: transit.and_then(|transit| transit.send(message, now)),
+        });
         self.deliver(now, counters);
     }
 
-    /// Delivers what arrives before `now`.
+    /// Delivers the messages that arrive before `now`.
     fn deliver_before(&mut self, now: Time, counters: &TopicCounters) {
         if let Some(before) = now.as_nanos().checked_sub(1) {
             self.deliver(Time::from_nanos(before), counters);
         }
     }
 
-    /// Delivers what arrives by `now`, in the order of arrival.
+    /// Delivers the messages that arrive by `now`, in the order of arrival.
     #[cold]
     fn deliver(&mut self, now: Time, counters: &TopicCounters) {
         let Some(mut transit) = self.transit.take() else {
@@ -308,23 +321,18 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, and what was lost by now. It was published at run time
-    /// `released`, or when its stamp shows.
-    fn newest(&self, released: Option<Time>) -> Option<TapMessage<T>> {
+    /// The newest message, which was published at run time `at`, and what was lost by
+    /// now.
+    fn newest(&self, at: Time) -> Option<TapMessage<T>> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
-            None => {
-                let message = self.messages.back()?.clone();
-                let at = released.unwrap_or(message.stamp);
-                (message, Some(at))
-            }
+            None => (self.messages.back()?.clone(), Some(at)),
         };
-        let released = released.unwrap_or(message.stamp);
         let marks = self.marks.iter();
         let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
         Some(TapMessage {
             message,
-            released,
+            at,
             arrives,
             dropped,
         })
@@ -332,7 +340,7 @@ impl<T: Payload> Queue<T> {
 }
 
 impl<T> Queue<T> {
-    /// Puts in a message that is delivered at run time `now`.
+    /// Adds a message that is delivered at run time `now`.
     #[inline]
     fn push(&mut self, message: Message<T>, now: Time) {
         if self.messages.len() >= self.depth.get() {
@@ -341,7 +349,7 @@ impl<T> Queue<T> {
         self.messages.push_back(message);
     }
 
-    /// The message to be read by a subscription that has read as far as `mark`.
+    /// The message that a subscription with read position `mark` reads next.
     #[inline]
     fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
         match self.order {
@@ -354,7 +362,7 @@ impl<T> Queue<T> {
         }
     }
 
-    /// Makes room at run time `now`.
+    /// Evicts the oldest message at run time `now`.
     fn evict_oldest(&mut self, now: Time) {
         if let Some(evicted) = self.messages.pop_front() {
             for mark in &self.marks {
@@ -376,7 +384,7 @@ impl<T> Queue<T> {
 /// let (sensed, decided) = (Time::from_nanos(10), Time::from_nanos(30));
 /// obs.publisher().publish(0.02, sensed, None);
 ///
-/// // What is derived from a reading says when that was taken.
+/// // The origin of an action is the time of the reading behind it.
 /// let reading = obs.subscribe().latest(decided).expect("published");
 /// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.sensed()));
 /// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));
@@ -388,13 +396,12 @@ pub struct Publisher<T> {
 }
 
 impl<T: Payload> Publisher<T> {
-    /// Publishes `data` at run time `stamp`. `origin` is the run time of the
-    /// sensing that `data` was derived from, if it was derived from one; see
-    /// [`Message::sensed`].
+    /// Publishes `data` at run time `stamp`. `origin` is the run time of the sensing that
+    /// `data` was derived from, if any; see [`Message::sensed`].
     ///
-    /// Never waits for a subscription: a full buffer evicts its oldest message.
-    /// A full [`Tap`] is waited for under the virtual clock only. In a tick that
-    /// takes time the message waits for the end of the tick, and is stamped then.
+    /// Never waits for a subscription: a full buffer evicts its oldest message. A full
+    /// [`Tap`] blocks under the virtual clock only. In a tick that takes time the message
+    /// waits for the end of the tick, and is stamped then.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
         match self.outbox.as_ref().filter(|outbox| outbox.is_needed()) {
             None => self.bus.publish(data, stamp, stamp, origin),
@@ -457,12 +464,10 @@ pub struct Subscription<T> {
 }
 
 impl<T: Payload> Subscription<T> {
-    /// The newest message, or `None` if there never was one. Everything older
-    /// counts as seen. `now` is the run time of reading, from which the
-    /// message's age is measured.
+    /// Returns the newest message, or `None` before the first. Older messages count as
+    /// seen. `now` is the run time of reading, from which the message's age is measured.
     ///
-    /// Where [`ReadOrder::Oldest`] was asked for, the oldest message that was not read
-    /// yet instead.
+    /// With [`ReadOrder::Oldest`] it returns the oldest unread message instead.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
         let message = {
             let mut queue = lock(&self.bus.queue);
@@ -479,12 +484,12 @@ impl<T: Payload> Subscription<T> {
         Some(message)
     }
 
-    /// How many messages were evicted before this subscription saw them.
+    /// Number of messages evicted before this subscription saw them.
     pub fn dropped(&self) -> u64 {
         self.mark.dropped.load(Ordering::Relaxed)
     }
 
-    /// How old messages were when this subscription read them.
+    /// Ages of messages when this subscription read them.
     pub fn ages(&self) -> Meter {
         self.age_meter.clone()
     }

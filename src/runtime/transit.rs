@@ -1,4 +1,4 @@
-//! Messages on their way through a link.
+//! Messages in flight on a link.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -13,33 +13,33 @@ use super::{
     time::Time,
 };
 
-/// After how many retries a message is given up as one that never arrives.
+/// Number of retries after which a message counts as lost for good.
 const MOST_RETRIES: u64 = 1_000_000;
 
-/// The messages of a topic that were released and not delivered, and what decides on
-/// their way.
+/// The messages of a topic that are released and not yet delivered, with the state of its
+/// link.
 #[derive(Debug)]
 pub(crate) struct Transit<T> {
     seed: u64,
     topic: String,
     link: Link,
-    /// Whether a burst of losses is under way.
+    /// Whether a burst of losses is in progress.
     bad: bool,
     lose: BTreeSet<u64>,
     postpone: BTreeMap<u64, Duration>,
-    /// By when they are delivered, and by sequence number.
+    /// The messages by delivery time and sequence number.
     messages: BTreeMap<(Time, u64), Message<T>>,
-    /// The latest delivery so far.
+    /// Time of the latest delivery so far.
     latest: Time,
-    /// The newest message that was released, and when it arrives if it does.
+    /// The newest released message, with its arrival time, or `None` if it is lost.
     pub(crate) newest: Option<(Message<T>, Option<Time>)>,
-    /// One more than the highest sequence number that was delivered.
+    /// One more than the highest delivered sequence number.
     pub(crate) next_delivered: u64,
 }
 
 impl<T: Clone> Transit<T> {
-    /// A perfect link on `topic`, of whose messages those before `next` were
-    /// delivered, the last of them `newest`.
+    /// Creates a perfect link on `topic`, where all messages before `next` are delivered
+    /// and `newest` is the last of them.
     pub(crate) fn new(seed: u64, topic: &str, next: u64, newest: Option<Message<T>>) -> Self {
         let newest = newest.map(|message| (message.clone(), Some(message.stamp)));
         Self {
@@ -56,35 +56,34 @@ impl<T: Clone> Transit<T> {
         }
     }
 
-    /// Puts another link in place, which begins without a burst; returns the one
-    /// before.
+    /// Sets another link, which begins without a burst; returns the previous one.
     pub(crate) fn set_link(&mut self, link: Link) -> Link {
         self.bad = false;
         std::mem::replace(&mut self.link, link)
     }
 
-    /// Message number `seq` is going to be lost.
+    /// Marks message number `seq` as lost.
     pub(crate) fn lose(&mut self, seq: u64) {
         self.lose.insert(seq);
     }
 
-    /// Message number `seq` is going to be delivered so much later; returns by how
-    /// much it was before.
+    /// Sets an extra `delay` for message number `seq`; returns the previous one.
     pub(crate) fn postpone(&mut self, seq: u64, delay: Duration) -> Duration {
         self.postpone.insert(seq, delay).unwrap_or_default()
     }
 
-    /// Sends `message`, which is released at `now`; false if it is lost.
-    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> bool {
+    /// Sends `message`, released at `now`; returns when it arrives, or `None` if it is
+    /// lost.
+    pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
         let seq = message.seq;
         let arrives = self.arrival(seq, now);
         self.newest = Some((message.clone(), arrives));
-        let sent = arrives.map(|at| self.messages.insert((at, seq), message));
-        sent.is_some()
+        arrives.inspect(|at| {
+            self.messages.insert((*at, seq), message);
+        })
     }
 
-    /// When message number `seq` arrives, which is released at `now`; `None` if it is
-    /// lost.
+    /// Arrival time of message number `seq`, released at `now`; `None` if it is lost.
     fn arrival(&mut self, seq: u64, now: Time) -> Option<Time> {
         let late = self.time_lost(seq)?;
         let mut at = now + late + self.delay(seq);
@@ -96,19 +95,28 @@ impl<T: Clone> Transit<T> {
         Some(at)
     }
 
-    /// Takes out the next message that is delivered by `now`, and when that is.
+    /// Removes the next message that is delivered by `now`; returns it with its delivery
+    /// time.
     pub(crate) fn arrived(&mut self, now: Time) -> Option<(Time, Message<T>)> {
         let next = self.messages.first_entry()?;
         let at = next.key().0;
         (at <= now).then(|| (at, next.remove()))
     }
 
-    /// How many messages are on their way.
+    /// Whether nothing is on its way, all that was released last was delivered, and
+    /// nothing is planned for later messages.
+    pub(crate) fn is_done(&self) -> bool {
+        let newest = self.newest.as_ref();
+        let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);
+        all && self.messages.is_empty() && self.lose.is_empty() && self.postpone.is_empty()
+    }
+
+    /// Number of messages in flight.
     pub(crate) fn in_flight(&self) -> usize {
         self.messages.len()
     }
 
-    /// How long message number `seq` is sent in vain; `None` if it is lost.
+    /// Time that message number `seq` loses to failed attempts; `None` if it is lost.
     fn time_lost(&mut self, seq: u64) -> Option<Duration> {
         let told = self.lose.remove(&seq);
         let by_chance = self.is_lost(seq);
@@ -128,7 +136,8 @@ impl<T: Clone> Transit<T> {
         loss > 0.0 && self.chance("loss").uniform(number) < loss
     }
 
-    /// Whether a burst takes message number `seq`. Each message moves it on.
+    /// Whether a burst takes message number `seq`. Each message advances the state of the
+    /// burst.
     fn is_in_burst(&mut self, seq: u64) -> bool {
         let Some(Burst { start, length }) = self.link.burst else {
             return false;

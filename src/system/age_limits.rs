@@ -1,18 +1,18 @@
-//! How old the sensing behind a push may be.
+//! Limits on the age of the sensing behind a push.
 
 use std::time::Duration;
 
-/// What a loop bears as its mean push age, where it is known.
+/// Limits of the mean push age of a control loop, where they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AgeLimits {
-    /// From here on small deviations grow.
+    /// Above this mean age small deviations grow.
     pub grows: Option<Duration>,
-    /// From here on it is lost.
+    /// Above this mean age the run is lost.
     pub falls: Option<Duration>,
 }
 
 impl AgeLimits {
-    /// Where deviations grow, if it is not lost before.
+    /// The age at which deviations grow, if it is below the age of a loss.
     pub fn swings(self) -> Option<Duration> {
         let before = |grows: &Duration| self.falls.is_none_or(|falls| *grows < falls);
         self.grows.filter(before)

@@ -1,41 +1,40 @@
-//! A name of a system's own for knobs.
+//! A system's own name for knobs.
 
 use super::Setup;
 use crate::runtime::{Knob, KnobError, KnobKind, TimedKnob};
 
-/// A name of a system's own for one knob, or for several that are turned
-/// together.
+/// A system's own name for a knob, or for several with a common value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Alias {
-    /// The name, such as `control-hz`.
+    /// Name, such as `control-hz`.
     pub name: &'static str,
-    /// What is turned: kinds, and nodes or topics.
+    /// The knobs: their kinds, and nodes or topics.
     pub knobs: &'static [(KnobKind, &'static str)],
-    /// The value with which a run begins unless it is set.
+    /// The default value.
     pub default: &'static str,
-    /// Values to choose from, if they can be listed; others may be valid too.
+    /// The known values, if they can be listed; others may be valid too.
     pub choices: &'static [&'static str],
-    /// What it sets, for help.
+    /// Description for help texts.
     pub help: &'static str,
 }
 
 impl Alias {
-    /// Its kind, which is that of all its knobs.
+    /// The kind of all its knobs.
     pub fn kind(&self) -> KnobKind {
         self.knobs.first().map_or(KnobKind::Send, |(kind, _)| *kind)
     }
 
-    /// The knobs, set to `value`.
+    /// Returns the knobs, set to `value`.
     ///
     /// # Errors
-    /// [`KnobError`] if they do not take the value.
+    /// [`KnobError`] for an invalid value.
     pub fn set(&self, value: &str) -> Result<Vec<Knob>, KnobError> {
         let knobs = self.knobs.iter();
         knobs.map(|(kind, of)| kind.set(of, value)).collect()
     }
 
-    /// The value with which a run begins: as in `setup`, or else the default.
-    /// Where its knobs are set to several values, that of the first.
+    /// The initial value: from `setup`, or else the default. If its knobs have several
+    /// values, that of the first.
     pub fn value(&self, setup: &Setup) -> String {
         let first = self.knobs.first().and_then(|(kind, of)| {
             let mut knobs = setup.iter();
@@ -44,8 +43,8 @@ impl Alias {
         first.map_or_else(|| self.default.to_owned(), Knob::value)
     }
 
-    /// The value of the knobs at the beginning of `knobs`, if they are those of
-    /// this alias and all have one value and one time.
+    /// The common value of the knobs at the beginning of `knobs`, if they are the knobs
+    /// of this alias with one value and one time.
     pub(super) fn value_of(&self, knobs: &[TimedKnob]) -> Option<String> {
         let turned = knobs.get(..self.knobs.len())?;
         let (first, value) = (turned.first()?, turned.first()?.knob.value());

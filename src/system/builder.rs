@@ -1,4 +1,4 @@
-//! From what a system says of its graph to the graph.
+//! Builds the graph of a system.
 
 use std::sync::Arc;
 
@@ -8,31 +8,31 @@ use crate::runtime::{
     Topic, Wiring,
 };
 
-/// The name of the node that a plant is which moves by itself.
+/// Name of the node of a plant that moves by itself.
 pub const WORLD: &str = "world";
 
-/// Takes the nodes and topics of a graph, and sets them up as asked.
+/// Collects the nodes and topics of a graph, with their settings.
 pub struct Builder<'a> {
     seed: u64,
     setup: &'a Setup,
     world: WorldKind,
-    /// Whether the system looked at which world it is.
+    /// Whether the system has asked for the kind of world.
     knows_worlds: bool,
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
-    /// Nodes that took the message that is set for them.
+    /// Nodes that were built with their configured message.
     answered: Vec<String>,
 }
 
-/// A graph as its system built it.
+/// A finished graph.
 pub(crate) struct Built {
     pub(crate) graph: Graph,
-    /// The topics that are recorded, in the order in which they were made.
+    /// The recorded topics, in the order of their creation.
     pub(crate) recorded: Vec<Arc<dyn RecordedTopic>>,
 }
 
 impl<'a> Builder<'a> {
-    /// An empty graph for a run with `seed`.
+    /// Creates an empty graph for a run with `seed`.
     pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
         let mut graph = Graph::new();
         graph.set_seed(seed);
@@ -47,29 +47,29 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The seed of the run: whatever is drawn by chance follows from it.
+    /// Seed of the run, for all random numbers.
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// The knobs that are turned before the run begins.
+    /// The knobs set before the run begins.
     pub fn setup(&self) -> &'a Setup {
         self.setup
     }
 
-    /// Whether the plant waits for the robot. A system that does not ask has one
-    /// world, and refuses the other.
+    /// The kind of world. A system that never calls this supports the course's world
+    /// only.
     pub fn world(&mut self) -> WorldKind {
         self.knows_worlds = true;
         self.world
     }
 
-    /// Adds a plant that moves by itself, as a node called [`WORLD`]: at `hz`, before
-    /// any other node ticks, the plant is brought to the time and `look` is taken
-    /// at it. To be added before all other nodes.
+    /// Adds a plant that moves by itself, as a node called [`WORLD`]. At rate `hz`,
+    /// before all other nodes, it advances the plant to the current time and calls
+    /// `look`. Must be added before all other nodes.
     ///
     /// # Errors
-    /// [`BuildError`] if `hz` is no rate, or a name is taken.
+    /// [`BuildError`] for an invalid `hz` or a name that is taken.
     pub fn own_world<W: World, F>(
         &mut self,
         world: W,
@@ -102,23 +102,23 @@ impl<'a> Builder<'a> {
         Ok(shared)
     }
 
-    /// A topic that is recorded, of depth one unless set otherwise.
+    /// Creates a recorded topic, with a default depth of one.
     pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
         let topic = self.internal_topic(name);
         self.recorded.push(Arc::new(topic.clone()));
         topic
     }
 
-    /// A topic that is not recorded: its payload need not be
+    /// Creates a topic without a recording: its payload need not be
     /// [`Fields`](crate::runtime::Fields).
     pub fn internal_topic<T: Payload>(&mut self, name: &str) -> Topic<T> {
         Topic::new(name, self.setup.depth(name).unwrap_or(Depth::ONE))
     }
 
-    /// The rate at which `node` is going to begin: as set, or else `hz`.
+    /// The initial rate of `node`: as set, or else `hz`.
     ///
     /// # Errors
-    /// [`BuildError`] if `hz` is no rate.
+    /// [`BuildError`] for an invalid `hz`.
     pub fn rate(&self, node: &str, hz: f64) -> Result<Hz, BuildError> {
         match self.setup.rate(node) {
             Some(set) => Ok(set),
@@ -126,20 +126,40 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The message that is set for `node`, for a system that builds the node by
-    /// it. Others get theirs as any message, before the run begins.
+    /// The configured message for `node`, for systems that use it to build the node.
+    /// Other nodes receive theirs before the run begins.
     pub fn message(&mut self, node: &str) -> Option<&'a str> {
         let message = self.setup.message(node)?;
         self.answered.push(node.to_owned());
         Some(message)
     }
 
-    /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`].
+    /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A
+    /// restart builds it once more, and sends it the message that is set for it.
     ///
     /// # Errors
-    /// [`BuildError`] if `hz` is no rate, or the name of the node or of one of its
+    /// [`BuildError`] for an invalid `hz`, or if the name of the node or of one of its
     /// topics is taken.
     pub fn node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: f64,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        let hz = self.rate(name, hz)?;
+        let answered = self.answered.iter().any(|known| known == name);
+        let message = self.setup.message(name).filter(|_| !answered);
+        let graph = &mut self.graph;
+        Ok(graph.restartable_node(name, hz, priority, build, message)?)
+    }
+
+    /// The same for a node that holds what there is only once. A restart is up to
+    /// [`Node::restart`].
+    ///
+    /// # Errors
+    /// As of [`Builder::node`].
+    pub fn single_node<N: Node + 'static>(
         &mut self,
         name: &str,
         hz: f64,
@@ -150,11 +170,11 @@ impl<'a> Builder<'a> {
         Ok(self.graph.node(name, hz, priority, build)?)
     }
 
-    /// The graph, all messages sent.
+    /// Sends the configured messages and returns the graph.
     ///
     /// # Errors
-    /// [`BuildError::Setting`] if something is set, or `timed` to be set, that the
-    /// graph does not have, or a node refuses its message.
+    /// [`BuildError::Setting`] if a setting, or a later one in `timed`, has no
+    /// counterpart in the graph, or if a node refuses its message.
     pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
         if !self.knows_worlds && !self.world.is_course() {
             let why = "this system has no world of its own: leave the setting out";
@@ -178,7 +198,7 @@ impl<'a> Builder<'a> {
         known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
     }
 
-    /// Turns a knob that the graph was not built by.
+    /// Sets a knob that was not used while building the graph.
     fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
         let node = knob.target();
         let answer = match knob.kind() {

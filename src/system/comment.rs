@@ -1,8 +1,8 @@
-//! Comments in lists of knobs: from a `#` at the start of a line or after white
-//! space to its end. In a path such a `#` is written `\#`.
+//! Comments in lists of knobs: from a `#` at the start of a line or after white space to
+//! the end of the line. In a path such a `#` is written `\#`.
 
-/// Where comments begin in `line`, or would if it were not for backslashes before
-/// the `#`. For each, its place and the number of backslashes.
+/// The possible starts of comments in `line`, ignoring backslashes before the `#`: the
+/// position of each, and its number of backslashes.
 fn hashes(line: &str) -> impl Iterator<Item = (usize, usize)> {
     line.match_indices('#').filter_map(|(place, _)| {
         let before = line.get(..place).unwrap_or_default();
@@ -20,7 +20,7 @@ pub(super) fn uncommented(line: &str) -> &str {
         .unwrap_or(line)
 }
 
-/// `text` with a backslash more before each `#` that would begin a comment.
+/// `text` with one more backslash before each `#` that would begin a comment.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = text.to_owned();
     let places: Vec<usize> = hashes(text).map(|(place, _)| place).collect();
@@ -30,7 +30,7 @@ pub(super) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// `text` with a backslash less before each `#` that would begin a comment.
+/// `text` with one backslash less before each `#` that would begin a comment.
 pub(super) fn unescaped(text: &str) -> String {
     let mut unescaped = text.to_owned();
     let escapes = hashes(text).filter(|(_, backslashes)| *backslashes > 0);

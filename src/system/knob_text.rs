@@ -1,4 +1,4 @@
-//! Knobs as lines of text, with the names that a system has for some.
+//! Knobs as lines of text, with a system's aliases.
 
 use thiserror::Error;
 
@@ -8,8 +8,8 @@ use super::{
 };
 use crate::runtime::{Knob, KnobError, KnobKind, Time, TimedKnob};
 
-/// Reads and writes knobs with the aliases of a system. The name of an alias may
-/// be written with underscores for hyphens.
+/// Reads and writes knobs with the aliases of a system. Names of aliases may be written
+/// with underscores instead of hyphens.
 ///
 /// ```
 /// use ratelab::cartpole::CartPole;
@@ -30,11 +30,10 @@ impl KnobText {
         self.0.iter().find(|alias| alias.name == name)
     }
 
-    /// The knobs that `text` turns, such as `rate planner 10`, or an alias and a
-    /// value.
+    /// Parses a knob, such as `rate planner 10`, or an alias and a value.
     ///
     /// # Errors
-    /// [`KnobTextError`] if it is no knob or does not take the value.
+    /// [`KnobTextError`] for an unknown knob or an invalid value.
     pub fn parse(&self, text: &str) -> Result<Vec<Knob>, KnobTextError> {
         let text = text.trim();
         let (word, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
@@ -54,11 +53,11 @@ impl KnobText {
         Ok(alias.set(value)?)
     }
 
-    /// The knobs of a line with a run time (s) before them, such as
-    /// `2.5 rate planner 10`. A `#` that would begin a comment is `\#`.
+    /// Parses a line with a run time (s) before the knob, such as `2.5 rate planner 10`.
+    /// A `#` that would begin a comment is written `\#`.
     ///
     /// # Errors
-    /// [`KnobTextError`] if it is none.
+    /// [`KnobTextError`] for an invalid line.
     pub fn parse_timed(&self, line: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
         let line = unescaped(line.trim());
         let words = line.split_once(char::is_whitespace);
@@ -71,11 +70,11 @@ impl KnobText {
         Ok(knobs.map(|knob| TimedKnob { at, knob }).collect())
     }
 
-    /// The knobs of a list, one line each. Empty lines and comments do not count:
-    /// from a `#` at the start of a line or after white space to its end.
+    /// Parses a list of knobs, one per line. Ignores empty lines and comments: from a `#`
+    /// at the start of a line or after white space to its end.
     ///
     /// # Errors
-    /// [`KnobTextError::Line`] names the first line that is not understood.
+    /// [`KnobTextError::Line`] with the first invalid line.
     pub fn parse_list(&self, text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
         let mut knobs = Vec::new();
         for (number, line) in (1..).zip(text.lines()) {
@@ -92,8 +91,7 @@ impl KnobText {
         Ok(knobs)
     }
 
-    /// `knobs` as lines that can be read again, by their aliases where they have
-    /// one.
+    /// Writes `knobs` as lines that can be parsed again, with aliases where possible.
     pub fn lines(&self, knobs: &[TimedKnob]) -> Vec<String> {
         let (mut lines, mut rest) = (Vec::new(), knobs);
         while let Some(first) = rest.first() {
@@ -104,7 +102,7 @@ impl KnobText {
         lines
     }
 
-    /// What the first of `knobs` is called, and how many of them that covers.
+    /// The line for the first of `knobs`, and the number of knobs it covers.
     fn first_line(&self, first: &TimedKnob, knobs: &[TimedKnob]) -> (String, usize) {
         let aliases = self.0.iter();
         let mut named = aliases.filter_map(|alias| Some((alias, alias.value_of(knobs)?)));
@@ -114,15 +112,15 @@ impl KnobText {
         }
     }
 
-    /// The kind of the knob called `name`: an alias, or a kind and a target.
+    /// The kind of the knob that begins with `name`: an alias, or a kind and a target.
     ///
     /// # Errors
-    /// [`KnobTextError::Name`] if there is no such knob.
+    /// [`KnobTextError::Name`] for an unknown knob.
     pub fn kind(&self, name: &str) -> Result<KnobKind, KnobTextError> {
         let word = name.split_whitespace().next().unwrap_or_default();
         let generic = KnobKind::ALL.into_iter().find(|kind| kind.name() == word);
-        let kind = generic.or_else(|| self.alias(name).map(Alias::kind));
-        kind.ok_or_else(|| self.unknown(name))
+        let kind = generic.or_else(|| self.alias(word).map(Alias::kind));
+        kind.ok_or_else(|| self.unknown(word))
     }
 
     fn unknown(&self, name: &str) -> KnobTextError {
@@ -136,7 +134,7 @@ impl KnobText {
     }
 }
 
-/// Exact seconds.
+/// Seconds, exact to the nanosecond.
 fn seconds(at: Time) -> String {
     let nanos = at.as_nanos();
     let decimals = format!("{:09}", nanos % 1_000_000_000);
@@ -145,44 +143,44 @@ fn seconds(at: Time) -> String {
     format!("{}{point}{decimals}", nanos / 1_000_000_000)
 }
 
-/// Text that turns no knob.
+/// An error in the text of a knob.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum KnobTextError {
-    /// The value of an alias is missing, or there are too many words.
+    /// Missing or superfluous words after an alias.
     #[error("{text:?} is not a knob: expected {name} {value}")]
     Shape {
-        /// What was given.
+        /// The given text.
         text: String,
         /// The alias.
         name: &'static str,
-        /// What its value is.
+        /// Placeholder of its value.
         value: &'static str,
     },
-    /// A line of a list lacks words.
+    /// Missing words in a line of a list.
     #[error(
         "{0:?} is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10"
     )]
     Timed(String),
-    /// The first word is no time.
+    /// An invalid time.
     #[error("{0:?} is not a time: expected seconds, zero or more")]
     Time(String),
-    /// There is no knob of this name.
+    /// An unknown knob.
     #[error("{name:?} is not a knob: expected {known}")]
     Name {
-        /// What was given.
+        /// The given name.
         name: String,
-        /// What there is.
+        /// The known names.
         known: String,
     },
-    /// The knob does not take the value.
+    /// An invalid value for the knob.
     #[error(transparent)]
     Value(#[from] KnobError),
-    /// Where in a list the error is.
+    /// An error with its line in a list.
     #[error("line {line}: {error}")]
     Line {
         /// Line number, counted from one.
         line: usize,
-        /// What is wrong with it.
+        /// The error.
         error: Box<KnobTextError>,
     },
 }

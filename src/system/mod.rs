@@ -1,7 +1,7 @@
 //! A robot, or any other graph, as a value that every command works on.
 //!
-//! A [`System`] builds its graph and describes what there is to see of it. Runs,
-//! sweeps, recordings and dashboards know this trait and no robot.
+//! A [`System`] builds its graph and describes how to show it. Runs, sweeps, recordings
+//! and dashboards depend on this trait only, and are independent of the robot.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -9,7 +9,7 @@
 //! use ratelab::runtime::{END, GO_ON};
 //! use ratelab::system::{BuildError, Builder, System};
 //!
-//! /// A counter, and somebody who looks at it now and then.
+//! /// A counter with an occasional reader.
 //! struct Counter;
 //!
 //! impl System for Counter {
@@ -19,15 +19,16 @@
 //!
 //!     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
 //!         let count = builder.internal_topic("/count");
-//!         builder.node("counter", 10.0, 0, |wiring| {
-//!             let (count, mut number) = (wiring.publisher(&count), 0);
+//!         let counted = count.clone();
+//!         builder.node("counter", 10.0, 0, move |wiring| {
+//!             let (count, mut number) = (wiring.publisher(&counted), 0);
 //!             move |now| {
 //!                 number += 1;
 //!                 count.publish(number, now, None);
 //!                 GO_ON
 //!             }
 //!         })?;
-//!         builder.node("reader", 2.0, 1, |wiring| {
+//!         builder.node("reader", 2.0, 1, move |wiring| {
 //!             let mut count = wiring.subscription(&count);
 //!             move |now| match count.latest(now) {
 //!                 Some(message) if message.data > 20 => END,
@@ -73,133 +74,133 @@ pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
 
 use crate::runtime::{ClockExit, GraphError, HzError, Time};
 
-/// What a program needs to know of a robot, or of any other graph, to run it,
-/// show it, record it, and run a recording of it again.
+/// Everything a program needs to run a robot, or any other graph, to show and record it,
+/// and to repeat the run of a recording.
 pub trait System: Send + Sync + 'static {
-    /// Its name, such as `drone`. Recordings carry it.
+    /// Name, such as `drone`. Recordings contain it.
     fn name(&self) -> &'static str;
 
-    /// What computes its plant, with the version, such as `MuJoCo 3.9.0`: another one
-    /// may compute other bits. Recordings carry it.
+    /// The engine of its plant, with the version, such as `MuJoCo 3.9.0`: another version
+    /// may compute other bits. Recordings contain it.
     fn engine(&self) -> Option<String> {
         None
     }
 
-    /// Adds its nodes and topics to an empty graph. Called once for every run;
-    /// for the same [`Setup`] it builds the same graph.
+    /// Adds the system's nodes and topics to an empty graph. Called once per run; builds
+    /// the same graph for the same [`Setup`].
     ///
     /// # Errors
-    /// [`BuildError`] if the graph cannot be built as asked.
+    /// [`BuildError`] if the graph cannot be built.
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError>;
 
-    /// Names of its own for some knobs, such as `control-hz` for `rate policy`.
+    /// The system's own names for some knobs, such as `control-hz` for `rate policy`.
     fn aliases(&self) -> &'static [Alias] {
         &[]
     }
 
-    /// A knob that breaks it, as text, such as `control-hz 5`: what `--break` sets.
+    /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of
+    /// `--break`.
     fn broken(&self) -> Option<&'static str> {
         None
     }
 
-    /// The text of a message to `node` in the form in which it is recorded: one
-    /// that means the same whenever the run is executed again, such as a file
-    /// with the digest of its content. What the node will need is loaded here,
-    /// not on its thread. `seed` and `setup` are those of the run.
+    /// Returns the recordable form of a message to `node`, with the same meaning whenever
+    /// the run is repeated, such as a file with the digest of its content. Loads
+    /// everything that the node will need, outside of the node's thread. `seed` and
+    /// `setup` are those of the run.
     ///
     /// # Errors
-    /// Why the node would refuse the message, with what to try.
+    /// The reason why the node would refuse the message, with a remedy.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
         let _ = (seed, setup, node);
         Ok(text.to_owned())
     }
 
-    /// The file that a message to `node` names, if it names one: no output of the
-    /// command may replace it.
+    /// The file named by a message to `node`, if any: outputs of the command must not
+    /// replace it.
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
         let _ = (node, text);
         None
     }
 
-    /// What is worth plotting, the most important first.
+    /// The signals to plot, the most important first.
     fn signals(&self) -> &'static [Signal] {
         &[]
     }
 
-    /// The latency that matters, as a node and the name of its meter. What it measures
-    /// is how old the [`origin`](crate::runtime::Message::origin) of each message of
-    /// [`state`](Self::state) is when that is published, so that it can be read back
-    /// from a recording.
+    /// The main latency, as a node and the name of its meter. It must measure the age of
+    /// the [`origin`](crate::runtime::Message::origin) of each message of
+    /// [`state`](Self::state) at its publication, so that it can be computed from a
+    /// recording.
     fn latency(&self) -> Option<(&'static str, &'static str)> {
         None
     }
 
-    /// The topic whose messages are the steps of the plant: a row of a table, a
-    /// picture and a verdict come from each.
+    /// The topic of the plant's steps: each message gives a row of a table, a picture and
+    /// a verdict.
     fn state(&self) -> Option<&'static str> {
         None
     }
 
-    /// How the messages of [`state`](Self::state) are written as a table, if not as
-    /// run time and their numbers.
+    /// The table format of the messages of [`state`](Self::state), if it differs from run
+    /// time and numbers.
     fn table(&self) -> Option<Table> {
         None
     }
 
-    /// What became of a run that stopped for the reason `exit` at run time `at`.
-    /// `state` is the newest message of [`state`](Self::state).
+    /// The verdict on a run that stopped with `exit` at run time `at`. `state` is the
+    /// newest message of [`state`](Self::state).
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let _ = state;
         Verdict::of_exit(exit, at)
     }
 
-    /// Why a run with `setup` is lost at any rate, if it is known to be: a policy
-    /// that does nothing, say.
+    /// The reason why a run with `setup` is lost at any rate, if there is one: a policy
+    /// that does nothing, for example.
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
         let _ = setup;
         None
     }
 
-    /// How old a push may be on average in a run with `setup`. It may take a while:
-    /// callers keep it for as long as the setup stays.
+    /// Limits of the mean push age in a run with `setup`. The computation may be slow:
+    /// callers cache it until the setup changes.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let _ = setup;
         AgeLimits::default()
     }
 
-    /// Every [`VerdictKind`] that [`verdict`](Self::verdict) gives, so that it can
-    /// be read back from a recording. The first is that of a run that went well.
+    /// All kinds that [`verdict`](Self::verdict) returns, so that they can be read from a
+    /// recording. The first is that of a successful run.
     fn verdicts(&self) -> &'static [&'static VerdictKind] {
         VerdictKind::OF_EXITS
     }
 
-    /// Figures of the newest message of [`state`](Self::state) at the end of a run.
+    /// Figures of the last message of [`state`](Self::state) in a run.
     fn finals(&self, state: &[f64]) -> Vec<Final> {
         let _ = state;
         Vec::new()
     }
 
-    /// What the plant looks like, from the newest message of
-    /// [`state`](Self::state).
+    /// A picture of the plant, from the newest message of [`state`](Self::state).
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let _ = state;
         None
     }
 }
 
-/// A graph that cannot be built as asked.
+/// An error while building a graph.
 #[derive(Debug, Error)]
 pub enum BuildError {
-    /// A setting that the system does not take, with what to try.
+    /// An invalid setting, with a remedy.
     #[error("{0}")]
     Setting(String),
-    /// Two nodes or two topics of one name.
+    /// Two nodes or two topics with the same name.
     #[error(transparent)]
     Graph(#[from] GraphError),
-    /// A rate of the system's own that is none.
+    /// An invalid rate in the system itself.
     #[error(transparent)]
     Rate(#[from] HzError),
-    /// Something that the system needs and does not have.
+    /// A missing prerequisite of the system.
     #[error(transparent)]
     Other(Box<dyn std::error::Error + Send + Sync>),
 }

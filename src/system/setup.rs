@@ -1,17 +1,16 @@
-//! How a graph is set up before its run.
+//! The settings of a graph before its run.
 
 use serde::{Deserialize, Serialize};
 
 use crate::runtime::{Depth, Hz, Knob};
 
-/// Knobs that are turned before the run begins. What is not among them is as the
-/// system has it.
+/// Knobs set before the run begins. All others keep the system's defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Setup(Vec<Knob>);
 
 impl Setup {
-    /// Turns `knob`; an earlier setting of the same is forgotten.
+    /// Sets `knob`, in place of an earlier value.
     pub fn set(&mut self, knob: Knob) {
         match self.0.iter_mut().find(|known| known.is_of(&knob)) {
             Some(known) => *known = knob,
@@ -19,14 +18,14 @@ impl Setup {
         }
     }
 
-    /// The same with `knob` turned.
+    /// Returns the setup with `knob` set.
     #[must_use]
     pub fn with(mut self, knob: Knob) -> Self {
         self.set(knob);
         self
     }
 
-    /// The rate of `node`, if it is set.
+    /// Rate of `node`, if it is set.
     pub fn rate(&self, node: &str) -> Option<Hz> {
         self.0.iter().find_map(|knob| match knob {
             Knob::Rate { node: of, hz } if of == node => Some(*hz),
@@ -34,7 +33,7 @@ impl Setup {
         })
     }
 
-    /// The depth of `topic`, if it is set.
+    /// Depth of `topic`, if it is set.
     pub fn depth(&self, topic: &str) -> Option<Depth> {
         self.0.iter().find_map(|knob| match knob {
             Knob::Depth { topic: of, depth } if of == topic => Some(*depth),
@@ -42,7 +41,7 @@ impl Setup {
         })
     }
 
-    /// The message to `node`, if one is set.
+    /// Message to `node`, if one is set.
     pub fn message(&self, node: &str) -> Option<&str> {
         self.0.iter().find_map(|knob| match knob {
             Knob::Send { node: of, text } if of == node => Some(text.as_str()),
@@ -50,7 +49,7 @@ impl Setup {
         })
     }
 
-    /// All of them, in the order in which they were first set.
+    /// All knobs, in the order in which they were first set.
     pub fn iter(&self) -> impl Iterator<Item = &Knob> {
         self.0.iter()
     }

@@ -3,17 +3,17 @@
 /// A quantity over time, from the messages of one recorded topic.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
-    /// Its name, such as `pole angle`.
+    /// Name, such as `pole angle`.
     pub name: &'static str,
-    /// Its unit, such as `°`; empty if it has none.
+    /// Unit, such as `°`; empty if it has none.
     pub unit: &'static str,
-    /// The topic.
+    /// Name of the topic.
     pub topic: &'static str,
-    /// The quantity in a message, given as its [`Fields`](crate::runtime::Fields).
+    /// Computes the quantity from a message's [`Fields`](crate::runtime::Fields).
     pub value: fn(&[f64]) -> f64,
-    /// The least and the greatest value before the run is lost, if there are such.
+    /// The least and the greatest value before the run is lost, if there are limits.
     pub limits: Option<[f64; 2]>,
-    /// What a plot of it reaches to as long as it is well: least and greatest.
+    /// The range of its plot in normal operation: least and greatest.
     pub range: [f64; 2],
 }
 
@@ -25,13 +25,13 @@ impl Signal {
     }
 }
 
-/// A figure of the state in which a run left the plant, for tables and programs.
+/// A figure of the last state of the plant, for tables and programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Final {
-    /// Its name, such as `final_pole_angle`.
+    /// Name, such as `final_pole_angle`.
     pub name: &'static str,
-    /// Its unit, such as `rad`.
+    /// Unit, such as `rad`.
     pub unit: &'static str,
-    /// The figure.
+    /// Value.
     pub value: f64,
 }

@@ -2,12 +2,12 @@
 
 use crate::runtime::Time;
 
-/// How the states of a system are written as comma-separated values, for a system
-/// that has a form of its own.
+/// The format of a system's states as comma-separated values, for systems with a format
+/// of their own.
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
-    /// Names of the columns, with commas in between.
+    /// Comma-separated names of the columns.
     pub header: &'static str,
-    /// A row, from run time and state.
+    /// Writes a row from run time and state.
     pub row: fn(Time, &[f64]) -> String,
 }

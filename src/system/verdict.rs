@@ -4,14 +4,14 @@ use std::fmt;
 
 use crate::runtime::{ClockExit, Time};
 
-/// One of the ways in which the runs of a system come out.
+/// A kind of result of a system's runs.
 #[derive(Debug, PartialEq, Eq)]
 pub struct VerdictKind {
-    /// One word for it, for programs, such as `pole_fell`.
+    /// A one-word name for programs, such as `pole_fell`.
     pub name: &'static str,
-    /// Whether the run is lost: the robot failed at what it is for.
+    /// Whether the run is lost: the robot failed at its purpose.
     pub lost: bool,
-    /// The text to print. `{at}` stands for the run time.
+    /// Text to print. `{at}` stands for the run time.
     pub text: &'static str,
 }
 
@@ -35,27 +35,27 @@ impl VerdictKind {
         text: "ENDED at {at} (by a node)",
     };
 
-    /// Those that say no more than why a run stopped.
+    /// The kinds that depend only on the reason for the end of a run.
     pub(super) const OF_EXITS: &'static [&'static Self] =
         &[&Self::COMPLETED, &Self::STOPPED, &Self::ENDED];
 }
 
-/// How a run came out, and when that was known.
+/// The result of a run, with its run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// Which of the ways.
+    /// Kind of the result.
     pub kind: &'static VerdictKind,
-    /// Run time.
+    /// Run time of the result.
     pub at: Time,
 }
 
 impl Verdict {
-    /// `kind`, at run time `at`.
+    /// Creates a verdict at run time `at`.
     pub const fn new(kind: &'static VerdictKind, at: Time) -> Self {
         Self { kind, at }
     }
 
-    /// What can be said of a run of which no more is known than why it stopped.
+    /// The verdict on a run of which only the reason for its end is known.
     pub fn of_exit(exit: &ClockExit, at: Time) -> Self {
         let kind = match exit {
             ClockExit::Completed => &VerdictKind::COMPLETED,
@@ -70,7 +70,7 @@ impl Verdict {
         self.kind.lost
     }
 
-    /// One word for it, for programs.
+    /// A one-word name for programs.
     pub fn name(&self) -> &'static str {
         self.kind.name
     }

@@ -7,25 +7,25 @@ use thiserror::Error;
 
 use crate::runtime::Time;
 
-/// How the time of a plant passes.
+/// How time passes for a plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WorldKind {
     /// The plant moves when the actuator ticks: a late actuator costs no physics.
     #[default]
     Course,
-    /// The plant moves by itself, whatever the robot does.
+    /// The plant moves by itself, independently of the robot.
     Own {
-        /// Its step.
+        /// Time step.
         step_ms: StepMs,
     },
 }
 
 impl WorldKind {
-    /// The world called `name`: `course` or `own`, which takes a step (ms).
+    /// Parses a kind of world: `course`, or `own` with a step (ms).
     ///
     /// # Errors
-    /// [`WorldError`] if there is no such world, or it does not take the step.
+    /// [`WorldError`] for an unknown world or an invalid step.
     pub fn parse(name: &str, step_ms: Option<u64>) -> Result<Self, WorldError> {
         match (name, step_ms) {
             ("course", None) => Ok(Self::Course),
@@ -41,7 +41,7 @@ impl WorldKind {
     /// A plant that moves by itself in steps of one millisecond.
     pub const OWN: Self = Self::Own { step_ms: StepMs(1) };
 
-    /// Its name.
+    /// Name of the kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Course => "course",
@@ -61,10 +61,10 @@ impl WorldKind {
 pub struct StepMs(u8);
 
 impl StepMs {
-    /// All there are.
+    /// All valid steps.
     pub const ALL: [Self; 4] = [Self(1), Self(2), Self(5), Self(10)];
 
-    /// The longest: that of the course.
+    /// The longest step: that of the course.
     pub const LONGEST: Self = Self(10);
 
     /// The number of milliseconds.
@@ -89,29 +89,27 @@ impl From<StepMs> for u64 {
     }
 }
 
-/// A world that there is not.
+/// An invalid world.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WorldError {
-    /// The name of none.
+    /// An unknown name.
     #[error("{0:?} is no world: expected course or own")]
     Name(String),
-    /// A step that is none.
+    /// An invalid step.
     #[error("{0} ms is no step of physics: expected 1, 2, 5 or 10 ms")]
     StepMs(u64),
-    /// A step for the course's world.
+    /// A step with the course's world.
     #[error("the course's world has its own step: leave it out, or ask for the world \"own\"")]
     Step,
 }
 
-/// A plant that moves by itself: one that can be brought to a run time.
+/// A plant that moves by itself, up to a given run time.
 pub trait World: Send + 'static {
-    /// Moves on to run time `now`. Never turns back: for a time that has passed it
-    /// does nothing.
+    /// Advances the plant to run time `now`. Does nothing for a time that has passed.
     fn advance_to(&mut self, now: Time);
 }
 
-/// A world as nodes share it. Whoever looks at it first brings it to the time of
-/// looking.
+/// A world that nodes share. Every access first advances it to the current run time.
 #[derive(Debug)]
 pub struct SharedWorld<W>(Arc<Mutex<W>>);
 
@@ -121,7 +119,7 @@ impl<W: World> SharedWorld<W> {
         Self(Arc::new(Mutex::new(world)))
     }
 
-    /// The world at run time `now`, for as long as the guard lives.
+    /// Advances the world to run time `now` and locks it until the guard is dropped.
     pub fn at(&self, now: Time) -> MutexGuard<'_, W> {
         // A panic elsewhere is reported as that node's fault.
         let mut world = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,5 +1,5 @@
-//! Recordings that were altered: decoded, changed in one place, to be encoded
-//! again as if nothing had been.
+//! Altered recordings: decoded, changed in one place, and encoded again without a trace
+//! of the change.
 
 use rand::{Rng, seq::IndexedRandom};
 use rerun::{
@@ -30,12 +30,12 @@ const COLUMNS: [&str; 7] = [
     "Scalars:scalars",
 ];
 
-/// Entities with JSON, altered by field: what was run, what happened and how it
-/// ended. They are not doubled: what is written twice means the same. Their run time is
-/// not altered: it places them in the viewer.
+/// Entities with JSON, altered by field: configuration, events and end. They are never
+/// doubled, because a repeated row has the same meaning. Their run time is never altered,
+/// because it only places them in the viewer.
 const JSON: [&str; 3] = ["/__properties/origin", "/events", "/end"];
 
-/// The entity that `message` holds a table of, in the recording itself.
+/// The entity of the table in `message`, if it belongs to the recording itself.
 fn entity(message: &LogMsg) -> Option<(&str, &RecordBatch)> {
     match message {
         LogMsg::ArrowMsg(store, table) if store.is_recording() => {
@@ -62,7 +62,7 @@ fn is_json(message: &LogMsg) -> bool {
     })
 }
 
-/// Changes one thing in a recording, or claims that it began late; says what.
+/// Changes one thing in a recording, or moves its beginning; describes the change.
 pub fn alter(messages: &mut Vec<LogMsg>, random: &mut RandomSource) -> String {
     if chance(random, 3) {
         return begin_late(messages, random);
@@ -106,8 +106,8 @@ pub fn alter(messages: &mut Vec<LogMsg>, random: &mut RandomSource) -> String {
     format!("{name}: {how}")
 }
 
-/// Leaves one message of each topic and one tick of each node, with a run time and a
-/// number that a run reaches late or never. Whoever runs it again must not run so far.
+/// Keeps one message of each topic and one tick of each node, with a run time and a
+/// number that a run reaches late or never. A verification must not run that far.
 fn begin_late(messages: &mut [LogMsg], random: &mut RandomSource) -> String {
     let late = i64::MAX >> random.random_range(0..32);
     for message in &mut *messages {
@@ -151,7 +151,7 @@ fn remove_column(table: &mut RecordBatch, random: &mut RandomSource) -> String {
     format!("column {} removed", schema.field(column).name())
 }
 
-/// Changes one of the values that the rows of `table` hold as JSON.
+/// Changes one of the JSON values in the rows of `table`.
 fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let rows = (0..table.num_rows()).filter(|row| !is_pace(&json_in(table, *row)));
     let rows: Vec<_> = rows.collect();
@@ -163,14 +163,14 @@ fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource
     format!("row {row}: {how}")
 }
 
-/// The value that a row of `table` holds as JSON.
+/// The JSON value in a row of `table`.
 fn json_in(table: &RecordBatch, row: usize) -> Value {
     let cells = table.column_by_name("json").expect("JSON");
     let cell = cells.as_list::<i32>().value(row);
     serde_json::from_str(cell.as_string::<i32>().value(0)).expect("JSON")
 }
 
-/// Replaces that value by what `edit` makes of it.
+/// Applies `edit` to that value.
 fn edit_json<T>(table: &mut RecordBatch, row: usize, edit: impl FnOnce(&mut Value) -> T) -> T {
     let mut value = json_in(table, row);
     let outcome = edit(&mut value);

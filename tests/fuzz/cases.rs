@@ -1,5 +1,5 @@
-//! Cases by number: each is made from its number alone, so that one that fails
-//! can be run again by itself.
+//! Numbered cases: each depends on its number alone, so that a failed one can be
+//! repeated.
 
 use std::{
     any::Any,
@@ -11,23 +11,23 @@ use std::{
 use rand::{Rng, RngCore, seq::IndexedRandom};
 use ratelab::cartpole::generator;
 
-/// The number of the first case; without [`SECONDS`] the only one.
+/// Number of the first case; without [`SECONDS`] the only one.
 const SEED: &str = "RATELAB_FUZZ_SEED";
 
-/// How long each target takes new cases (s), however many these are.
+/// Time during which each target runs new cases (s), however many these are.
 const SECONDS: &str = "RATELAB_FUZZ_S";
 
-/// Failures after which a target ends.
+/// Number of failures after which a target ends.
 const ENOUGH: usize = 20;
 
-/// Where a case takes its random numbers from.
+/// The source of random numbers for a case.
 pub type RandomSource = dyn RngCore;
 
-/// Runs the cases of `target`: `usual` of them unless the environment sets
-/// something else. A case notes what it is made of.
+/// Runs the cases of `target`: `usual` of them unless the environment sets something
+/// else. A case records its input.
 ///
 /// # Panics
-/// If a case does, with the numbers of all that did.
+/// If a case does, with the numbers of all failed cases.
 pub fn run(target: &str, usual: u64, case: impl Fn(&mut RandomSource, &mut String)) {
     let (seed, seconds) = (setting(SEED), setting(SECONDS));
     let first = seed.unwrap_or(0);
@@ -79,7 +79,7 @@ pub fn pick<'a, T: ?Sized>(random: &mut RandomSource, values: &[&'a T]) -> &'a T
     values.choose(random).expect("a value")
 }
 
-/// Whether something happens that does in `percent` of all cases.
+/// Returns true in `percent` of all cases.
 pub fn chance(random: &mut RandomSource, percent: u32) -> bool {
     random.random_ratio(percent, 100)
 }

@@ -15,7 +15,7 @@ use rerun::external::arrow::{
 
 use crate::cases::{RandomSource, chance};
 
-/// Changes one cell of `column`; says how.
+/// Changes one cell of `column`; describes the change.
 pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut RandomSource) -> String {
     let row = random.random_range(0..table.num_rows());
     let cells = table.column(column).clone();
@@ -27,7 +27,7 @@ pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut RandomSo
     format!("row {row}: {how}")
 }
 
-/// `table` with another cell.
+/// `table` with one cell replaced.
 fn with_cell(table: &RecordBatch, column: usize, row: usize, cell: &dyn Array) -> RecordBatch {
     let cells = table.column(column);
     let (before, after) = (
@@ -95,7 +95,7 @@ fn change_time(cells: &ArrayRef, row: usize, random: &mut RandomSource) -> (Arra
     (Arc::new(cell), format!("{old} ns became {new} ns"))
 }
 
-/// Other numbers than those in `row`.
+/// Numbers different from those in `row`.
 fn change_list(cells: &ListArray, row: usize, random: &mut RandomSource) -> (ArrayRef, String) {
     let (old, floats) = numbers(cells, row);
     if !old.is_empty() && chance(random, 5) {
@@ -126,7 +126,7 @@ fn change_list(cells: &ListArray, row: usize, random: &mut RandomSource) -> (Arr
     (Arc::new(list(values, cells)), how)
 }
 
-/// The numbers in a cell, floats as their bits, and whether they are floats.
+/// The numbers in a cell, with floats as their bits, and whether they are floats.
 fn numbers(cells: &ListArray, row: usize) -> (Vec<u64>, bool) {
     let cell = cells.is_valid(row).then(|| cells.value(row));
     let whole = |cell: &ArrayRef| {
@@ -142,7 +142,7 @@ fn numbers(cells: &ListArray, row: usize) -> (Vec<u64>, bool) {
     (numbers.unwrap_or_default(), floats)
 }
 
-/// Whether they mean the same: one NaN is as good as another.
+/// Whether they have the same meaning: all NaNs are equal.
 fn same(one: &[u64], other: &[u64], floats: bool) -> bool {
     let nan = |bits: &u64| floats && f64::from_bits(*bits).is_nan();
     one.len() == other.len()
@@ -169,7 +169,7 @@ fn change_numbers(numbers: &mut Vec<u64>, floats: bool, random: &mut RandomSourc
     }
 }
 
-/// Removes, doubles or swaps rows; says which.
+/// Removes, doubles or swaps rows; describes the change.
 pub fn change_rows(table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let rows = table.num_rows();
     let [one, other] = [(); 2].map(|()| random.random_range(0..rows));

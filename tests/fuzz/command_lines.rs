@@ -1,5 +1,5 @@
-//! Command lines: whatever is asked for, the answer is orderly, and what is
-//! refused leaves nothing behind.
+//! Command lines: the command always ends in an orderly way, and refused input leaves no
+//! files behind.
 
 use std::{
     collections::BTreeMap,
@@ -13,7 +13,7 @@ use tempfile::tempdir;
 
 use crate::{cases::run, program::ratelab, root, syntax::syntaxes};
 
-/// Fills `folder` with what must not be lost, and with traps.
+/// Fills `folder` with files that must survive, and with traps.
 fn prepare(folder: &Path) {
     fs::create_dir(folder.join("folder")).expect("made");
     let copies = [
@@ -46,7 +46,7 @@ fn prepare(folder: &Path) {
 /// Paths, with the content of files and the targets of links.
 type Inventory = BTreeMap<PathBuf, Vec<u8>>;
 
-/// What is in a folder: files with their content, links, and folders.
+/// The content of a folder: files with their content, links, and folders.
 fn inventory(folder: &Path) -> Inventory {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -68,7 +68,7 @@ fn inventory(folder: &Path) -> Inventory {
     found
 }
 
-/// What of `before` is no more, or other, and what is new.
+/// Paths that are missing, changed or new since `before`.
 fn changes(before: &Inventory, after: &Inventory) -> Vec<PathBuf> {
     let names = before.keys().chain(after.keys());
     let changed = names.filter(|name| before.get(*name) != after.get(*name));

@@ -1,5 +1,5 @@
-//! Fuzzers: random input to everything that takes input from outside, held to
-//! what is promised whatever the input. See `README.md` in this folder.
+//! Fuzzers: random input to everything that takes external input, with checks that hold
+//! for any input. See `README.md` in this folder.
 #![cfg(unix)] // Limits, signals and terminals as Unix has them.
 
 mod alterations;

@@ -1,5 +1,5 @@
-//! Keys in a terminal: whatever is typed, pasted, clicked or resized, the lab and
-//! the replay go on, quit when they are told to and give the terminal back.
+//! Keys in a terminal: with any keys, pastes, clicks and resizes, the lab and the replay
+//! continue, quit on request and restore the terminal.
 
 use std::{
     path::Path,
@@ -16,7 +16,7 @@ use crate::{
     terminal::{Lab, PATIENCE},
 };
 
-/// Keys that do something, and text for the prompt.
+/// Keys with an effect, and text for the prompt.
 const KEYS: &[&str] = &[
     "[",
     "]",
@@ -65,8 +65,8 @@ const KEYS: &[&str] = &[
     "]]]]]]]]]]]]",
 ];
 
-/// What terminals send for other keys, for pastes, for the mouse and on their own,
-/// and what none sends.
+/// Sequences that terminals send for other keys, pastes, the mouse and on their own, and
+/// some that none sends.
 const SEQUENCES: &[&[u8]] = &[
     b"\x1b[A",
     b"\x1b[B",
@@ -115,24 +115,24 @@ const SEQUENCES: &[&[u8]] = &[
     b"\x16",
 ];
 
-/// Ends what a terminal began to send: a mouse report, an answer, a paste. Until
-/// then crossterm takes every key for a part of it, Ctrl-C too.
+/// Ends unfinished sequences of a terminal: a mouse report, an answer, a paste. Until
+/// then crossterm treats every key as a part of one, even Ctrl-C.
 const RESET: &[u8] = b"Mu\x1b[201~Mu";
 
 /// Closes prompts and pages, then quits; or quits at once.
 const QUIT: [&[u8]; 2] = [b"\x1b\x1b\x1b\x1b\x1b\x1bq", b"\x03"];
 
-/// How long to wait for more output, before more is typed.
+/// Time to wait for more output before the next input.
 const PAUSE: Duration = Duration::from_millis(25);
 
-/// How often a lab is told to quit: what it was sent in part may swallow some.
+/// Number of attempts to quit: an unfinished sequence may swallow some.
 const TIMES: usize = 20;
 
 fn piece(random: &mut RandomSource) -> Vec<u8> {
     match random.random_range(0..100) {
         0..55 => pick(random, KEYS).as_bytes().to_vec(),
         55..85 => pick(random, SEQUENCES).to_vec(),
-        // A key that is held down.
+        // A key held down.
         85..95 => pick(random, KEYS)
             .as_bytes()
             .repeat(random.random_range(1..10)),
@@ -169,7 +169,7 @@ fn keys() {
             }
             let piece = piece(random);
             note.push_str(&format!("{} ", piece.escape_ascii()));
-            // What it is sent may quit it, too.
+            // The input itself may quit the program.
             if lab.send(&piece).is_err() || !lab.read_more(PAUSE) {
                 break;
             }
@@ -178,7 +178,7 @@ fn keys() {
         assert_eq!(lab.modes(), lab.first_modes, "other modes of the line");
         let (status, parser) = lab.close();
         let screen = parser.screen();
-        // A Ctrl-C that comes when the terminal is given back already is a signal.
+        // A Ctrl-C after the terminal is restored is a signal.
         let documented = [0, 130].contains(&status.exit_code());
         assert!(documented, "{status:?}\n{}", screen.contents());
         assert!(!screen.alternate_screen(), "still on the other screen");
@@ -192,7 +192,7 @@ fn keys() {
     });
 }
 
-/// Reads until the terminal is taken over: what is typed before is not for the lab.
+/// Waits until the program controls the terminal: earlier input would not reach it.
 fn wait_until_open(lab: &mut Lab) {
     let deadline = Instant::now() + PATIENCE;
     while !lab.parser.screen().alternate_screen() {
@@ -201,10 +201,10 @@ fn wait_until_open(lab: &mut Lab) {
     }
 }
 
-/// Tells `lab` to quit until its output ends.
+/// Sends the keys to quit until the output of `lab` ends.
 fn quit(lab: &mut Lab, keys: &[u8]) {
     for _ in 0..TIMES {
-        let _ = lab.send(RESET).and_then(|()| lab.send(keys)); // Fails after the end.
+        let _ = lab.send(RESET).and_then(|()| lab.send(keys)); // Fails after the program's end.
         for _ in 0..20 {
             if !lab.read_more(PAUSE) {
                 return;

@@ -1,5 +1,5 @@
-//! Knobs files: read or refused with the line, the same by the library and the
-//! command; what is printed is read again.
+//! Knobs files: parsed, or refused with the line, with the same result by the library and
+//! the command; printed knobs parse again.
 
 use std::{fs, sync::Arc};
 
@@ -16,7 +16,7 @@ use crate::{
     program::{ratelab, stderr},
 };
 
-/// Times, good and bad.
+/// Times, valid and invalid.
 const TIMES: &[&str] = &[
     "0",
     "2.5",
@@ -79,14 +79,14 @@ const SPACES: &[&str] = &[" ", "  ", "\t", "\u{a0}", "", " # ", "\u{b}", "\u{300
 
 const ENDS: &[&str] = &["\n", "\n", "\r\n", "\n\n", "\r", "", "# what follows\n"];
 
-/// What a mutation puts in.
+/// Bytes that a mutation inserts.
 const SPICE: &[u8] = b"0123456789.-+eE#_ \t\n\r\0\x1b\x7f\xc2\x85\xe2\x80\xae\xef\xbb\xbf\"'\\:";
 
 fn file(random: &mut RandomSource) -> Vec<u8> {
     let mut text = String::new();
     for _ in 0..random.random_range(0..6) {
         for words in [TIMES, NAMES, VALUES] {
-            // The first of them are good: most lines shall be.
+            // The first half is valid: most lines should be.
             let good = words.len() / 2;
             let words = if chance(random, 85) {
                 &words[..good]
@@ -116,7 +116,7 @@ fn knobs() {
     run("knobs", 120, |random, note| {
         let bytes = file(random);
         *note = format!("{:?}", String::from_utf8_lossy(&bytes));
-        // The library alone is quick.
+        // The library alone is fast.
         for _ in 0..100 {
             let _ = check(&String::from_utf8_lossy(&file(random)));
         }
@@ -142,7 +142,7 @@ fn knobs() {
     });
 }
 
-/// The knobs in `text`, or the line that is refused, as the error names it.
+/// The knobs in `text`, or the refused line, as the error names it.
 fn check(text: &str) -> Result<Vec<TimedKnob>, String> {
     let knobs = CartPole::KNOBS.parse_list(text).map_err(|error| {
         let error = error.to_string();

@@ -1,11 +1,11 @@
-//! JSON in which one field is another.
+//! JSON with one field changed.
 
 use rand::{Rng, seq::IndexedRandom};
 use serde_json::{Value, json};
 
 use crate::cases::{RandomSource, chance};
 
-/// Fields that running again cannot tell, by entity, and why.
+/// Fields that a verification cannot check, by entity, with the reason.
 const UNKNOWABLE: [(&str, &str, &str); 9] = [
     (
         "/__properties/origin",
@@ -46,26 +46,26 @@ const UNKNOWABLE: [(&str, &str, &str); 9] = [
     ("/events", "/what/Refused/reason", "text for people"),
 ];
 
-/// A list that means the same in any order, and with an entry twice.
+/// A list that has the same meaning in any order, and with repeated entries.
 const SETUP: &str = "/config/setup";
 
-/// Commands that change only how run time passes in wall time.
+/// Commands that only change how run time passes in wall time.
 const PACE: [&str; 5] = ["Pause", "Resume", "Step", "Speed", "HandOver"];
 
-/// A knob that was not turned, for a list of them.
+/// An additional knob for lists of knobs.
 const KNOB: &str = r#"{"at": 100000000, "knob": {"QueueDepth": 3}}"#;
 
-/// Entries that are added to a list to make it very long.
+/// Number of entries that make a list very long.
 const MANY: usize = 20_000;
 
-/// Whether `event` changed nothing that the run computes.
+/// Whether `event` leaves the results of the run unchanged.
 pub fn is_pace(event: &Value) -> bool {
     let command = &event["what"]["Applied"]["command"];
     PACE.iter()
         .any(|name| command == name || command.get(name).is_some())
 }
 
-/// Changes one field of what `entity` says; says which.
+/// Changes one field in the JSON of `entity`; describes the change.
 pub fn change_json(entity: &str, value: &mut Value, random: &mut RandomSource) -> String {
     let mut paths = Vec::new();
     collect(value, String::new(), &mut paths);
@@ -85,7 +85,7 @@ pub fn change_json(entity: &str, value: &mut Value, random: &mut RandomSource) -
     }
 }
 
-/// The places in `value`, as JSON pointers, without `path` itself.
+/// Collects the positions in `value` as JSON pointers, without `path` itself.
 fn collect(value: &Value, path: String, paths: &mut Vec<String>) {
     let children: Vec<_> = match value {
         Value::Object(fields) => fields
@@ -109,7 +109,7 @@ fn collect(value: &Value, path: String, paths: &mut Vec<String>) {
 fn change_at(whole: &mut Value, path: &str, random: &mut RandomSource) -> String {
     let value = whole.pointer_mut(path).expect("a field");
     let old = value.to_string();
-    // None is None, written or not.
+    // `null` and a missing field have the same meaning.
     if !value.is_null() && chance(random, 10) {
         return remove(whole, path);
     }
@@ -153,7 +153,7 @@ fn change_array(values: &mut Vec<Value>, random: &mut RandomSource) {
     let knob = serde_json::from_str(KNOB).expect("JSON");
     let more = values.choose(random).cloned().unwrap_or(knob);
     match random.random_range(0..4) {
-        // Knobs may stand in any order: each has its time.
+        // Knobs may be in any order, because each has its time.
         0 if !values.iter().any(|value| value.get("knob").is_some()) => values.reverse(),
         1 => values.extend(vec![more; MANY]),
         _ => values.push(more),
@@ -177,7 +177,7 @@ fn change_number(number: &serde_json::Number, random: &mut RandomSource) -> Valu
     json!([0.0, 1.0, -number, number + 1.0, number * 1.5, 1e300].choose(random))
 }
 
-/// Other text: of another known name, or of none.
+/// Another text: a known name, or an unknown one.
 fn change_text(text: &str, random: &mut RandomSource) -> String {
     let others = [
         "",

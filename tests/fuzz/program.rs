@@ -1,5 +1,5 @@
-//! The command with limits on its time and memory, and the manners that it has
-//! whatever it is given.
+//! The command with limits on its time and memory, with the properties that hold for any
+//! input.
 
 use std::{
     ffi::OsStr,
@@ -11,18 +11,18 @@ use std::{
     time::Duration,
 };
 
-/// The most processor time that a command may take (s).
+/// Limit of a command's processor time (s).
 const MOST_SECONDS: u64 = 20;
 
-/// The most address space that a command may take (kB): far more than it needs,
-/// as every thread reserves some.
+/// Limit of a command's address space (kB): far more than it needs, because every thread
+/// reserves some.
 const MOST_MEMORY: u64 = 4 << 20;
 
-/// How long a command may wait for something.
+/// Maximum time to wait for a command.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What `ratelab` answers to `args` in `folder`, with `home` for the user's own
-/// files and no other program to be found.
+/// The output of `ratelab` with `args` in `folder`, with `home` for the user's own files
+/// and an empty search path.
 ///
 /// # Panics
 /// If it ends by a signal, such as that of a limit, does not end, or panics.
@@ -60,12 +60,12 @@ pub fn ratelab<S: AsRef<OsStr>>(args: &[S], folder: &Path, home: &Path) -> Outpu
     output
 }
 
-/// What is on the error stream, which is text.
+/// The standard error output, which must be text.
 pub fn stderr(output: &Output) -> &str {
     str::from_utf8(&output.stderr).expect("UTF-8")
 }
 
-/// The one line that a refusal consists of, beside notes.
+/// The error line of a refusal, without notes.
 fn refusal(output: &Output) -> &str {
     let text = stderr(output);
     let mut errors = text.lines().filter(|line| !line.starts_with("note: "));

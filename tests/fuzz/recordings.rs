@@ -1,5 +1,5 @@
-//! Recordings that lie: what was altered is never called identical, and whatever a
-//! file holds takes little time and memory.
+//! Altered recordings: a verification never accepts them as identical, and any file takes
+//! little time and memory.
 
 use std::{fs, path::Path};
 
@@ -16,16 +16,16 @@ use crate::{
     root,
 };
 
-/// Recordings of an earlier version that are altered.
+/// Recordings of an earlier version to alter.
 const EARLIER: [&str; 2] = ["recordings/fall-5hz.rrd", "recordings/rescued.rrd"];
 
-/// The run of one that is made now, into [`FRESH`].
+/// The command line of a fresh recording, written to [`FRESH`].
 const RUN: &str = "run --clock virtual --duration-s 2 --policy lqr --queue-depth 3 \
                    --control-hz 10 --record fresh.rrd";
 
 const FRESH: &str = "fresh.rrd";
 
-/// The name of one that was.
+/// Name of an altered recording.
 const ALTERED: &str = "altered.rrd";
 
 fn decode(file: &Path) -> Vec<LogMsg> {
@@ -36,8 +36,7 @@ fn decode(file: &Path) -> Vec<LogMsg> {
         .collect()
 }
 
-/// The file that `messages` make. What rerun itself would not index goes without an
-/// index.
+/// Encodes `messages` as a file. Files that rerun itself would not index get no index.
 fn encode(messages: &[LogMsg]) -> Vec<u8> {
     Encoder::encode(messages.iter().map(Ok)).unwrap_or_else(|_| {
         let mut encoder = Encoder::local().expect("an encoder");

@@ -1,4 +1,4 @@
-//! Command lines, made of the options that help texts name.
+//! Command lines, built from the options in the help texts.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -13,7 +13,7 @@ use crate::{
     values::value,
 };
 
-/// Words that belong nowhere.
+/// Invalid words.
 const RUBBISH: &[&str] = &[
     "--",
     "-",
@@ -30,16 +30,16 @@ const RUBBISH: &[&str] = &[
 /// An option, with the name of its value, if it takes one.
 type Opt = (String, Option<String>);
 
-/// A command as its help describes it.
+/// A command according to its help.
 pub struct Syntax {
-    /// Nothing for ratelab itself.
+    /// Empty for ratelab itself.
     command: String,
     options: Vec<Opt>,
     /// Names of the values without an option.
     arguments: Vec<String>,
 }
 
-/// All commands with their options, from the help that they print.
+/// All commands with their options, from their help texts.
 pub fn syntaxes(folder: &Path) -> Vec<Syntax> {
     let help = help("", folder);
     let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
@@ -62,7 +62,7 @@ impl Syntax {
         let (mut options, mut arguments) = (Vec::new(), Vec::new());
         let help = help(command, folder);
         for line in help.lines().take_while(|line| *line != "Examples:") {
-            // What is indented further is the text beside it.
+            // Deeper indentation marks the text beside an option.
             let named = line.len() - line.trim_start().len() <= 6;
             let what = line.trim_start().split("  ").next().unwrap_or_default();
             let value = |from: usize| {
@@ -86,10 +86,10 @@ impl Syntax {
         }
     }
 
-    /// A command line, good or bad.
+    /// A command line, valid or invalid.
     pub fn line(&self, random: &mut RandomSource) -> Vec<OsString> {
         let mut words = Vec::new();
-        // Nobody waits for a run of ten seconds, or a sweep of them.
+        // Runs and sweeps of ten seconds would take too long.
         let is_time = |(name, _): &&Opt| name == "--duration-s";
         let (time, others): (Vec<_>, Vec<_>) = self.options.iter().partition(is_time);
         let count = random.random_range(0..5);

@@ -1,5 +1,4 @@
-//! Values for options: good ones, the last that are accepted, the first that are
-//! not, and rubbish.
+//! Values for options: valid ones, the last accepted, the first refused, and random text.
 
 use std::{ffi::OsString, os::unix::ffi::OsStringExt};
 
@@ -7,10 +6,10 @@ use rand::Rng;
 
 use crate::cases::{RandomSource, pick};
 
-/// Good values and others.
+/// Valid values and others.
 type Values = (&'static [&'static str], &'static [&'static str]);
 
-/// A value for what help calls `name`: good, not so good, or no text at all.
+/// A value for the placeholder `name` in the help: valid, invalid, or not even text.
 pub fn value(name: &str, random: &mut RandomSource) -> OsString {
     let (good, others) = values(name);
     match random.random_range(0..100) {
@@ -21,8 +20,8 @@ pub fn value(name: &str, random: &mut RandomSource) -> OsString {
     }
 }
 
-/// Names of files and folders, of which some are there: see `command_lines.rs`. Nothing
-/// outside of the folder is named: what is written may replace it.
+/// Names of files and folders, some of which exist: see `command_lines.rs`. None is
+/// outside of the folder, because outputs may replace files.
 const FILES: Values = (
     &[
         "rows.csv",
@@ -110,7 +109,7 @@ const POLICIES: Values = (
     ],
 );
 
-/// Short ones: a year is accepted too.
+/// Short ones, although up to a year is accepted.
 const DURATIONS: Values = (
     &["0.05", "0.001", "0.1", "1e-2"],
     &[
@@ -174,7 +173,7 @@ const KNOBS: Values = (
     ],
 );
 
-/// Values for what help calls `name`: good ones, and others.
+/// Values for the placeholder `name` in the help: valid ones, and others.
 fn values(name: &str) -> Values {
     match name {
         "HZ" => RATES,
@@ -185,7 +184,7 @@ fn values(name: &str) -> Values {
         "FILE" | "DIR" => FILES,
         "S" => DURATIONS,
         "CLOCK" => (&["virtual", "real"], &["", "Virtual", "both", "\u{8}"]),
-        // Slower than the wall's or with much to think about, a run takes long.
+        // At a slow speed or with long ticks a run takes long.
         "FACTOR" => (
             &["max", "1", "100"],
             &["0.09", "101", "MAX", "-1", "NaN", ""],

@@ -1,4 +1,4 @@
-//! Files of weights: read or refused in one line, in little time and memory.
+//! Files of weights: loaded, or refused in one line, in little time and memory.
 
 use std::time::{Duration, Instant};
 
@@ -16,10 +16,10 @@ use crate::{
     root,
 };
 
-/// The longest that reading a file may take, on a machine that has much to do.
+/// Time limit for reading a file, on a busy machine.
 const MOST_TIME: Duration = Duration::from_secs(10);
 
-/// Instructions and numbers that pickles and headers are sensitive to.
+/// Instructions and numbers with special meanings in pickles and headers.
 const SPICE: &[u8] = b"(.)0NRbcdehijlopqrstu}]QXKMJGPI\x80\x81\x85\x86\x87\x88\x8a\x8c\x93\x94\x95\x00\x01\xff{}\":,9";
 
 const CHECKPOINTS: &[&str] = &["actor.pt", "parameters.pt", "half.pt", "asks.pt"];
@@ -40,7 +40,7 @@ fn weights() {
     });
 }
 
-/// A file that was hurt in one of several ways.
+/// A file damaged in one of several ways.
 fn hurt(random: &mut RandomSource) -> Vec<u8> {
     match random.random_range(0..8) {
         0 => mutated(content(root(), pick(random, CHECKPOINTS)), random),
@@ -55,7 +55,7 @@ fn mutated(mut bytes: Vec<u8>, random: &mut RandomSource) -> Vec<u8> {
     bytes
 }
 
-/// A zip that is right, with an entry that is not: mostly its first, the pickle.
+/// A valid zip with an invalid entry: mostly its first, the pickle.
 fn checkpoint(random: &mut RandomSource) -> Vec<u8> {
     let mut entries = entries(&content(root(), pick(random, CHECKPOINTS)));
     let victim = if chance(random, 75) {
@@ -89,7 +89,7 @@ fn spliced(random: &mut RandomSource) -> Vec<u8> {
     one
 }
 
-/// A safetensors file with a header that was damaged or that lies.
+/// A safetensors file with a damaged or false header.
 fn safetensors(random: &mut RandomSource) -> Vec<u8> {
     let whole = content(root(), "actor.safetensors");
     let (length, rest) = whole.split_first_chunk().expect("a length");
@@ -108,7 +108,7 @@ fn safetensors(random: &mut RandomSource) -> Vec<u8> {
     [&length.to_le_bytes(), &header[..], numbers].concat()
 }
 
-/// A header that says something else of one of its tensors.
+/// A header with one property of a tensor changed.
 fn lie(header: &[u8], random: &mut RandomSource) -> Vec<u8> {
     let mut header: Value = serde_json::from_slice(header).expect("JSON");
     let tensors = header.as_object_mut().expect("tensors");

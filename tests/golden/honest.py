@@ -9,6 +9,9 @@ queue of events, but goes from instant to instant and asks everybody.
 
     python3 tests/golden/honest.py            write the golden file
     python3 tests/golden/honest.py --check    check it, and the facts known before
+    python3 tests/golden/honest.py --more 1000 FILE
+                                              write so many other runs at random, for
+                                              RATELAB_HONEST=FILE cargo test --test time
 
 honest.txt (ASCII, "\\n" line ends)
 -----------------------------------
@@ -31,7 +34,7 @@ import math
 import random
 import statistics
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import mujoco
@@ -346,7 +349,7 @@ class Run:
         self.first_push = None
         for knob in config.setup:
             self.turn(knob, 0)
-        self.first_policy = self.policy
+        self.first_policy, self.first_limit = self.policy, self.limit
         self.execute()
 
     # What the nodes do: read at the start, and return what to do at the end.
@@ -489,6 +492,8 @@ class Run:
             node.restart(now)
             if target == "policy":
                 self.policy = self.first_policy
+            if target == "actuator":
+                self.limit = self.first_limit
         else:
             assert kind == "send", kind
             if target == "actuator":
@@ -640,9 +645,8 @@ CONFIGS = [
 ]
 
 
-def combinations():
+def combinations(chance, seeds):
     """Runs with links, reading and clocks at random, beside all that there was."""
-    chance = random.Random(15)
     pick, number = chance.choice, chance.randrange
 
     def link():
@@ -671,13 +675,35 @@ def combinations():
         ] + ([f"hang {node} {number(1, 90)}", f"crash {node}", f"restart {node}",
               f"restart {node}"] if live else []))
 
-    for seed in range(100, 140):
+    for seed in seeds:
         setup = {" ".join(knob.split()[:2]): knob for knob in (knobs(False) for _ in range(5))}
         times = sorted(number(1, 400) for _ in range(number(6)))
         yield Config(
             seed=seed, world=pick(["own", "own", "own", "course"]), step_ms=pick([1, 2, 5, 10]),
             depth=number(1, 4), duration_s=pick(["4", "3.02", "5.001"]), setup=tuple(setup.values()),
             knobs=tuple((f"{time / 100:g}", knobs(True)) for time in times))
+
+
+def more(count, chance):
+    """The same for any number of seeds, with finer times, longer distributions and all
+    knobs of faults more often."""
+    pick, number = chance.choice, chance.randrange
+    for config in combinations(chance, (chance.getrandbits(63) for _ in range(count))):
+        node = pick(["sensor", "policy", "actuator"])
+        begins = number(1, 2_500_000) / 1e6
+        later = begins + pick([0, 20_000, number(1, 900_000)]) / 1e6
+        extra = pick([
+            (), ((begins, f"crash {node}"), (later, f"restart {node}")),
+            ((begins, f"hang {node} {number(1, 200) / 8}"),),
+            ((begins, f"takes {node} lognormal:{number(1, 20)},{number(20, 90)}"),
+             (later, f"takes {node} busy 0..{number(40)}.5")),
+            ((begins, f"send actuator zero:{number(90)}"), (later, f"restart actuator")),
+            ((begins, "send policy zero"), (later, "restart policy")),
+            ((begins, f"clock {node if node != 'actuator' else 'policy'} {number(-200, 200) / 8} "
+                      f"{number(-99_999, 99_999)}"),),
+        ])
+        knobs = [*config.knobs, *((f"{time:.6f}", knob) for time, knob in extra)]
+        yield replace(config, knobs=tuple(sorted(knobs, key=lambda knob: nanoseconds(knob[0]))))
 
 
 LINKS = [
@@ -699,12 +725,15 @@ LINKS = [
     Config(seed=15, setup=("takes sensor 3",), knobs=(("1.005", "clock sensor 100 500"),
                                                       ("2", "clock sensor 0 0"),
                                                       ("3", "rate sensor 70"))),
-    *combinations(),
+    *combinations(random.Random(15), range(100, 140)),
     # What the actuator does with a stale action.
     Config(setup=("send actuator zero:50",), knobs=(("2", "crash policy"),)),
     Config(seed=1, setup=("send actuator zero:20", "link /obs loss:0.7")),
     Config(seed=2, setup=("send actuator zero:20", "link /action delay:20"), world="course"),
     Config(seed=3, knobs=(("1", "send actuator zero:0"), ("1.1", "send actuator hold"))),
+    Config(seed=4, setup=("send actuator zero:10", "link /obs delay:8"), knobs=(
+        ("1", "send actuator hold"), ("2", "crash actuator"), ("2.05", "restart actuator"))),
+    *more(60, random.Random("links and faults")),
 ]
 
 
@@ -734,7 +763,15 @@ def main():
     assert mujoco.__version__ == "3.17.0", f"MuJoCo 3.17.0 is needed, not {mujoco.__version__}"
     parser = argparse.ArgumentParser(description="Write or check the golden file.")
     parser.add_argument("--check", action="store_true", help="check, and write nothing")
+    parser.add_argument("--more", nargs=2, metavar=("COUNT", "FILE"), help="write other runs")
+    parser.add_argument("--seed", default="0", help="of those")
     arguments = parser.parse_args()
+    if arguments.more:
+        count, path = arguments.more
+        runs = more(int(count), random.Random(f"more {arguments.seed}"))
+        with open(path, "w", encoding="ascii") as file:
+            file.write("\n".join(map(block, runs)))
+        return
     check_facts()
     text = "\n".join(map(block, CONFIGS + LINKS))
     if arguments.check:

@@ -22,14 +22,14 @@ struct Trio {
 
 const NAMES: [&str; 3] = ["a", "b", "c"];
 
-/// Slow enough that a node waits at times: the checker's schedules are not
-/// fair, and a node that never waits may keep all others from running.
+/// Slow enough that a node waits at times: the checker's schedules are unfair, and a node
+/// that never waits may keep all others from running.
 const RATES: [f64; 3] = [100.0, 50.0, 20.0];
 
-/// So fast that nodes are late, for runs whose end comes by itself.
+/// Fast enough that nodes are late, for runs that end by themselves.
 const BUSY: [f64; 3] = [500.0, 200.0, 50.0];
 
-/// Ticks as a closure does, and does as it is told.
+/// Ticks like a closure, and accepts every message.
 struct Obedient<F>(F);
 
 impl<F: FnMut(Time) -> Tick + Send> Node for Obedient<F> {
@@ -45,7 +45,7 @@ impl<F: FnMut(Time) -> Tick + Send> Node for Obedient<F> {
 /// Each node publishes; the last one ends the run at `end`.
 fn trio(rates: [f64; 3], end: Time) -> Trio {
     let mut graph = Graph::new();
-    // No lock of the checker's: noting a tick is not part of the model.
+    // A lock outside of the checker: recording a tick is not part of the model.
     let starts = Arc::new(Mutex::new(vec![Vec::new(); NAMES.len()]));
     let mut topics = Vec::new();
     for (index, (name, rate)) in NAMES.into_iter().zip(rates).enumerate() {
@@ -70,8 +70,8 @@ fn trio(rates: [f64; 3], end: Time) -> Trio {
 }
 
 impl Trio {
-    /// Runs while another thread gives `commands`, and checks what must hold
-    /// whatever came when.
+    /// Runs while another thread sends `commands`, and checks what must hold in any
+    /// order.
     fn run(
         &mut self,
         first: ClockKind,
@@ -122,7 +122,7 @@ impl Trio {
         exit
     }
 
-    /// Checks that run time goes on from after all that happened.
+    /// Checks that run time continues after all earlier events.
     fn check_resumptions(&self) {
         let events = applied(&self.graph.observer().events(0));
         let mut latest = Time::ZERO;
@@ -132,8 +132,8 @@ impl Trio {
         }
     }
 
-    /// Checks that a node whose rate was not changed ticked at most once in
-    /// each of its periods.
+    /// Checks that a node with a constant rate ticked at most once in each of its
+    /// periods.
     fn check_periods(&self, index: usize) {
         let period = hz(RATES[index]).period().as_nanos();
         let starts = &self.starts.lock().expect("starts")[index];
@@ -153,7 +153,7 @@ fn milliseconds(milliseconds: u64) -> Time {
 }
 
 #[test]
-fn the_real_clock_comes_to_its_end_with_every_period_accounted_for() {
+fn the_real_clock_reaches_its_end_with_every_period_accounted_for() {
     explore(SOME, || {
         let (mut trio, until) = (trio(RATES, Time::MAX), milliseconds(60));
         let exit = trio.run(ClockKind::Real, Vec::new(), until).expect("run");
@@ -204,7 +204,7 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
 }
 
 #[test]
-fn a_stop_ends_a_wait_without_end() {
+fn a_stop_ends_an_endless_wait() {
     explore(SOME, || {
         let mut graph = Graph::new();
         graph
@@ -242,7 +242,7 @@ fn a_node_that_ends_the_run_ends_it_through_pauses_and_hand_overs() {
 }
 
 #[test]
-fn a_graph_that_is_handed_from_clock_to_clock_loses_and_doubles_no_tick() {
+fn a_graph_that_is_handed_over_loses_and_doubles_no_tick() {
     explore(SOME, || {
         let (mut trio, until) = (trio(BUSY, Time::MAX), milliseconds(80));
         let commands = vec![
@@ -259,8 +259,8 @@ fn a_graph_that_is_handed_from_clock_to_clock_loses_and_doubles_no_tick() {
             let node = &trio.graph.observer().snapshot().nodes[index];
             let period = node.hz.period().as_nanos() as u64;
             assert!(node.ticks + node.overruns > until.as_nanos() / period);
-            // Virtual time stands still between a tick that comes late from
-            // the real clock and one that is due just then.
+            // Virtual time stands still between a tick that is late from the real clock
+            // and one that is due at that moment.
             let in_time = |start: &Time| start.as_nanos().is_multiple_of(period);
             let starts = &all_starts[index];
             assert!(
@@ -275,7 +275,7 @@ fn a_graph_that_is_handed_from_clock_to_clock_loses_and_doubles_no_tick() {
 fn a_fault_is_reported_through_a_pause() {
     explore(SOME, || {
         let mut graph = Graph::new();
-        // It fails once: a fault that is missed then does not come again.
+        // It fails only once, so a missed fault would not recur.
         let mut sound = true;
         let sick = graph.node("sick", hz(100.0), 0, |_| {
             move |now| {

@@ -1,10 +1,9 @@
-//! What no schedule of threads may break, tried over many of them by the
-//! shuttle model checker.
+//! Invariants under any schedule of threads, tested over many schedules by the shuttle
+//! model checker.
 //!
-//! With the feature `model` the library's locks, atomics, threads and wall
-//! clock are the checker's: every use of one is a point at which another thread
-//! may go on. A thread that is never woken is found as a deadlock, one that
-//! never ends as too many steps.
+//! With the feature `model` the library's locks, atomics, threads and wall clock are the
+//! checker's: every use of one is a point at which another thread may run. A thread that
+//! is never woken shows up as a deadlock, one that never ends as too many steps.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -13,8 +12,8 @@ mod clock;
 mod meter;
 mod topic;
 
-/// Tries schedules of both kinds: any at all, and those with a few well-placed
-/// switches between threads that otherwise run on.
+/// Tries two kinds of schedules: random ones, and ones with a few well-placed switches
+/// between threads.
 fn explore(schedules: usize, check: impl Fn() + Send + Sync + Clone + 'static) {
     shuttle::check_random(check.clone(), schedules);
     shuttle::check_pct(check, schedules, 3);

@@ -5,7 +5,7 @@ use shuttle::thread;
 
 use crate::{MANY, explore, support::depth};
 
-/// Reads `times` times; the sequence numbers that came, newest message last.
+/// Reads `times` times; returns the sequence numbers, newest message last.
 fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
     let seen = (0..times).filter_map(|_| subscription.latest(Time::MAX));
     seen.map(|message| {
@@ -20,8 +20,8 @@ fn publish(topic: &Topic<u64>, messages: u64) {
     (0..messages).for_each(|number| publisher.publish(number, Time::ZERO, None));
 }
 
-/// Messages that were evicted unread if each of `seen` was the newest when it
-/// was read and the queue kept `depth`.
+/// Number of messages evicted unread if each of `seen` was the newest when it was read
+/// and the queue depth was `depth`.
 fn losses(seen: &[u64], depth: u64) -> u64 {
     let mut unread_from = 0;
     let losses = seen.iter().map(|seq| {
@@ -89,7 +89,7 @@ fn two_publishers_share_one_history_without_gaps() {
 }
 
 #[test]
-fn a_depth_changed_amid_traffic_miscounts_nothing() {
+fn a_depth_change_during_traffic_keeps_the_counts_exact() {
     const MESSAGES: u64 = 6;
     explore(MANY, || {
         let topic = Topic::new("/test", depth(3));
@@ -119,7 +119,7 @@ fn a_depth_changed_amid_traffic_miscounts_nothing() {
 }
 
 #[test]
-fn a_subscription_that_comes_amid_traffic_is_charged_from_then_on() {
+fn a_subscription_added_during_traffic_counts_drops_from_then_on() {
     explore(MANY, || {
         let topic = Topic::new("/test", depth(1));
         let late = topic.clone();

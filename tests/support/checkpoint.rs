@@ -1,4 +1,4 @@
-//! Files of weights to be taken apart and put together otherwise.
+//! Files of weights, to be taken apart and reassembled.
 
 use std::{
     fs,
@@ -13,13 +13,13 @@ pub fn fixture(root: &Path, name: &str) -> PathBuf {
     root.join("tests/fixtures/policies").join(name)
 }
 
-/// What is in it.
+/// The content of the fixture.
 pub fn content(root: &Path, name: &str) -> Vec<u8> {
     fs::read(fixture(root, name)).expect("fixture")
 }
 
-/// Entries of a zip, to be put together again with sums that are right: a file
-/// whose sums are wrong is refused before anybody looks at what is in it.
+/// The entries of a zip, for a new zip with correct checksums: a file with wrong ones
+/// would be refused before its content is read.
 pub fn entries(content: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut archive = ZipArchive::new(Cursor::new(content)).expect("a zip");
     let count = archive.len();
@@ -37,7 +37,7 @@ pub fn zipped(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
     for (name, content) in entries {
-        // Names may be what a mutation made of them.
+        // A mutation may have made an invalid name.
         if writer.start_file(name.as_str(), options).is_ok() {
             writer.write_all(content).expect("written");
         }

@@ -1,10 +1,10 @@
-//! The clone that is tested.
+//! The clone under test.
 
 use std::{env, path::PathBuf};
 
-/// Its folder.
+/// Path of its folder.
 pub fn root() -> PathBuf {
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time: the clone may have moved since compilation.
     let dir = env::var_os("CARGO_MANIFEST_DIR");
     dir.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
 }

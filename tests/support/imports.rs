@@ -1,21 +1,21 @@
-//! Which source file imports which, by its `use` declarations.
+//! The imports of source files, by their `use` declarations.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A module as the names from its crate's folder down to it.
+/// A module, as the names from its crate's folder down to it.
 pub type Module = Vec<String>;
 
 /// The code of each module that has a file.
 pub type Sources = BTreeMap<Module, String>;
 
-/// The modules that each module imports something from.
+/// For each module, the modules it imports.
 pub type Imports = BTreeMap<Module, BTreeSet<Module>>;
 
-/// What imports what. A module that hands on what its own children define does
-/// not import them, and whoever imports that from it imports the child.
+/// The imports of all modules. Re-exporting the definitions of a child module is no
+/// import of it; importing such a re-export is an import of the child.
 ///
 /// # Panics
-/// If an import of a file of `sources` leads nowhere.
+/// If an import in `sources` has no target.
 pub fn imports(sources: &Sources) -> Imports {
     let mut imports = Imports::new();
     for (module, code) in sources {
@@ -32,7 +32,7 @@ pub fn imports(sources: &Sources) -> Imports {
     imports
 }
 
-/// The modules that import each other in a circle, all of a circle together.
+/// The circles of imports, each with all its modules.
 pub fn circles(imports: &Imports) -> BTreeSet<BTreeSet<&Module>> {
     let reached: BTreeMap<_, _> = imports.keys().map(|m| (m, reachable(imports, m))).collect();
     let circles = reached.iter().map(|(module, there)| {
@@ -81,7 +81,7 @@ pub fn uses(code: &str) -> Vec<(bool, String)> {
     uses
 }
 
-/// The paths of a tree such as `a::{b, c::{d, e}}`, another name behind an `@`.
+/// The paths of a tree such as `a::{b, c::{d, e}}`, with renames after an `@`.
 fn paths(tree: &str) -> Vec<String> {
     let Some((head, rest)) = tree.split_once('{') else {
         return vec![tree.to_owned()];
@@ -104,8 +104,7 @@ fn paths(tree: &str) -> Vec<String> {
     paths.map(|path| format!("{head}{path}")).collect()
 }
 
-/// The module that defines what `path` means within `module`; `None` if that is
-/// another crate.
+/// The module that defines `path` as seen from `module`; `None` for another crate.
 fn target(sources: &Sources, module: &Module, path: &str) -> Option<Module> {
     let (path, _) = path.split_once('@').unwrap_or((path, ""));
     let mut at = module.clone();
@@ -137,7 +136,7 @@ fn target(sources: &Sources, module: &Module, path: &str) -> Option<Module> {
     Some(at)
 }
 
-/// Whether `code` defines an item of that name, at its outermost level.
+/// Whether `code` defines an item of this name, at its outermost level.
 fn defines(code: &str, name: &str) -> bool {
     const ITEMS: [&str; 9] = [
         "struct",

@@ -1,4 +1,4 @@
-//! The memory that a piece of work takes.
+//! Measurement of memory use.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -7,11 +7,10 @@ use std::{
 
 use ratelab::policy::LARGEST_FILE;
 
-/// The most that reading a file of weights may take beside the file itself
-/// (bytes).
+/// Limit of the memory for reading a file of weights, beside the file itself (bytes).
 pub const MOST_MEMORY: isize = (64 << 20) - LARGEST_FILE as isize;
 
-/// Counts what each thread allocates.
+/// Counts the allocations of each thread.
 struct Counting;
 
 thread_local! {
@@ -28,7 +27,7 @@ fn count(bytes: isize) {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-// SAFETY: every call is passed on to the system's allocator as it is.
+// SAFETY: every call is passed on unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
@@ -44,7 +43,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// Most memory that `work` held at a time (bytes).
+/// The peak memory of `work` (bytes).
 pub fn peak(work: impl FnOnce()) -> isize {
     let before = LIVE.get();
     PEAK.set(before);
@@ -52,7 +51,7 @@ pub fn peak(work: impl FnOnce()) -> isize {
     PEAK.get() - before
 }
 
-/// How often `work` allocated memory.
+/// The number of allocations of `work`.
 #[allow(dead_code)] // Not every test asks.
 pub fn allocations(work: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.get();

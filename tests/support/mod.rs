@@ -1,6 +1,8 @@
-//! What several tests need: short names, nodes that note their ticks, and a run
-//! with all its messages.
+//! Shared helpers: short names, nodes that record their ticks, and a run with all its
+//! messages.
 #![allow(dead_code)] // Each test uses its own part.
+
+pub mod specs;
 
 use std::sync::{Arc, Mutex};
 
@@ -17,22 +19,22 @@ use ratelab::{
     },
 };
 
-/// A rate that is one.
+/// A valid rate.
 pub fn hz(hz: f64) -> Hz {
     Hz::new(hz).expect("a rate")
 }
 
-/// A depth that is one.
+/// A valid depth.
 pub fn depth(messages: usize) -> Depth {
     Depth::new(messages).expect("a depth")
 }
 
-/// The moment so many seconds into a run.
+/// The run time `seconds`.
 pub fn secs(seconds: f64) -> Time {
     Time::from_secs_f64(seconds).expect("a time")
 }
 
-/// `command`, to be given so many seconds into a run.
+/// `command` at the run time `seconds`.
 pub fn at(seconds: f64, command: Command) -> TimedCommand {
     let at = secs(seconds);
     TimedCommand { at, command }
@@ -54,7 +56,7 @@ pub fn send_to(node: &str, text: &str) -> Command {
     Command::Set(Knob::Send { node, text })
 }
 
-/// Runs `graph` with these commands and no way to give others.
+/// Runs `graph` with these commands only.
 pub fn run_timed(
     clock: &mut impl Clock,
     graph: &mut Graph,
@@ -70,14 +72,14 @@ pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> 
     run_timed(&mut VirtualClock, graph, timed, until)
 }
 
-/// The commands of a run that took effect, and when.
+/// The commands of a run that took effect, with their times.
 pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
     let applied = events.iter();
     let applied = applied.filter_map(|event| Some((event.at, event.applied()?.clone())));
     applied.collect()
 }
 
-/// The commands of a run that were refused, and why.
+/// The refused commands of a run, with the reasons.
 pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
     let refused = events.iter().filter_map(|event| match &event.what {
         EventKind::Refused { command, reason } => Some((command.clone(), reason.clone())),
@@ -96,17 +98,17 @@ pub fn ticks(observer: &Observer) -> u64 {
         .sum()
 }
 
-/// The ticks of nodes in the order in which they happened.
+/// The ticks of nodes, in their order.
 #[derive(Clone, Default)]
 pub struct TickLog(Arc<Mutex<Vec<(&'static str, Time)>>>);
 
 impl TickLog {
-    /// Adds a node that notes its ticks and does nothing else.
+    /// Adds a node that only records its ticks.
     pub fn node(&self, graph: &mut Graph, name: &'static str, rate: f64, priority: u32) {
         self.node_that(graph, name, rate, priority, |_| GO_ON);
     }
 
-    /// Adds a node that notes its ticks and then works.
+    /// Adds a node that records its ticks and then works.
     pub fn node_that(
         &self,
         graph: &mut Graph,
@@ -129,7 +131,7 @@ impl TickLog {
         self.0.lock().expect("log").clone()
     }
 
-    /// When the node called `name` ticked.
+    /// The ticks of the node called `name`.
     pub fn of(&self, name: &str) -> Vec<Time> {
         let all = self.all();
         let its = all.iter().filter(|(node, _)| *node == name);
@@ -149,13 +151,13 @@ pub fn cart_pole() -> Arc<CartPole> {
     Arc::default()
 }
 
-/// The cart-pole with a policy of one's own.
+/// The cart-pole with a custom policy.
 pub fn with_policy<P: Policy + Clone + Sync + 'static>(policy: P) -> Arc<CartPole> {
     let make = move |_| Box::new(policy.clone()) as Box<dyn Policy>;
     Arc::new(CartPole::with_policy(make))
 }
 
-/// The policy of `config` by itself, as the policy node has it.
+/// The policy of `config`, as the policy node has it.
 pub fn policy(config: &Config) -> Box<dyn Policy> {
     let spec = config.setup.message(POLICY).unwrap_or("scripted");
     let spec = spec.parse().expect("a policy");
@@ -186,7 +188,7 @@ pub fn run(config: &Config) -> Summary {
     experiment(config).run().expect("run")
 }
 
-/// The error for a run of the cart-pole that cannot be set up.
+/// The error for an invalid run of the cart-pole.
 pub fn refusal(config: &Config) -> String {
     let refused = Experiment::new(cart_pole(), config).err();
     refused.expect("no experiment").to_string()
@@ -257,13 +259,12 @@ fn tap<T: Payload>(experiment: &Experiment, topic: &str) -> Tap<TapMessage<T>> {
     experiment.taps().messages(topic, 16).expect(topic)
 }
 
-/// Every message that a tap gets until its topic is gone.
+/// All messages of a tap until its topic is gone.
 pub fn messages_of<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
     tap.items().iter().map(|tapped| tapped.message).collect()
 }
 
-/// A control step in the layout of the reference hashes; see
-/// `tests/golden/reference.py`.
+/// A control step in the format of the reference hashes; see `tests/golden/reference.py`.
 pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
     let step = &message.data;
     let latency = step.latency.map_or(-1, |latency| latency.as_nanos() as i64);

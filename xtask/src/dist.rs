@@ -1,4 +1,4 @@
-//! Hands over to the crate `dist`, which needs crates of others: set-up needs none.
+//! Starts the crate `dist`, which has external dependencies: set-up needs none.
 
 use std::{
     env,
@@ -6,7 +6,7 @@ use std::{
     process::{Command, ExitCode},
 };
 
-/// Compiles and runs it. Optimised: it compresses tens of megabytes.
+/// Compiles and runs it, optimised, because it compresses tens of megabytes.
 pub fn run(options: &[OsString]) -> ExitCode {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut dist = Command::new(cargo);

@@ -22,7 +22,7 @@ Usage: cargo xtask <setup | recordings | dist>
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = env::args_os().skip(1).collect();
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time: the clone may have moved since compilation.
     let package = env::var_os("CARGO_MANIFEST_DIR");
     match (arguments.as_slice(), package) {
         ([command], Some(package)) if command == "setup" => {

@@ -1,7 +1,7 @@
-//! MuJoCo's library in the clone: is it there, and if not, fetch it.
+//! MuJoCo's library in the clone: a check for it, and its download.
 //!
-//! It comes out of MuJoCo's Python wheel, because pip checks the wheel against
-//! a pinned hash and works behind whatever index or proxy the user has.
+//! It comes from MuJoCo's Python wheel, because pip checks the wheel against a pinned
+//! hash and works with the user's index or proxy.
 
 mod error;
 mod platform;
@@ -30,29 +30,28 @@ const REQUIREMENTS: &str = "requirements.txt";
 /// The files with licences in MuJoCo's wheel.
 const LICENCES: [&str; 2] = ["LICENSE", "LICENSES_THIRD_PARTY.md"];
 
-/// What [`ensure`] had to do.
+/// Result of [`ensure`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetupResult {
-    /// The library was there already.
+    /// The library was present already.
     InPlace,
     /// The library was fetched just now.
     Fetched,
 }
 
-/// Makes sure that `folder` holds the library for `platform`.
+/// Ensures that `folder` contains the library for `platform`.
 ///
-/// The library appears there whole or not at all, and any number of set-ups may
-/// run at once. No network is touched when it is in place.
+/// The library appears there atomically, and several set-ups may run in parallel. If it
+/// is present, no network is used.
 ///
 /// # Errors
-///
-/// Says what was wrong and what to do about it.
+/// With the cause and a remedy.
 pub fn ensure(folder: &Path, platform: &Platform) -> Result<SetupResult, Error> {
     if is_in_place(folder, platform) {
         return Ok(SetupResult::InPlace);
     }
     let requirements = lock(&folder.join(REQUIREMENTS))?;
-    // Whoever held the lock before us may have done the work.
+    // Another process may have fetched it while this one waited for the lock.
     if is_in_place(folder, platform) {
         return Ok(SetupResult::InPlace);
     }
@@ -60,15 +59,16 @@ pub fn ensure(folder: &Path, platform: &Platform) -> Result<SetupResult, Error> 
     Ok(SetupResult::Fetched)
 }
 
-/// A file of another size is a cut or damaged one, and counts as missing. Reading
-/// megabytes to hash them on every build would not pay: pip hashed the wheel.
+/// A file of another size is damaged, and counts as missing. A hash on every build would
+/// be too slow, and pip has checked it.
 fn is_in_place(folder: &Path, platform: &Platform) -> bool {
     let whole = |place| fs::metadata(folder.join(place)).is_ok_and(|m| m.len() == platform.size);
     platform.places.iter().all(whole)
 }
 
-/// One set-up at a time. The system drops the lock with its process, so a killed
-/// set-up blocks nobody; and the pin itself is the lock, so no file is left over.
+/// Allows one set-up at a time. The operating system releases the lock when its process
+/// ends, so a killed set-up blocks no other; the pin itself is the lock file, so no extra
+/// file is left.
 fn lock(requirements: &Path) -> Result<File, Error> {
     let locked = File::options()
         .read(true)
@@ -92,14 +92,13 @@ fn fetch(folder: &Path, platform: &Platform, requirements: &File) -> Result<(), 
     Ok(())
 }
 
-/// MuJoCo's licence, and those of what is in its package, each with its file name.
+/// MuJoCo's licence, and those of the parts of its package, each with its file name.
 ///
-/// They are in the wheel beside the library and are not kept in `folder`: the wheel
-/// is downloaded again, or comes out of pip's cache.
+/// They are in the wheel beside the library and are not kept in `folder`: the wheel is
+/// downloaded again, or comes from pip's cache.
 ///
 /// # Errors
-///
-/// Says what was wrong and what to do about it.
+/// With the cause and a remedy.
 pub fn licences(folder: &Path, platform: &Platform) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let requirements = folder.join(REQUIREMENTS);
     let _lock = lock(&requirements)?;
@@ -124,16 +123,16 @@ fn check_size(library: &Path, platform: &Platform) -> Result<(), Error> {
     Err(Error::Size { found, wanted })
 }
 
-/// Copies, and dates the copy like the pin: cargo runs a build script again when
-/// a file it watches is younger than the script's last start, so a library that
-/// this very run fetched must look older.
+/// Copies the library, and gives the copy the date of the pin: cargo repeats a build
+/// script when a file it watches is newer than the script's last start, so a library
+/// fetched by this very run must look older.
 fn copy(library: &Path, to: &Path, requirements: &File) -> io::Result<()> {
     fs::copy(library, to)?;
     let date = requirements.metadata()?.modified()?;
     File::options().write(true).open(to)?.set_modified(date)
 }
 
-/// Makes the library visible, whole, in one rename.
+/// Publishes the library with one atomic rename.
 fn publish(staged: &Path, place: &Path) -> Result<(), Error> {
     let parent = place.parent().unwrap_or(place);
     fs::create_dir_all(parent).map_err(Error::io("create", parent))?;

@@ -6,7 +6,7 @@ use std::{
     process::{Command, ExitCode},
 };
 
-/// Name of each file, and the run that is in it.
+/// Name of each file, with the arguments of its run.
 const RUNS: [(&str, &[&str]); 3] = [
     ("balanced-50hz.rrd", &[]),
     ("fall-5hz.rrd", &["--break"]),
@@ -16,7 +16,7 @@ const RUNS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// Generates them in the folder `recordings` of the clone at `root`.
+/// Generates the recordings in the folder `recordings` of the clone at `root`.
 pub fn make(root: &Path) -> ExitCode {
     for (name, options) in RUNS {
         let file = format!("recordings/{name}");

@@ -1,4 +1,4 @@
-//! The release's version stands in several places, which must agree.
+//! The version of the release is in several files, which must agree.
 
 #![allow(clippy::unwrap_used)]
 
@@ -26,13 +26,13 @@ fn the_pin_names_the_version_and_a_hash_for_every_platform() {
 }
 
 #[test]
-fn the_linker_script_leads_to_the_library_that_is_fetched() {
+fn the_linker_script_leads_to_the_fetched_library() {
     let library = Platform::of("linux", "x86_64", "gnu").unwrap().places[0];
     assert_eq!(checked_in("libmujoco.so"), format!("INPUT({library})\n"));
 }
 
 #[test]
-fn every_platform_takes_the_pinned_version_out_of_its_wheel() {
+fn every_platform_uses_the_pinned_version_of_its_wheel() {
     for (os, arch, libc) in TARGETS {
         let platform = Platform::of(os, arch, libc).unwrap();
         assert!(platform.member.contains(VERSION), "{platform:?}");

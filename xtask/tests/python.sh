@@ -1,3 +1,3 @@
 #!/bin/sh
-# Stands in for Python: $ANSWERS, the arms of a shell `case`, say what it does.
+# Stands in for Python: $ANSWERS contains the arms of a shell `case` with its behaviour.
 eval "case \$1 in $ANSWERS esac"

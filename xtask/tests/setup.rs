@@ -1,5 +1,5 @@
-//! `cargo xtask setup` from outside, with a shell script in Python's place: what
-//! it leaves behind and what it says, whatever happens. Needs no network.
+//! `cargo xtask setup`, run from outside, with a shell script in Python's place: its
+//! files and messages in all cases. Needs no network.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
@@ -12,24 +12,24 @@ use std::time::Duration;
 
 use xtask::mujoco::Platform;
 
-/// Checked in rather than written here: a program cannot be started while any
-/// thread's child still has it open for writing.
+/// A separate file, because a program cannot start while a child of any thread still has
+/// it open for writing.
 const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python.sh");
 
-/// Does what pip and Python do: `-m` puts a wheel, `-c` unpacks a file of it.
+/// Behaves like pip and Python: `-m` creates a wheel, `-c` unpacks a file of it.
 const GOOD: &str = r#"
     --version) ;;
     -m) for dir; do :; done; echo wheel > "$dir/some.whl" ;;
     -c) mkdir -p "$(dirname "$5/$4")"; truncate -s SIZE "$5/$4" ;;
 "#;
 
-/// Hangs in the middle of the download.
+/// Hangs during the download.
 const HANGS: &str = r#"
     --version) ;;
     -m) for dir; do :; done; echo half > "$dir/half.whl"; exec sleep 5 ;;
 "#;
 
-/// An `xtask` folder as a fresh clone has it, one for each test.
+/// An `xtask` folder as in a fresh clone, one for each test.
 struct Checkout(PathBuf);
 
 impl Checkout {
@@ -63,14 +63,14 @@ impl Checkout {
         self.0.join("mujoco").join(library())
     }
 
-    /// What the folder holds besides the pin.
+    /// The files in the folder besides the pin.
     fn brought(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.join("mujoco")).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
         names.filter(|name| name != "requirements.txt").collect()
     }
 
-    /// Sets up with a Python that fails, and returns what the user reads.
+    /// Runs a set-up with a failing Python; returns the message to the user.
     fn failure(&self, answers: &str) -> String {
         let output = self.setup(answers);
         assert_eq!(output.status.code(), Some(1));
@@ -78,7 +78,7 @@ impl Checkout {
         said(&output)
     }
 
-    /// Starts a set-up that hangs in its download, and waits until it does.
+    /// Starts a set-up that hangs in its download, and waits for that.
     fn hanging_setup(&self) -> Child {
         let mut child = self.command(HANGS).spawn().unwrap();
         while !self.has_half_a_wheel() {
@@ -113,7 +113,7 @@ fn said(output: &Output) -> String {
 }
 
 #[test]
-fn a_set_up_leaves_the_library_and_nothing_else() {
+fn a_set_up_leaves_only_the_library() {
     let clone = Checkout::new("good");
     let output = clone.setup(GOOD);
     assert!(output.status.success(), "{}", said(&output));
@@ -122,14 +122,14 @@ fn a_set_up_leaves_the_library_and_nothing_else() {
 }
 
 #[test]
-fn once_set_up_no_python_is_started() {
+fn a_finished_set_up_starts_no_python() {
     let clone = Checkout::new("once");
     assert!(clone.setup(GOOD).status.success());
     assert!(clone.setup("*) exit 1 ;;").status.success());
 }
 
 #[test]
-fn the_library_looks_no_younger_than_its_pin_so_cargo_builds_once() {
+fn the_library_is_no_newer_than_its_pin_so_cargo_builds_once() {
     let clone = Checkout::new("date");
     assert!(clone.setup(GOOD).status.success());
     let date = |path: PathBuf| fs::metadata(path).unwrap().modified().unwrap();
@@ -140,7 +140,7 @@ fn the_library_looks_no_younger_than_its_pin_so_cargo_builds_once() {
 }
 
 #[test]
-fn a_cut_library_is_fetched_again() {
+fn a_truncated_library_is_fetched_again() {
     let clone = Checkout::new("cut");
     fs::write(clone.library(), "half a library").unwrap();
     assert!(clone.setup(GOOD).status.success());
@@ -173,7 +173,7 @@ fn set_ups_at_the_same_time_all_succeed_with_one_fetch() {
 }
 
 #[test]
-fn without_python_it_names_what_it_tried() {
+fn without_python_it_names_the_programs_it_tried() {
     let clone = Checkout::new("no_python");
     let mut command = clone.command("");
     let output = command.env("PYTHON", "/no/python").output().unwrap();
@@ -183,7 +183,7 @@ fn without_python_it_names_what_it_tried() {
 }
 
 #[test]
-fn without_pip_it_says_which_python_lacks_it() {
+fn without_pip_it_names_the_python_that_lacks_it() {
     let clone = Checkout::new("no_pip");
     let said = clone.failure("--version) ;; -m) echo '/x: No module named pip' >&2; exit 1 ;;");
     assert!(said.contains("python.sh has no pip"), "{said}");

@@ -1,4 +1,4 @@
-//! The predictions that a learner made, kept in a file.
+//! A learner's predictions, kept in a file.
 
 use std::{
     collections::BTreeMap,
@@ -11,17 +11,17 @@ use thiserror::Error;
 
 use super::{Brief, Prediction};
 
-/// Predictions by exercise. In the file each is a table of its exercise's name,
-/// with a `number` and a `reason`.
+/// Predictions by exercise. In the file each is a table with the exercise's name, a
+/// `number` and a `reason`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Answers(BTreeMap<String, Prediction>);
 
 impl Answers {
-    /// The predictions in the file at `path`; none if there is no file.
+    /// Loads the predictions in the file at `path`; none if there is no file.
     ///
     /// # Errors
-    /// [`AnswersError`] if the file cannot be read or is not one of answers.
+    /// [`AnswersError`] if the file is unreadable or invalid.
     pub fn load(path: &Path) -> Result<Self, AnswersError> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
@@ -34,11 +34,11 @@ impl Answers {
         })
     }
 
-    /// Tries whether predictions can be saved to the file at `path`, which stays as
-    /// it is. Folders that it needs are made.
+    /// Checks that predictions can be saved to the file at `path`, without changing it.
+    /// Creates missing folders.
     ///
     /// # Errors
-    /// [`AnswersError`] if they cannot.
+    /// [`AnswersError`] if they cannot be saved.
     pub fn try_place(path: &Path) -> Result<(), AnswersError> {
         let new = beside(path);
         write(&new, "")
@@ -46,8 +46,8 @@ impl Answers {
             .map_err(|error| AnswersError::unusable(path, error))
     }
 
-    /// Writes the predictions to the file at `path`, all of them or, if that
-    /// fails, none. Folders that it needs are made.
+    /// Writes all predictions to the file at `path`, or none on failure. Creates missing
+    /// folders.
     ///
     /// # Errors
     /// [`AnswersError`] if the file cannot be written.
@@ -57,63 +57,63 @@ impl Answers {
         write(&new, &text)
             .and_then(|()| fs::rename(&new, path))
             .map_err(|error| {
-                // Whether it is there or not, the failure to write is what counts.
+                // The error of the write matters, so any other is ignored.
                 let _ = fs::remove_file(&new);
                 AnswersError::unusable(path, error)
             })
     }
 
-    /// What was predicted in this exercise, if it was.
+    /// The prediction for this exercise, if there is one.
     pub fn get(&self, exercise: &Brief) -> Option<&Prediction> {
         self.0.get(exercise.name)
     }
 
-    /// Sets what is predicted in this exercise.
+    /// Sets the prediction for this exercise.
     pub fn set(&mut self, exercise: &Brief, prediction: Prediction) {
         self.0.insert(exercise.name.to_owned(), prediction);
     }
 
-    /// Forgets what was predicted in this exercise.
+    /// Removes the prediction for this exercise.
     pub fn clear(&mut self, exercise: &Brief) {
         self.0.remove(exercise.name);
     }
 }
 
-/// Where answers are written before they take the place of the file at `path`.
+/// Path of the new file, before it replaces the file at `path`.
 fn beside(path: &Path) -> PathBuf {
     path.with_extension("toml.new")
 }
 
-/// Writes a file and makes the folders that it needs.
+/// Writes a file and creates missing folders.
 fn write(file: &Path, text: &str) -> io::Result<()> {
     file.parent().map_or(Ok(()), fs::create_dir_all)?;
     fs::write(file, text)
 }
 
-/// What is wrong with `text`, and in which line.
+/// The error in `text`, with its line.
 fn in_a_line(text: &str, error: &toml::de::Error) -> String {
     let before = error.span().and_then(|span| text.get(..span.start));
     let line = before.map_or(1, |before| before.matches('\n').count() + 1);
     format!("line {line}: {}", error.message().replace('\n', " "))
 }
 
-/// A file of answers that cannot be used.
+/// An unusable file of predictions.
 #[derive(Debug, Error)]
 pub enum AnswersError {
-    /// What is in it are no answers.
-    #[error("{path}: {cause}; mend the file, or remove it to begin anew")]
+    /// Invalid content.
+    #[error("{path}: {cause}; fix the file, or remove it to start again")]
     Content {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// What is wrong, and in which line.
+        /// The error, with its line.
         cause: String,
     },
-    /// It cannot be read or written.
+    /// Reading or writing failed.
     #[error("predictions are kept in {path}: {cause}; --answers FILE keeps them elsewhere")]
     Unusable {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// What the system said.
+        /// The error of the operating system.
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
 }

@@ -1,17 +1,17 @@
-//! What an exercise asks.
+//! The text of an exercise.
 
 use std::fmt;
 
-/// How an exercise is done.
+/// Kind of an exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Say what will happen, then see.
+    /// Predict the result, then run.
     PredictThenRun,
-    /// Turn one knob and find out what it does and does not do.
+    /// Change one knob and investigate its effect.
     Investigation,
-    /// Something is wrong: find it.
+    /// Find an error.
     BugHunt,
-    /// Done by hand in the lab.
+    /// By hand, in the lab.
     Live,
 }
 
@@ -26,29 +26,29 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What a learner reads before the run.
+/// The text for the learner before the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brief {
-    /// Its place in the course, counted from one.
+    /// Number in the course, counted from one.
     pub number: u32,
-    /// One word for it, in files.
+    /// A one-word name, for files.
     pub name: &'static str,
     /// Its title.
     pub title: &'static str,
-    /// How it is done.
+    /// Kind of the exercise.
     pub kind: Kind,
-    /// What it is about and what will be run.
+    /// The subject, and the planned runs.
     pub objective: &'static str,
-    /// What to predict: one number.
+    /// The question: one number to predict.
     pub question: &'static str,
-    /// The unit of that number; empty for a count.
+    /// Unit of the number; empty for a count.
     pub unit: &'static str,
-    /// The numbers that are possible.
+    /// The possible numbers.
     pub range: Range,
 }
 
 impl Brief {
-    /// `number` with the unit of the question, if that has one.
+    /// `number` with the unit of the question, if there is one.
     pub fn in_unit(&self, number: f64) -> String {
         in_unit(number, self.unit)
     }
@@ -59,12 +59,12 @@ pub(super) fn in_unit(number: f64, unit: &str) -> String {
     format!("{number} {unit}").trim_end().to_owned()
 }
 
-/// The numbers that an exercise can come to.
+/// The possible results of an exercise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The least.
+    /// The least number.
     pub least: f64,
-    /// The most.
+    /// The greatest number.
     pub most: f64,
     /// Whether only whole numbers are possible.
     pub whole: bool,
@@ -76,7 +76,7 @@ impl Range {
         (self.least..=self.most).contains(&number) && (!self.whole || number.fract() == 0.0)
     }
 
-    /// The possible numbers in words, in `unit`.
+    /// The possible numbers as text, in `unit`.
     pub(super) fn in_words(self, unit: &str) -> String {
         let kind = if self.whole { "a whole number, " } else { "" };
         format!("{kind}{} to {}", self.least, in_unit(self.most, unit))

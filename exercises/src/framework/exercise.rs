@@ -1,4 +1,4 @@
-//! An exercise: what is asked, what is measured, what it means.
+//! An exercise: question, measurement, meaning.
 
 use ratelab::{
     cartpole::PlantError,
@@ -19,54 +19,54 @@ use super::{
 
 /// One exercise.
 pub trait Exercise: Sync {
-    /// What is asked.
+    /// The text of the exercise.
     fn brief(&self) -> &'static Brief;
 
-    /// Measures everything now.
+    /// Makes all measurements.
     ///
     /// # Errors
-    /// [`Failure`] if a run could not be made; a pole that falls is a result.
+    /// [`Failure`] if a run failed; a fall of the pole is a result.
     fn run(&self) -> Result<Findings, Failure>;
 
-    /// Measures everything and puts it beside its bands.
+    /// Makes all measurements and compares them with their bands.
     ///
     /// # Errors
-    /// [`Failure`] if a run could not be made or the bands are damaged. A band
-    /// that does not hold is a [`Check`] that does not.
+    /// [`Failure`] if a run failed or the bands are damaged. A measurement outside of its
+    /// band is a [`Check`] that does not hold.
     fn check(&self) -> Result<Vec<Check>, Failure> {
         self.run()?.checks(self.brief())
     }
 }
 
-/// What an exercise measured.
+/// The results of an exercise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings {
-    /// The figures as a learner reads them.
+    /// The figures for the learner.
     pub table: Table,
     /// The answer to the question.
     pub answer: Answer,
-    /// What the figures mean, made from them.
+    /// The meaning of the figures.
     pub meaning: String,
-    /// The figures that must lie in bands.
+    /// The figures with bands.
     pub measurements: Vec<Measurement>,
 }
 
-/// What the measurement has to say on the question.
+/// The measured answer to the question.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
     /// This number, in the unit of the question.
     Exactly(f64),
-    /// It turned somewhere between two numbers that were tried.
+    /// The change lies between two tested numbers.
     Between {
-        /// Where all was still well.
+        /// The last number with a good result.
         held: f64,
-        /// Where it was not any more.
+        /// The first number with a bad result.
         failed: f64,
     },
 }
 
 impl Answer {
-    /// How a predicted `number` in `unit` compares, and whether it is right.
+    /// Compares a predicted `number` in `unit`; returns whether it is right, with a text.
     fn judge(self, number: f64, unit: &str) -> (bool, String) {
         let (near, far) = match self {
             Self::Exactly(measured) => (measured, measured),
@@ -87,17 +87,16 @@ impl Answer {
     }
 }
 
-/// To four decimals, which is more than anyone predicts.
+/// Rounds to four decimals, more than any prediction has.
 fn rounded(number: f64) -> f64 {
     (number * 1e4).round() / 1e4
 }
 
-/// Share of the measured number by which a prediction may miss it and still be
-/// called close.
+/// The largest relative error of a prediction that still counts as close.
 const CLOSE: f64 = 0.1;
 
 impl Findings {
-    /// What was measured beside its bands.
+    /// Compares the measurements with their bands.
     ///
     /// # Errors
     /// [`Failure`] if the bands are damaged.
@@ -105,12 +104,12 @@ impl Findings {
         Ok(Expectations::load()?.compare(brief, &self.measurements)?)
     }
 
-    /// Whether a prediction was right, and by how much it was not.
+    /// Whether a prediction is right, with its deviation.
     pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
         self.answer.judge(prediction.number(), brief.unit)
     }
 
-    /// What was predicted beside what was measured, and what that means.
+    /// The prediction, the measurement, and the meaning of the difference.
     pub fn reconcile(&self, brief: &Brief, prediction: &Prediction) -> String {
         let unit = |number| brief.in_unit(number);
         let measured = match self.answer {
@@ -129,53 +128,53 @@ impl Findings {
     }
 }
 
-/// Why an exercise could not be measured.
+/// An error while measuring an exercise.
 #[derive(Debug, Error)]
 pub enum Failure {
-    /// A run could not be set up.
+    /// Building a run failed.
     #[error(transparent)]
     Setup(#[from] BuildError),
-    /// A plant could not be made.
+    /// Creating a plant failed.
     #[error(transparent)]
     Plant(#[from] PlantError),
     /// A node failed.
     #[error(transparent)]
     Fault(#[from] Fault),
-    /// A node that was ticked by hand failed.
+    /// A node that was ticked directly failed.
     #[error("a node failed: {0}")]
     Tick(#[from] Box<dyn std::error::Error + Send + Sync>),
-    /// Runs could not be swept.
+    /// A sweep failed.
     #[error(transparent)]
     Sweep(#[from] SweepError),
-    /// Theory has no answer.
+    /// Linear theory failed.
     #[error(transparent)]
     Theory(#[from] StabilityError),
-    /// A rate that is none.
+    /// An invalid rate.
     #[error(transparent)]
     Rate(#[from] HzError),
-    /// A knob that is none.
+    /// An invalid knob.
     #[error(transparent)]
     Knob(#[from] KnobTextError),
-    /// A list of values that is none.
+    /// An invalid list of values.
     #[error(transparent)]
     Axis(#[from] AxisError),
-    /// A time that is none.
+    /// An invalid time.
     #[error(transparent)]
     Time(#[from] TimeError),
-    /// The bands cannot be used.
+    /// The bands are unusable.
     #[error(transparent)]
     Expectations(#[from] ExpectationsError),
-    /// Something that every run of the exercise shows did not show.
+    /// An expected effect was absent from the runs.
     #[error("nothing to measure: {0}")]
     Unmeasured(String),
 }
 
-/// A mean in seconds as milliseconds; not a number if there was none.
+/// A mean in milliseconds, from seconds; NaN without samples.
 pub(crate) fn mean_ms(mean_s: Option<f64>) -> f64 {
     mean_s.map_or(f64::NAN, |mean| mean * 1e3)
 }
 
-/// Rates of an exercise, which are constants.
+/// The rates of an exercise, which are constants.
 pub(crate) fn hz(rates: &[f64]) -> Result<Vec<Hz>, Failure> {
     rates.iter().map(|&hz| Ok(Hz::new(hz)?)).collect()
 }

@@ -1,4 +1,4 @@
-//! What every exercise promises to measure, from one file.
+//! The promised measurements of every exercise, from one file.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -7,58 +7,58 @@ use thiserror::Error;
 
 use super::{Brief, Measurement};
 
-/// The bands of all exercises, as they stand in `bands.toml`.
+/// The bands of all exercises, from `bands.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expectations {
-    /// Where figures come from, by the word that bands use for it.
+    /// Sources of the figures, by the word that bands use for them.
     pub sources: BTreeMap<String, String>,
     /// By exercise, then by measurement.
     pub exercises: BTreeMap<String, BTreeMap<String, Expectation>>,
 }
 
-/// Where a measurement must lie. All that is given must hold.
+/// The band of a measurement. All given conditions must hold.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
-    /// It is exactly this.
+    /// The exact value.
     pub equals: Option<f64>,
-    /// Written with as many decimals, it reads exactly like this.
+    /// The exact text with the same number of decimals.
     pub reads: Option<String>,
-    /// It is this or more.
+    /// The lower bound.
     pub at_least: Option<f64>,
-    /// It is this or less.
+    /// The upper bound.
     pub at_most: Option<f64>,
-    /// Where the figure comes from: one of [`Expectations::sources`].
+    /// Source of the figure: one of [`Expectations::sources`].
     pub source: String,
 }
 
-/// A measurement checked against its band.
+/// A measurement with its band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What is measured.
+    /// Name of the measurement.
     pub name: String,
-    /// What was measured; `None` if the exercise no longer measures it.
+    /// The value; `None` if the exercise no longer measures it.
     pub measured: Option<f64>,
-    /// Where it must lie; `None` if the file does not say.
+    /// The band; `None` if the file has none for it.
     pub band: Option<Expectation>,
 }
 
-/// A file of bands that cannot be used.
+/// An unusable file of bands.
 #[derive(Clone, Debug, Error)]
 pub enum ExpectationsError {
-    /// It is not a file of bands.
+    /// An invalid file.
     #[error("bands.toml cannot be read: {0}")]
     Unreadable(String),
-    /// A band that says nothing.
+    /// A band without conditions.
     #[error("the band of {0:?} holds for every value: give it equals, reads, at_least or at_most")]
     Boundless(String),
-    /// A band without provenance.
+    /// A band without a known source.
     #[error("the band of {name:?} comes from {from:?}, which is none of the sources: add it there")]
     UnknownSource {
-        /// The measurement.
+        /// Name of the measurement.
         name: String,
-        /// The word.
+        /// The unknown source.
         from: String,
     },
     /// An exercise without bands.
@@ -67,18 +67,18 @@ pub enum ExpectationsError {
 }
 
 impl Expectations {
-    /// The bands that come with the exercises.
+    /// Loads the bands included with the exercises.
     ///
     /// # Errors
-    /// [`ExpectationsError`] if the file was damaged.
+    /// [`ExpectationsError`] if the file is damaged.
     pub fn load() -> Result<Self, ExpectationsError> {
         Self::parse(include_str!("../../bands.toml"))
     }
 
-    /// The bands in `text`.
+    /// Parses the bands in `text`.
     ///
     /// # Errors
-    /// [`ExpectationsError`] if it is none, or a band has no bounds or no source.
+    /// [`ExpectationsError`] if it is invalid, or a band lacks bounds or a source.
     pub fn parse(text: &str) -> Result<Self, ExpectationsError> {
         let bands: Self = toml::from_str(text)
             .map_err(|error| ExpectationsError::Unreadable(error.to_string()))?;
@@ -94,11 +94,11 @@ impl Expectations {
         Ok(bands)
     }
 
-    /// Puts the measurements of an exercise beside their bands: all of the
-    /// former, and those of the latter that were not measured.
+    /// Pairs the measurements of an exercise with their bands: all measurements, and all
+    /// bands without a measurement.
     ///
     /// # Errors
-    /// [`ExpectationsError::NoExercise`] if the file does not know the exercise.
+    /// [`ExpectationsError::NoExercise`] if the file lacks the exercise.
     pub fn compare(
         &self,
         exercise: &Brief,
@@ -133,7 +133,7 @@ impl Expectation {
         }
     }
 
-    /// Whether `value` lies in it.
+    /// Whether `value` lies in the band.
     pub fn holds(&self, value: f64) -> bool {
         let reads = |text: &str| {
             let decimals = text
@@ -163,7 +163,7 @@ impl fmt::Display for Expectation {
 }
 
 impl Check {
-    /// Whether the measurement was made, has a band, and lies in it.
+    /// Whether the measurement exists, has a band, and lies in it.
     pub fn holds(&self) -> bool {
         let both = self.band.as_ref().zip(self.measured);
         both.is_some_and(|(band, measured)| band.holds(measured))

@@ -1,16 +1,16 @@
-//! A figure that an exercise measured.
+//! A measured figure of an exercise.
 
 /// A figure with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// What it is, and its unit.
+    /// Name, with the unit.
     pub name: String,
-    /// What was measured.
+    /// Measured value.
     pub value: f64,
 }
 
 impl Measurement {
-    /// `value`, measured as `name`.
+    /// Creates the measurement `name` with `value`.
     pub fn new(name: impl Into<String>, value: impl Into<f64>) -> Self {
         Self {
             name: name.into(),

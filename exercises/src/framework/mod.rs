@@ -1,5 +1,5 @@
-//! What all exercises have in common: an objective, a prediction, a
-//! measurement, and bands that the measurement must stay within.
+//! The common parts of all exercises: an objective, a prediction, a measurement, and
+//! bands for the measurement.
 
 mod answers;
 mod brief;

@@ -1,4 +1,4 @@
-//! What a learner expects before the run.
+//! A learner's prediction before the run.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use super::{
     unit::Unit,
 };
 
-/// A number and why: what is predicted before anything is measured.
+/// A number and a reason, given before the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct Prediction {
@@ -19,7 +19,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// A prediction of `number`, in the unit of the question.
+    /// Creates a prediction of `number`, in the unit of the question.
     ///
     /// # Errors
     /// [`PredictionError`] if the number is not finite or the reason is empty.
@@ -37,12 +37,12 @@ impl Prediction {
         })
     }
 
-    /// Reads what was typed in the exercise of `brief`: a number with a decimal
-    /// point or comma, perhaps a unit, and a reason in any words.
+    /// Parses a prediction for the exercise of `brief`: a number with a decimal point or
+    /// comma, an optional unit, and a reason in any words.
     ///
     /// # Errors
-    /// [`PredictionError`] if one of them is missing, the unit is one of another
-    /// quantity, or the number is impossible.
+    /// [`PredictionError`] if the number or the reason is missing, the unit belongs to
+    /// another quantity, or the number is impossible.
     pub fn read(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let (text, unit) = (text.trim(), brief.unit);
         if text.is_empty() {
@@ -77,7 +77,7 @@ impl Prediction {
         self.number
     }
 
-    /// Why.
+    /// The reason.
     pub fn reason(&self) -> &str {
         &self.reason
     }
@@ -89,7 +89,7 @@ impl fmt::Display for Prediction {
     }
 }
 
-/// What to ask for.
+/// The expected form of a prediction.
 fn asked(unit: &str) -> String {
     match unit {
         "" => "a number".to_owned(),
@@ -97,7 +97,7 @@ fn asked(unit: &str) -> String {
     }
 }
 
-/// The number at the beginning of `text`, and the text after it.
+/// The number at the start of `text`, and the rest.
 fn split_number(text: &str) -> Option<(f64, &str)> {
     let unsigned = text.strip_prefix(['-', '+']).unwrap_or(text);
     let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
@@ -114,7 +114,7 @@ fn split_number(text: &str) -> Option<(f64, &str)> {
     Some((number.replace(',', ".").parse().ok()?, rest))
 }
 
-/// `number` in the unit of the question, and what follows its unit in `rest`.
+/// `number` in the unit of the question, and the rest after its unit.
 fn convert<'t>(
     number: f64,
     rest: &'t str,
@@ -131,7 +131,7 @@ fn convert<'t>(
         .and_then(|(unit, asked)| unit.convert(number, asked));
     match converted {
         Some(number) => Ok((number, after)),
-        // Letters right behind a number can only be its unit.
+        // Letters directly after a number must be its unit.
         None if unit.is_some() || rest.starts_with(|c: char| c.is_ascii_alphabetic()) => {
             let word = word.to_owned();
             Err(PredictionError::Unit(word, self::asked(brief.unit)))
@@ -159,35 +159,35 @@ fn without_because(reason: &str) -> &str {
     }
 }
 
-/// No prediction.
+/// An invalid prediction.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PredictionError {
-    /// Nothing was typed.
+    /// Empty input.
     #[error("no prediction yet: expected {0} and a reason, as in N because …")]
     Empty(String),
-    /// It does not begin with one number.
+    /// Input without a single number at its start.
     #[error("{0:?}: expected {1} and a reason, as in N because …")]
     NoNumber(String, String),
-    /// The number is infinite or none.
+    /// A number that is infinite or NaN.
     #[error("{0} is no finite number")]
     NotFinite(f64),
-    /// A unit of something else.
+    /// A unit of another quantity.
     #[error("{0:?} is not a unit here: expected {1}")]
     Unit(String, String),
-    /// The exercise cannot come to that number.
+    /// A result that the exercise cannot have.
     #[error("{number} is impossible here: expected {possible}")]
     Impossible {
         /// The number and its unit.
         number: String,
-        /// The numbers that are possible.
+        /// The possible numbers.
         possible: String,
     },
-    /// The number has no reason.
+    /// A number without a reason.
     #[error("{0} is a number without a reason: add one, as in {0} because …")]
     NoReason(String),
 }
 
-/// A prediction as it stands in a file.
+/// A prediction as read from a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table with a number and a reason")]
 struct Unchecked {

@@ -15,7 +15,7 @@ pub(crate) fn cart_pole() -> Arc<CartPole> {
     Arc::default()
 }
 
-/// A knob of the cart-pole and the values that a sweep goes through.
+/// A knob of the cart-pole with its values in a sweep.
 pub(crate) fn axis<T: ToString>(name: &str, values: &[T]) -> Result<SweepAxis, Failure> {
     let values = values.iter().map(T::to_string);
     Ok(SweepAxis::of(CartPole::KNOBS, name, values)?)
@@ -27,10 +27,10 @@ pub(crate) struct Recorded {
     pub(crate) steps: Vec<Message<ControlStep>>,
 }
 
-/// Runs `config`, which must have an end, and keeps every control step.
+/// Runs `config`, which must have an end, and records every control step.
 pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
     let experiment = Experiment::new(cart_pole(), config)?;
-    // Room for all of them, so that the run never waits for a reader.
+    // Enough capacity for all steps, so that the run never waits.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
     let tap = experiment.taps().messages(STATE, room);
     let tap = tap.ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-/// A table as text in cells. Shown, its columns are as wide as they must be.
+/// A table of text cells. Its printed columns are as wide as their widest cells.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
-    /// What the columns hold.
+    /// Headers of the columns.
     pub headers: Vec<String>,
     /// The rows, each with as many cells as there are headers.
     pub rows: Vec<Vec<String>>,

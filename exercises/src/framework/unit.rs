@@ -1,10 +1,10 @@
-//! Units in which a prediction may be given.
+//! Units of predictions.
 
-/// A unit: so many of a quantity's base unit.
+/// A unit: a multiple of the base unit of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Unit {
     quantity: Quantity,
-    /// Its size as a fraction of whole numbers, so that 700 ms are 0.7 s exactly.
+    /// Its size as a fraction of whole numbers, so that 700 ms are exactly 0.7 s.
     size: (f64, f64),
 }
 
@@ -13,7 +13,7 @@ enum Quantity {
     Runs,
     Rate,
     Time,
-    /// One that no exercise asks for.
+    /// A quantity without exercises.
     Other,
 }
 
@@ -52,7 +52,7 @@ const UNITS: [(&[&str], Quantity, (f64, f64)); 10] = [
 ];
 
 impl Unit {
-    /// The unit of this name, in letters of any case.
+    /// The unit called `name`, in letters of any case.
     pub(super) fn named(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let mut units = UNITS.into_iter();
@@ -60,7 +60,7 @@ impl Unit {
         Some(Self { quantity, size })
     }
 
-    /// `number` of this unit in another one; `None` for another quantity.
+    /// Converts `number` from this unit to another; `None` for another quantity.
     pub(super) fn convert(self, number: f64, to: Self) -> Option<f64> {
         let (many, parts) = (self.size.0 * to.size.1, self.size.1 * to.size.0);
         (self.quantity == to.quantity).then(|| number * many / parts)

@@ -1,19 +1,18 @@
-//! Was that a rescue? Judged from what a session recorded.
+//! The judgement of a rescue, from the recording of a session.
 //!
 //! # The rule
 //!
-//! 1. **Slowed**: at some moment the policy's rate came to 5 Hz or less, which
-//!    no start survives. From there until the rate is above 5 Hz again is a
-//!    *slow phase*.
+//! 1. **Slowed**: at some moment the policy's rate was 5 Hz or less, which no start
+//!    survives. From there until the rate is above 5 Hz again is a *slow phase*.
 //! 2. **In danger**: after the slow phase began, and no later than a second after it
-//!    ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays
-//!    within 3°, so it was the slow phase that did it.
-//! 3. **Brought back**: the slow phase ended, by a faster policy.
-//! 4. **Held**: after both, the pole stayed within 4° for five seconds on end,
+//!    ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays within 3°, so
+//!    the slow phase was the cause.
+//! 3. **Brought back**: the slow phase ended with a higher rate of the policy.
+//! 4. **Held**: after both, the pole stayed within 4° for five consecutive seconds,
 //!    before the next slow phase and with no control step missing from the record.
 //!
-//! What happens later does not take a rescue back. If a session has several
-//! slow phases, one that was survived is enough.
+//! Later events leave a rescue valid. If a session has several slow phases, one that was
+//! survived is enough.
 
 use std::{fmt, time::Duration};
 
@@ -23,72 +22,73 @@ use ratelab::{
     system::Verdict,
 };
 
-/// Beyond this angle from upright the pole is in danger (degrees). In 200 runs
-/// at 50 Hz it never came to 3°; it has fallen at 12°.
+/// The pole is in danger beyond this angle from upright (degrees). In 200 runs at 50 Hz
+/// it never reached 3°; beyond 12° it has fallen.
 pub const DANGER_DEG: f64 = 4.0;
 
-/// How long after a slow phase danger is still its doing.
+/// Time after a slow phase during which danger still counts as its effect.
 const AFTERMATH: Duration = Duration::from_secs(1);
 
-/// How long the pole must stay out of danger to be rescued.
+/// Time out of danger after which the pole counts as rescued.
 pub const HELD: Duration = Duration::from_secs(5);
 
-/// What a session recorded.
+/// The data of a recorded session.
 #[derive(Clone, Copy, Debug)]
 pub struct RescueSession<'a> {
-    /// The policy's rate at the beginning: that of the run's configuration.
+    /// The policy's initial rate, from the run's configuration.
     pub control_hz: Hz,
     /// Commands that took effect, in order.
     pub events: &'a [Event],
     /// Control steps, in order.
     pub steps: &'a [Message<ControlStep>],
-    /// How it ended.
+    /// Verdict on the run.
     pub verdict: Verdict,
 }
 
-/// A pole that was in danger and is not any more.
+/// A successful rescue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rescued {
-    /// When the policy was slowed.
+    /// Run time at which the policy was slowed.
     pub slowed: Time,
-    /// For how long.
+    /// Duration of the slow phase.
     pub slow_phase: Duration,
-    /// The widest angle it came to (degrees).
+    /// The largest angle of the pole (degrees).
     pub worst_deg: f64,
-    /// When the pole was last beyond [`DANGER_DEG`].
+    /// Run time at which the pole was last beyond [`DANGER_DEG`].
     pub safe: Time,
 }
 
-/// What a session lacks to be a rescue.
+/// The reason why a session is no rescue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RescueFailure {
-    /// The policy was never slowed enough.
+    /// The policy was not slow enough.
     Slowness,
-    /// The pole never left safety because of it.
+    /// The pole never left the safe range because of it.
     Danger {
-        /// The widest angle it came to (degrees).
+        /// The largest angle of the pole (degrees).
         worst_deg: f64,
     },
-    /// The policy was left slow.
+    /// The policy stayed slow.
     Return,
-    /// It fell.
+    /// The pole fell.
     Survival {
-        /// When.
+        /// Run time of the fall.
         at: Time,
     },
-    /// It was not watched long enough, or did not calm down.
+    /// The session ended too soon, or the pole did not calm down.
     Calm {
-        /// The longest time on end out of danger.
+        /// The longest continuous time out of danger.
         held: Duration,
     },
     /// Control steps are missing from the record.
     Steps,
 }
 
-/// Judges a session: the first rescue in it, or what its last attempt lacks.
+/// Judges a session: returns its first rescue, or the reason why the last attempt is
+/// none.
 ///
 /// # Errors
-/// [`RescueFailure`] says which part of [the rule](self) is not fulfilled.
+/// [`RescueFailure`] with the part of [the rule](self) that is not fulfilled.
 pub fn judge(session: &RescueSession<'_>) -> Result<Rescued, RescueFailure> {
     let slow_phases = slow_phases(session);
     let mut verdict = Err(RescueFailure::Slowness);
@@ -104,7 +104,7 @@ pub fn judge(session: &RescueSession<'_>) -> Result<Rescued, RescueFailure> {
     verdict
 }
 
-/// A time with a policy too slow; without an end if it was left so.
+/// A time with a policy that is too slow; without an end if it stays so.
 #[derive(Clone, Copy)]
 struct SlowPhase {
     from: Time,
@@ -136,11 +136,11 @@ fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
     slow_phases
 }
 
-/// One slow phase and what followed, up to the next.
+/// One slow phase and the time after it, up to the next.
 struct Attempt<'a> {
     slow_phase: SlowPhase,
     steps: &'a [Message<ControlStep>],
-    /// When the pole fell, if it did in this attempt.
+    /// Run time of the fall, if the pole fell in this attempt.
     fell: Option<Time>,
 }
 
@@ -178,7 +178,7 @@ impl<'a> Attempt<'a> {
         })
     }
 
-    /// When the pole first went from safety into danger.
+    /// The first transition of the pole from safety into danger.
     fn danger(&self) -> Option<Time> {
         let latest = self
             .slow_phase
@@ -194,8 +194,7 @@ impl<'a> Attempt<'a> {
         pairs.all(|pair| pair[1].data.step == pair[0].data.step + 1)
     }
 
-    /// The first moment after `from` since which the pole was out of danger for
-    /// as long as it takes.
+    /// The first moment after `from` with the required time out of danger after it.
     fn held_since(&self, from: Time) -> Result<Time, RescueFailure> {
         let mut longest = Duration::ZERO;
         let mut since = from;
@@ -242,14 +241,14 @@ impl fmt::Display for RescueFailure {
             Self::Slowness => write!(f, "the policy was never slowed to {BROKEN_HZ} Hz or less"),
             Self::Danger { worst_deg } => write!(
                 f,
-                "the pole came to {worst_deg:.1}° and must come from within {DANGER_DEG}° to \
+                "the pole reached {worst_deg:.1}° and must go from within {DANGER_DEG}° to \
                  beyond: leave the policy slow for longer"
             ),
             Self::Return => f.write_str("the policy was left slow: speed it up before it is late"),
             Self::Survival { at } => write!(f, "it fell at {at}: speed the policy up sooner"),
             Self::Calm { held } => write!(
                 f,
-                "the pole was out of danger for {:.1} s on end: {} s are asked for",
+                "the pole was out of danger for {:.1} s without a break: {} s are required",
                 held.as_secs_f64(),
                 HELD.as_secs(),
             ),

@@ -1,4 +1,4 @@
-//! Rescue it: break the graph, and bring it back before the pole is down.
+//! Rescue: break the graph, and repair it before the pole is down.
 
 pub mod judge;
 
@@ -13,7 +13,7 @@ use crate::framework::{
 };
 use judge::{RescueFailure, RescueSession, Rescued, judge};
 
-/// How long the policy is slow in each rehearsal (tenths of a second).
+/// Durations of the slow phase in the rehearsals (tenths of a second).
 const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;
 
 /// See [the module](self).
@@ -66,7 +66,7 @@ impl Exercise for Rescue {
     }
 }
 
-/// A rescue by script.
+/// A scripted rescue.
 struct Rehearsal {
     slow_s: f64,
     run: Recorded,
@@ -74,7 +74,7 @@ struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Slow from the beginning, for so many tenths of a second.
+    /// Runs with a slow phase of `tenths` of a second at the start.
     fn run(tenths: u32) -> Result<Self, Failure> {
         let slow_s = f64::from(tenths) / 10.0;
         let run = record(&Config {
@@ -103,7 +103,7 @@ impl Rehearsal {
         angles.fold(0.0, f64::max).to_degrees()
     }
 
-    /// The pole's angle just before the policy was fast again (degrees).
+    /// The pole's angle just before the policy became fast again (degrees).
     fn angle_at_return_deg(&self) -> f64 {
         let steps = self.run.steps.iter();
         let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.slow_s);

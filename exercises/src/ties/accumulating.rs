@@ -1,8 +1,8 @@
 //! A virtual clock that adds up periods, built from the library's parts.
 //!
-//! The nodes, the topics and the plant are the library's own. Only the schedule
-//! is made here, the way it is often written: when a node has ticked, it is due
-//! again one period later, and times are seconds in floating point.
+//! The nodes, the topics and the plant are the library's own. Only the schedule differs,
+//! in a common but flawed form: after its tick a node is due again one period later, with
+//! times as floating-point seconds.
 
 use ratelab::{
     cartpole::{
@@ -18,21 +18,21 @@ use ratelab::{
 
 use crate::framework::Failure;
 
-/// What a run under that clock came to.
+/// The result of a run under that clock.
 pub struct Accumulated {
     /// Sense→act latency.
     pub latency: Distribution,
-    /// How old readings were when the policy used them.
+    /// Ages of readings when the policy used them.
     pub reading_age: Distribution,
-    /// How old actions were when the actuator applied them.
+    /// Ages of actions when the actuator applied them.
     pub action_age: Distribution,
     /// Readings lost unread.
     pub dropped: u64,
-    /// Control steps that the plant made.
+    /// Control steps of the plant.
     pub steps: u64,
 }
 
-/// The three nodes of the cart-pole graph, to be ticked by hand.
+/// The three nodes of the cart-pole graph, to be ticked directly.
 struct Nodes {
     sensor: Sensor,
     policy: PolicyNode,
@@ -40,17 +40,17 @@ struct Nodes {
 }
 
 impl Nodes {
-    /// By priority: of those due together the first one ticks first.
+    /// The nodes by priority: of those due together the first one ticks first.
     fn by_priority(&mut self) -> [&mut dyn Node; 3] {
         [&mut self.sensor, &mut self.policy, &mut self.actuator]
     }
 }
 
-/// Runs the scripted policy at `control_hz` from the start of `seed` for
-/// `seconds`, with everything else at its default.
+/// Runs the scripted policy at `control_hz` from the start for `seed` during `seconds`,
+/// with defaults for the rest.
 ///
 /// # Errors
-/// [`Failure`] if the plant cannot be made, a node fails, or a time is none.
+/// [`Failure`] if the plant cannot be created, a node fails, or a time is invalid.
 pub fn run(seed: u64, control_hz: f64, seconds: f64) -> Result<Accumulated, Failure> {
     let plant = SharedPlant::new(Plant::new(seed)?);
     let observations = Topic::<Observation>::new(OBS, Depth::ONE);
@@ -83,7 +83,8 @@ pub fn run(seed: u64, control_hz: f64, seconds: f64) -> Result<Accumulated, Fail
     })
 }
 
-/// Ticks whoever is due first until the pole falls or the time is over.
+/// Ticks the nodes in the order of their due times until the pole falls or the time is
+/// over.
 fn schedule(nodes: &mut Nodes, control_hz: f64, seconds: f64) -> Result<(), Failure> {
     let periods = [CONTROL_HZ, control_hz, CONTROL_HZ].map(|hz| 1.0 / hz);
     let mut due = [0.0_f64; 3];
@@ -98,9 +99,9 @@ fn schedule(nodes: &mut Nodes, control_hz: f64, seconds: f64) -> Result<(), Fail
         if node.tick(now)?.is_break() || node.apply(now)?.is_break() {
             return Ok(());
         }
-        // The bug: a period is rounded, and so is every sum. Two nodes that
-        // ought to be due together soon differ in the last bit, and then not
-        // the priority decides who is first, but who was rounded down.
+        // The bug: a period is rounded, and so is every sum. Two nodes that should be due
+        // together soon differ in the last bit, and then the rounding decides their order
+        // in place of the priority.
         due[next] += periods[next];
     }
 }

@@ -1,4 +1,4 @@
-//! When two clocks tie: one graph, two schedules, two latencies.
+//! Ties between due times: one graph, two schedules, two latencies.
 
 pub mod accumulating;
 
@@ -14,10 +14,10 @@ use crate::framework::{
 };
 use accumulating::Accumulated;
 
-/// Control rates, the published ones (Hz).
+/// Control rates, as published (Hz).
 const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
 
-/// The rate that the question is about (Hz).
+/// The rate of the question (Hz).
 const ASKED: f64 = 25.0;
 
 /// See [the module](self).
@@ -64,12 +64,12 @@ impl Exercise for Ties {
     }
 }
 
-/// What a run came to, under either scheduler.
+/// The result of a run, under either scheduler.
 struct ScheduleRun {
     latency_ms: f64,
-    /// How old readings were when the policy used them, on average.
+    /// Mean age of readings when the policy used them.
     reading_age_ms: f64,
-    /// How old actions were when they were applied, on average.
+    /// Mean age of actions when they were applied.
     action_age_ms: f64,
     dropped: u64,
     steps: u64,
@@ -148,7 +148,7 @@ impl Pair {
         )
     }
 
-    /// The two runs and the schedules that they ran by.
+    /// The two runs with the names of their schedules.
     fn runs(&self) -> [(&'static str, &ScheduleRun); 2] {
         [("periods added", &self.added), ("exact time", &self.exact)]
     }

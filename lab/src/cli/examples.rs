@@ -1,13 +1,13 @@
-//! What is worth typing first: the end of each help, and of each manual page.
+//! Examples at the end of each help text and manual page.
 
 use clap::Command;
 
 use crate::program;
 
-/// What all of them begin with.
+/// Heading of the examples.
 pub const EXAMPLES: &str = "Examples:\n";
 
-/// Examples by command; the first are of the program itself.
+/// Examples by command; the first are those of the program itself.
 const OF_COMMANDS: [(&str, &str); 12] = [
     (
         "",
@@ -70,7 +70,7 @@ const OF_COMMANDS: [(&str, &str); 12] = [
     ),
 ];
 
-/// Adds to `command` its examples: those whose options it has.
+/// Adds to `command` the examples whose options it has.
 pub fn add(command: Command) -> Command {
     let program = program::name();
     let name = command.get_name();

@@ -1,10 +1,10 @@
-//! What can be asked of the exercises.
+//! The arguments of the exercises.
 
 use std::{path::PathBuf, str::FromStr};
 
 use clap::Args;
 
-/// Which exercise, and what is predicted.
+/// The choice of an exercise, and the prediction.
 #[derive(Debug, Args)]
 #[command(override_usage = "ratelab exercise [N] [OPTIONS]\n       ratelab exercise check [N]")]
 pub struct ExerciseArgs {
@@ -12,15 +12,15 @@ pub struct ExerciseArgs {
     #[arg(value_name = "N | check")]
     pub what: Option<Wanted>,
 
-    /// The one exercise to check.
+    /// The exercise to check, if it is only one.
     #[arg(value_name = "N", hide = true, value_parser = number)]
     pub number: Option<u32>,
 
-    /// Your prediction, such as "30 because …", where nobody can type it.
+    /// Your prediction, such as "30 because …", for scripts.
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     pub predict: Option<String>,
 
-    /// Predict anew what you predicted before.
+    /// Replace your earlier prediction.
     #[arg(long)]
     pub redo: bool,
 
@@ -34,12 +34,12 @@ pub struct ExerciseArgs {
     pub answers: Option<PathBuf>,
 }
 
-/// What is wanted of the exercises.
+/// The action to take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// To do one.
+    /// Do an exercise.
     Exercise(u32),
-    /// To have what they promise checked.
+    /// Check the promises of the exercises.
     Check,
 }
 

@@ -1,10 +1,10 @@
-//! What is said to nonsense: one line, and what to try.
+//! Error messages for invalid command lines: one line, with a remedy.
 
 use clap::error::ErrorKind;
 
 use crate::{error::Error, output::printed};
 
-/// Prints what was asked for, such as help, or makes one line of an error.
+/// Prints requested output, such as help, or turns an error into one line.
 pub fn explain(error: &clap::Error) -> Result<(), Error> {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => printed(error.print()),
@@ -12,8 +12,8 @@ pub fn explain(error: &clap::Error) -> Result<(), Error> {
     }
 }
 
-/// Joins what clap says over several lines, its tip after the rest. Where it has
-/// none for what is unknown or missing, the help is one.
+/// Joins clap's lines into one, with the tip at the end. Without a tip for something
+/// unknown or missing, refers to the help.
 fn one_line(kind: ErrorKind, message: &str) -> String {
     let lines = message.lines().map(str::trim);
     let mut usage = None;
@@ -24,7 +24,7 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
             break;
         }
         match line.strip_prefix("tip: ") {
-            // Nothing here takes values that look like options.
+            // No option here takes values that look like options.
             Some(line) if line.contains("as a value, use '--") => {}
             Some(line) => tip = Some(line.to_owned()),
             None if line.starts_with("For more information") => {}
@@ -39,14 +39,14 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
             | ErrorKind::InvalidSubcommand
             | ErrorKind::MissingRequiredArgument
     );
-    let help = || usage.map(|usage| format!("{} --help tells what there is", command(usage)));
+    let help = || usage.map(|usage| format!("see {} --help", command(usage)));
     match tip.or_else(|| unknown.then(help).flatten()) {
         Some(tip) => format!("{said}; {tip}"),
         None => said.to_owned(),
     }
 }
 
-/// The command that a line of usage begins with, such as `ratelab run`.
+/// The command at the start of a usage line, such as `ratelab run`.
 fn command(usage: &str) -> String {
     let mut words = usage.split_whitespace();
     let program = words.next().into_iter();

@@ -1,4 +1,4 @@
-//! What a graph can be asked for.
+//! The arguments of a graph.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,15 @@ use super::{
     values,
 };
 
-/// What a graph can be asked for. Names with underscores are accepted too.
+/// The arguments of a graph. Names with underscores are accepted too.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::GRAPH)]
 pub struct GraphArgs {
-    /// The options of the system.
+    /// Options of the system.
     #[command(flatten)]
     pub system: SystemArgs<Setting>,
 
-    /// Chooses the start, and all numbers that are drawn by chance.
+    /// Seed of the start and of all random numbers.
     #[arg(
         long,
         default_value_t = 0,
@@ -59,7 +59,7 @@ pub struct GraphArgs {
     #[command(flatten)]
     pub timing: TimingArgs,
 
-    /// Have the policy think so many milliseconds per decision: --takes policy=MS.
+    /// Let the policy take this many milliseconds per decision: --takes policy=MS.
     #[arg(long, alias = "think_ms", value_name = "MS", value_parser = values::think, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub think_ms: Option<Knob>,
 
@@ -73,7 +73,7 @@ pub struct GraphArgs {
 pub enum ClockArg {
     /// One thread per node against the wall clock.
     Real,
-    /// One thread, reproducible to the bit.
+    /// One thread, bit-for-bit reproducible.
     Virtual,
 }
 

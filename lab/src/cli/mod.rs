@@ -1,4 +1,4 @@
-//! The command line: what can be asked for.
+//! The command line.
 
 mod examples;
 mod exercise;
@@ -35,30 +35,30 @@ pub use self::{
     timing::{TimingArgs, WorldArg},
 };
 
-/// Headings under which options are listed.
+/// Headings of the groups of options.
 pub mod heading {
-    /// Of what is run.
+    /// Options of the graph.
     pub const GRAPH: &str = "Graph";
-    /// Of clocks and durations.
+    /// Options of clocks and durations.
     pub const TIME: &str = "Time";
-    /// Of what is written and printed.
+    /// Options of files and printed output.
     pub const OUTPUT: &str = "Output";
-    /// Of how it is drawn.
+    /// Options of the display.
     pub const SCREEN: &str = "Screen";
 }
 
-/// What ratelab can do.
+/// The commands of ratelab.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Open the dashboard over a running graph (the same as no command).
     Lab(LabArgs),
     /// Run the graph without a dashboard and print a summary.
     Run(RunArgs),
-    /// Run rates, depths and seeds on all cores: how often does it go well?
+    /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
-    /// Print what is in a recording.
+    /// Print the content of a recording.
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
     Verify(VerifyArgs),
@@ -71,7 +71,7 @@ pub enum Command {
     Exercise(ExerciseArgs),
     /// Print the keys of the lab.
     Keys,
-    /// Print what makes a shell complete commands and options.
+    /// Print a completion script for a shell.
     Completions {
         /// The shell.
         #[arg(value_name = "SHELL")]
@@ -79,20 +79,20 @@ pub enum Command {
     },
     /// Print the manual page, or write one page per command.
     Man {
-        /// Write the pages into this folder, which is made if need be.
+        /// Write the pages into this folder, which is created if needed.
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
 }
 
-/// The name of the command that only a course has, and its place in the help: the
-/// others have the even ones.
+/// Name of the command that only a course has, and its place in the help: the others have
+/// even places.
 const EXERCISE: (&str, usize) = ("exercise", 17);
 
-/// What `program` is asked for.
+/// Parses the command line of `program`.
 ///
 /// # Errors
-/// What is to be printed instead, such as help; see [`explain`].
+/// An error, or a request for output such as help; see [`explain`].
 pub fn parse(program: &Program) -> Result<Command, clap::Error> {
     let matches = command(program).try_get_matches()?;
     match matches.subcommand() {

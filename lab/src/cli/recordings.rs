@@ -1,4 +1,4 @@
-//! What can be asked of recordings.
+//! The arguments of commands for recordings.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::ScreenArgs;
 
-/// How a recording is shown.
+/// The arguments of a replay.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
     /// The recording.
@@ -17,12 +17,12 @@ pub struct ReplayArgs {
     #[arg(long)]
     pub terminal: bool,
 
-    /// How it is drawn in the terminal.
+    /// Options of the terminal.
     #[command(flatten)]
     pub screen: ScreenArgs,
 }
 
-/// Which recording is told about.
+/// The recording to describe.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// The recording.
@@ -30,7 +30,7 @@ pub struct InfoArgs {
     pub file: PathBuf,
 }
 
-/// Which recordings are run again.
+/// The recordings to verify.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
     /// The recordings.

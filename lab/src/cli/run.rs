@@ -1,4 +1,4 @@
-//! What a run can be asked for, with a dashboard or without.
+//! The arguments of a run, with or without a dashboard.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::Args;
 use super::{GraphArgs, heading, values};
 use crate::dashboard::view::theme::Look;
 
-/// What a run can be asked for. In the lab, what is written is of the last run.
+/// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// The graph.
@@ -18,7 +18,7 @@ pub struct RunArgs {
     #[arg(long, conflicts_with = "duration_s", help_heading = heading::TIME)]
     pub smoke: bool,
 
-    /// Write metrics.json into this folder, which is made if need be.
+    /// Write metrics.json into this folder, which is created if needed.
     #[arg(long, value_name = "DIR", help_heading = heading::OUTPUT)]
     pub out: Option<PathBuf>,
 
@@ -36,19 +36,19 @@ pub struct RunArgs {
     pub json: bool,
 }
 
-/// What the lab can be asked for: all that a run can, and how it is shown.
+/// The arguments of the lab: those of a run and of the display.
 #[derive(Debug, Args)]
 pub struct LabArgs {
     /// The runs.
     #[command(flatten)]
     pub run: RunArgs,
 
-    /// How it is drawn.
+    /// Options of the display.
     #[command(flatten)]
     pub screen: ScreenArgs,
 }
 
-/// How a dashboard is drawn.
+/// The options of a dashboard.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::SCREEN)]
 pub struct ScreenArgs {

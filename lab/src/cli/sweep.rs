@@ -1,4 +1,4 @@
-//! What a sweep can be asked for.
+//! The arguments of a sweep.
 
 use std::{num::NonZeroUsize, path::PathBuf};
 
@@ -15,27 +15,27 @@ use super::{
     values::{duration, within},
 };
 
-/// What a sweep can be asked for. Lists are written like 5,10,25 and ranges
-/// like 1..30 or 1..30:0.5. Names with underscores are accepted too.
+/// The arguments of a sweep. Lists are written like 5,10,25 and ranges like 1..30 or
+/// 1..30:0.5. Names with underscores are accepted too.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::GRAPH)]
 pub struct SweepArgs {
-    /// The options of the system.
+    /// Options of the system.
     #[command(flatten)]
     pub system: SystemArgs<SweepAxis>,
 
-    /// Sweep any knob: "rate NODE", "depth TOPIC", "send NODE", "takes NODE", "offset
-    /// NODE" or "wakes NODE", and a list or a range; can be given several times.
+    /// Sweep any knob, such as "rate NODE" or "takes NODE", with a list or a range; {}
+    /// is where the values go if that is not the end: "link TOPIC delay:{}". Can be given
+    /// several times.
     #[arg(long, num_args = 2, value_names = ["KNOB", "LIST"], allow_hyphen_values = true)]
     pub axis: Vec<String>,
 
-    /// Turn a knob of all runs: "rate NODE HZ", "depth TOPIC N", "send NODE TEXT",
-    /// "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given several
-    /// times.
+    /// Turn a knob of all runs, such as "rate NODE HZ", "takes NODE SPEC" or "link TOPIC
+    /// SPEC"; can be given several times.
     #[arg(long, value_name = "KNOB")]
     pub knob: Vec<String>,
 
-    /// The starts: a list or a range, such as 0..199.
+    /// Seeds: a list or a range, such as 0..199.
     #[arg(
         long,
         value_name = "LIST",
@@ -52,7 +52,7 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub timing: TimingArgs,
 
-    /// Threads to run on, which change nothing but the time it takes [default: one per core]
+    /// Number of threads, without effect on the results [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,
 
@@ -60,7 +60,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub csv: Option<PathBuf>,
 
-    /// Write sweep.json into this folder, which is made if need be.
+    /// Write sweep.json into this folder, which is created if needed.
     #[arg(long, value_name = "DIR", help_heading = heading::OUTPUT)]
     pub out: Option<PathBuf>,
 
@@ -77,7 +77,7 @@ pub struct SweepArgs {
     pub ascii: bool,
 }
 
-/// The most threads that are accepted.
+/// The maximum number of threads.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1_024).expect("it is not zero");
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {

@@ -1,4 +1,4 @@
-//! Options that a system brings: its aliases for knobs.
+//! The options of a system: its aliases for knobs.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, ValueHint};
 use ratelab::{
@@ -10,22 +10,21 @@ use ratelab::{
 use super::heading;
 use crate::program::Program;
 
-/// What the options of a system say: settings of a run, or axes of a sweep.
+/// The values of the system's options: settings of a run, or axes of a sweep.
 #[derive(Clone, Debug)]
 pub struct SystemArgs<T> {
     /// The values of its aliases.
     pub given: Vec<T>,
-    /// `--break` was given.
+    /// Whether `--break` is set.
     pub broken: bool,
-    /// `--theory` was given.
+    /// Whether `--theory` is set.
     pub theory: bool,
 }
 
 /// The name of an alias, and the knobs that it sets.
 pub type Setting = (&'static str, Vec<Knob>);
 
-/// What a sweep goes through where nothing is asked for, if the first alias of its
-/// system is a rate.
+/// The default axis of a sweep, if the first alias of its system is a rate.
 pub const DEFAULT_RATES: &str = "1..30";
 
 /// Name of the option that breaks a system.
@@ -34,7 +33,7 @@ const BREAK: &str = "break";
 /// Name of the option that adds linear theory.
 const THEORY: &str = "theory";
 
-/// The options of the system before those of `command`: a value for each alias.
+/// Adds the system's options in front of those of `command`: a value for each alias.
 pub fn with_run_options(command: Command, program: &Program) -> Command {
     let mut options = Vec::new();
     for alias in program.system.aliases() {
@@ -66,7 +65,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
     in_front(options, command)
 }
 
-/// The options of the system before those of `command`: a list for each alias.
+/// Adds the system's options in front of those of `command`: a list for each alias.
 pub fn with_axes(command: Command, program: &Program) -> Command {
     let knobs = program.knobs();
     let aliases = program.system.aliases().iter().enumerate();
@@ -120,7 +119,7 @@ fn flag(name: &'static str, help: String) -> Arg {
     flag.action(ArgAction::SetTrue).help_heading(heading::GRAPH)
 }
 
-/// `options` before those that `command` has.
+/// Puts `options` in front of those of `command`.
 fn in_front(options: Vec<Arg>, command: Command) -> Command {
     let count = options.len();
     let command = command.mut_args(|arg| {
@@ -154,7 +153,7 @@ impl<T: Clone + Send + Sync + 'static> FromArgMatches for SystemArgs<T> {
     }
 }
 
-/// Its options are added when the system is known.
+/// The options are added later, when the system is known.
 impl<T: Clone + Send + Sync + 'static> Args for SystemArgs<T> {
     fn augment_args(command: Command) -> Command {
         command

@@ -1,11 +1,11 @@
-//! What can be asked of the world, and of the machine that the graph is to run on.
+//! The arguments for the world and for the timing of the target machine.
 
 use clap::{Args, ValueEnum};
 use ratelab::runtime::Knob;
 
 use super::{heading, values};
 
-/// Whether the plant waits, and what nodes take.
+/// The world and the duration of ticks.
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::TIME)]
 pub struct TimingArgs {
@@ -29,7 +29,7 @@ pub struct TimingArgs {
     #[arg(long, value_name = "NODE=SPEC", value_parser = values::takes)]
     pub takes: Vec<Knob>,
 
-    /// Shift the due times of a node by so many milliseconds; can be given several
+    /// Shift the due times of a node by this many milliseconds; can be given several
     /// times.
     #[arg(long, value_name = "NODE=MS", value_parser = values::offset)]
     pub offset: Vec<Knob>,

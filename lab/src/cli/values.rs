@@ -1,4 +1,4 @@
-//! From the text of an option to its value, or to what was expected.
+//! Parses the values of options.
 
 use std::{ops::RangeInclusive, str::FromStr};
 
@@ -32,7 +32,7 @@ pub fn duration(text: &str) -> Result<Time, String> {
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
-/// What a decision takes, as a knob of the node that decides.
+/// Duration of a decision, as a knob of the node that decides.
 pub fn think(text: &str) -> Result<Knob, String> {
     let ms = number(text, "milliseconds", 0.0, 60_000.0)?.to_string();
     let knob = KnobKind::Takes.set("policy", &ms);
@@ -44,12 +44,12 @@ pub fn step_ms(text: &str) -> Result<u64, String> {
     step.ok_or_else(|| "expected 1, 2, 5 or 10 milliseconds".to_owned())
 }
 
-/// What the ticks of a node take.
+/// Duration of a node's ticks.
 pub fn takes(text: &str) -> Result<Knob, String> {
     of_node(KnobKind::Takes, text)
 }
 
-/// By how much the due times of a node are shifted.
+/// Offset of a node's due times.
 pub fn offset(text: &str) -> Result<Knob, String> {
     of_node(KnobKind::Offset, text)
 }
@@ -76,7 +76,7 @@ pub fn fps(text: &str) -> Result<u32, String> {
     within(text, "frames per second", 1..=120)
 }
 
-/// A number in `range`, of what `unit` says.
+/// Parses a number in `range`; `unit` is its unit in the error message.
 pub fn within<T>(text: &str, unit: &str, range: RangeInclusive<T>) -> Result<T, String>
 where
     T: FromStr + PartialOrd + std::fmt::Display,

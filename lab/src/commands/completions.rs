@@ -1,4 +1,4 @@
-//! `ratelab completions`: what makes a shell complete.
+//! `ratelab completions`: completion scripts for shells.
 
 use clap_complete::{Shell, generate};
 
@@ -8,7 +8,8 @@ use crate::{cli, error::Error, output::print_line, program::Program};
 pub fn completions(program: &Program, shell: Shell) -> Result<(), Error> {
     let mut command = cli::command(program);
     let name = command.get_name().to_owned();
-    // Generated in memory first: writing to a pipe that is closed would panic.
+    // Generated in memory first, because the generator panics when it writes to a closed
+    // pipe.
     let mut script = Vec::new();
     generate(shell, &mut command, name, &mut script);
     print_line(String::from_utf8_lossy(&script).trim_end())

@@ -18,10 +18,10 @@ use crate::{
     rescue::{RESCUE, is_shipped, judge_recording},
 };
 
-/// Columns of text.
+/// Width of the text (columns).
 const WIDTH: usize = 80;
 
-/// Lists the exercises, does one, or checks what they promise.
+/// Lists the exercises, does one, or checks their promises.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     check_options(args)?;
     let file = answers_file(args.answers.as_deref());
@@ -42,7 +42,7 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     }
 }
 
-/// Refuses what has no meaning without the number of an exercise.
+/// Refuses options that need the number of an exercise.
 fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
     let lonely = match args.what {
         Some(Wanted::Exercise(_)) => None,
@@ -86,8 +86,8 @@ fn list(answers: &Answers, file: &Path) -> String {
     )
 }
 
-/// Measures again what each of `exercises` promises, and tells how the prediction
-/// came out. Only measurements can fail.
+/// Repeats the measurement of each of `exercises`, and prints the result of the
+/// prediction. Only measurements can fail.
 fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
     let mut broken = 0;
     for exercise in exercises {

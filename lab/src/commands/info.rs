@@ -1,4 +1,4 @@
-//! `ratelab info`: what is in a recording.
+//! `ratelab info`: the content of a recording.
 
 use std::{path::Path, sync::Arc};
 
@@ -12,7 +12,7 @@ use crate::{
     report::{self, ReportContext},
 };
 
-/// Prints what a recording is of, and the summary of its run.
+/// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, file: &Path) -> Result<(), Error> {
     let recording = Arc::new(Recording::read(file)?);
     print_line(&overview(program, &recording))?;
@@ -59,7 +59,7 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
     lines.join("\n")
 }
 
-/// Why a recording does not know how its run ended, if it does not.
+/// The reason why the recording lacks the end of its run, if it does.
 fn open(recording: &Recording) -> Option<String> {
     match recording.outcome.as_ref().map(|outcome| &outcome.end) {
         Some(RunStatus::Ended(_)) => None,

@@ -10,7 +10,7 @@ use crate::{
     timing::own_world,
 };
 
-/// Prints the keys of the lab: those that do something with the system.
+/// Prints the keys of the lab that have an effect for the system.
 pub fn print_keys(program: &Program) -> Result<(), Error> {
     let own_world = own_world(&program.system, &Config::default()).is_some();
     let done = |action: &LabAction| match action {

@@ -17,15 +17,14 @@ use crate::{
     screen::{need_terminal, screen},
 };
 
-/// What is done here can be done again, so virtual time is what it starts with.
+/// The lab starts in virtual time, because runs are reproducible there.
 const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Virtual,
     end: Time::MAX,
     speed: Speed::REAL_TIME,
 };
 
-/// Opens the dashboard; writes and prints the summary of the last run when it is
-/// left.
+/// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     let config = options::config(program, &args.run, &DEFAULTS)?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
@@ -56,7 +55,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Rows that cannot be written, with the name of their file.
+/// Adds the name of the file to an error of writing rows.
 fn unfinished(args: &LabArgs, error: LabError) -> Error {
     match (error, &args.run.csv) {
         (LabError::Csv(why), Some(path)) => write_error(path, why),
@@ -64,7 +63,7 @@ fn unfinished(args: &LabArgs, error: LabError) -> Error {
     }
 }
 
-/// Files that cannot be made are the fault of what was asked for.
+/// Turns errors of creating files into errors of the input.
 fn refusal(args: &LabArgs, error: LabError) -> Error {
     match (error, &args.run.csv) {
         (LabError::Record { path, why }, _) => record_error(&path, &why),

@@ -1,4 +1,4 @@
-//! `ratelab man`: manual pages, of the same definition as the command line.
+//! `ratelab man`: manual pages, generated from the definition of the command line.
 
 use std::{fs, io, path::Path};
 
@@ -16,24 +16,18 @@ use crate::{
     version,
 };
 
-/// What the page of the program itself has beside its options.
+/// Additional sections on the page of the program itself.
 const SECTIONS: [Section; 3] = [
     (
         "EXIT STATUS",
         &[
-            (
-                "0",
-                "What was asked for was done. A run that is lost is a result.",
-            ),
+            ("0", "Success. A lost run is a result, too."),
             (
                 "1",
-                "It could not be finished: a node failed, a file could not be written, or a \
-                 recording is not what comes of running it again.",
+                "An unfinished command: a node failed, a file could not be written, or a \
+                 recording differs from a repetition of its run.",
             ),
-            (
-                "2",
-                "The input is bad: an option, a value, or a file that is not what it should be.",
-            ),
+            ("2", "Bad input: an invalid option, value or file."),
             (
                 "128 + n",
                 "Signal n ended it: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. At \
@@ -69,7 +63,7 @@ const SECTIONS: [Section; 3] = [
     ),
 ];
 
-/// What a course has beside these.
+/// An additional section for a course.
 const COURSE: Section = (
     "PREDICTIONS",
     &[
@@ -104,7 +98,7 @@ pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
     Ok(())
 }
 
-/// A heading, and below it what is explained: a name, and what it is.
+/// A heading with its entries: a name and an explanation each.
 type Section = (&'static str, &'static [(&'static str, &'static str)]);
 
 fn write(command: &Command, sections: &[Section], folder: &Path) -> Result<(), Error> {
@@ -123,7 +117,7 @@ fn manual(command: &Command) -> Man {
         .date(version::DATE.unwrap_or_default())
 }
 
-/// The page of one command.
+/// Renders the page of one command.
 fn page(command: &Command, sections: &[Section]) -> Result<Vec<u8>, Error> {
     render(command, sections).map_err(|why| Error::Write {
         what: "the page".to_owned(),
@@ -159,7 +153,7 @@ fn render(command: &Command, sections: &[Section]) -> io::Result<Vec<u8>> {
     Ok(page)
 }
 
-/// The examples of `command`, line by line as they are.
+/// Adds the examples of `command`, one per line.
 fn examples(page: &mut Roff, command: &Command) {
     let text = command.get_after_help().map(ToString::to_string);
     let Some(examples) = text.as_deref().and_then(|text| text.strip_prefix(EXAMPLES)) else {

@@ -1,5 +1,5 @@
-//! The commands, a file each. What several of them need is beside this folder: none
-//! imports another.
+//! The commands, a file each. Code that several of them share is outside of this folder:
+//! none imports another.
 
 mod completions;
 mod exercise;

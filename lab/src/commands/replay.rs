@@ -21,10 +21,10 @@ use crate::{
 /// The viewer's command.
 const VIEWER: &str = "rerun";
 
-/// Shows a recording; what is good of it, if it is damaged.
+/// Shows a recording; of a damaged one, the intact part.
 pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
     let recording = match Recording::read(&args.file) {
-        // The viewer shows these too, and the terminal does not.
+        // The viewer can show these, but the terminal cannot.
         Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
         read => Arc::new(read?),
     };
@@ -42,13 +42,13 @@ fn view(file: &Path) -> Result<(), Error> {
     open_viewer(file)
 }
 
-/// The version of rerun that recordings are written with.
+/// The version of rerun for which recordings are written.
 fn ours() -> String {
     rerun::build_info().version.to_string()
 }
 
-/// The viewer beside this program, where pip puts both and the search path may not
-/// lead; otherwise the one of the search path.
+/// Prefers the viewer beside this program, where pip installs both and which may be
+/// outside of the search path.
 fn viewer() -> OsString {
     let program = env::current_exe().and_then(|program| program.canonicalize());
     let beside = program.map(|program| program.with_file_name(VIEWER));
@@ -58,7 +58,7 @@ fn viewer() -> OsString {
     }
 }
 
-/// How to get the viewer.
+/// How to install the viewer.
 fn advice() -> String {
     let (rerun, program) = (ours(), program::name());
     format!(
@@ -66,7 +66,7 @@ fn advice() -> String {
     )
 }
 
-/// What the viewer says of its version, if it says anything that is one.
+/// The viewer's version, if its output contains one.
 fn viewer_version() -> Result<Option<String>, Error> {
     let asked = Command::new(viewer()).arg("--version").output();
     let answer = asked.map_err(|why| {
@@ -78,8 +78,8 @@ fn viewer_version() -> Result<Option<String>, Error> {
     Ok(version.filter(|version| version.starts_with(|c: char| c.is_ascii_digit())))
 }
 
-/// A viewer of another version may not show all there is, which is said; one
-/// that says no version is no viewer.
+/// Prints a note for a viewer of another version, which may be unable to show everything;
+/// refuses a program without a version.
 fn check_viewer(version: Option<&str>) -> Result<(), Error> {
     let (Some(version), ours) = (version, ours()) else {
         let advice = advice();

@@ -19,19 +19,20 @@ use crate::{
     signals,
 };
 
-/// What an ordinary run is.
+/// The defaults of a run.
 const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Real,
     end: Time::from_nanos(10_000_000_000),
     speed: Speed::Unlimited,
 };
 
-/// Runs the graph as asked, prints and writes its summary.
+/// Runs the graph, then prints and writes its summary.
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     let config = options::config(program, args, &DEFAULTS)?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     let commands = experiment.commands();
-    // A run that is over is being written down, which the first signal lets be.
+    // After the end of the run the first signal has no effect, so that its results are
+    // still written.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     let recorder = record(args, &experiment)?;
@@ -54,7 +55,7 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     both(reported, recorded)
 }
 
-/// One of two failures, and the other printed.
+/// Returns one of two errors, and prints the other.
 fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error> {
     if let (Err(error), Err(_)) = (&first, &second) {
         output::error(error);
@@ -62,7 +63,7 @@ fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error
     second.and(first)
 }
 
-/// Begins to record, if that was asked for.
+/// Starts a recording, if it is requested.
 fn record(args: &RunArgs, experiment: &Experiment) -> Result<Option<Recorder>, Error> {
     let Some(file) = &args.record else {
         return Ok(None);

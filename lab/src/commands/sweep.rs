@@ -1,4 +1,4 @@
-//! `ratelab sweep`: many runs at once, and how often they were not lost.
+//! `ratelab sweep`: many runs at once, and their survival.
 
 use std::{
     io::{IsTerminal, stdout},
@@ -28,13 +28,13 @@ use crate::{
 /// Name of the file in `--out`.
 const FILE: &str = "sweep.json";
 
-/// Runs every cell, prints and writes the results. Ctrl-C keeps what is done.
+/// Runs every cell, then prints and writes the results. Ctrl-C keeps the finished ones.
 pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let sweep = args.sweep(program)?;
     let cells = sweep.cells()?;
     let topics = csv::read_topics(&sweep)?;
     let header = csv::header(&sweep, &topics);
-    // No further cell begins once it is set.
+    // No further cell begins once this is set.
     let asked = signals::stop_flag();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
@@ -60,7 +60,8 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     }
 }
 
-/// What `args` ask to be written, rows below `header`, and what `sweep` reads.
+/// The files to write according to `args`, with `header` above the rows, and the files
+/// that `sweep` reads.
 fn plan<'a>(args: &'a SweepArgs, sweep: &Sweep, header: &str) -> OutputPlan<'a> {
     let values = sweep.axes.iter().flat_map(|axis| &axis.values);
     let knobs = values
@@ -76,7 +77,7 @@ fn plan<'a>(args: &'a SweepArgs, sweep: &Sweep, header: &str) -> OutputPlan<'a> 
     }
 }
 
-/// Writes the files that were asked for, and prints.
+/// Writes the requested files, and prints the results.
 fn print_results(
     program: &Program,
     args: &SweepArgs,
@@ -106,7 +107,7 @@ fn print_results(
     }
 }
 
-/// How the map is drawn: in colour only where somebody sees it.
+/// Style of the map: with colour on a terminal only.
 fn style(args: &SweepArgs) -> MapStyle {
     let mut theme = theme(args.ascii, None);
     let terminal = stdout().is_terminal();

@@ -1,4 +1,4 @@
-//! `ratelab verify`: recordings run again and compared, bit for bit.
+//! `ratelab verify`: repeats the runs of recordings and compares them, bit for bit.
 
 mod progress;
 
@@ -16,8 +16,8 @@ use crate::{
 };
 use progress::Progress;
 
-/// Runs recordings again and compares; prints of each what came of it. Ctrl-C ends
-/// it in order.
+/// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
+/// the program normally.
 pub fn verify(program: &Program, files: &[PathBuf]) -> Result<(), Error> {
     let asked = signals::stop_flag();
     let [file] = files else {

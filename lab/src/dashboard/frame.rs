@@ -1,8 +1,7 @@
 //! One frame of the dashboard: plain figures without locks and handles.
 //!
-//! It is read once per frame from the library's counters and is never changed
-//! afterwards, so it can be drawn, kept for looking back, and compared with that
-//! of the next frame to see whether anything needs to be drawn at all.
+//! It is read once per frame from the library's counters and does not change afterwards:
+//! it can be drawn, kept for looking back, and compared with the next frame.
 
 use std::{sync::Arc, time::Duration};
 
@@ -164,7 +163,7 @@ pub struct LatencyData {
     pub period: Duration,
 }
 
-/// How old what acts on the world is, against what the loop bears.
+/// The recent push age and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgeData {
     /// The mean push age of the last second, or of two periods of the policy.
@@ -222,21 +221,21 @@ impl PartKind {
     }
 }
 
-/// How much of what a loop bears is used.
+/// How near a push age is to its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strain {
     /// No limit is known.
     Unknown,
-    /// Less than what makes small deviations grow.
+    /// Below the limits.
     Borne,
     /// Small deviations grow.
     Swings,
-    /// More than what it survives.
+    /// The loop is lost.
     Falls,
 }
 
 impl AgeData {
-    /// How much of what the loop bears is used.
+    /// How near the age is to its limits.
     pub fn strain(&self) -> Strain {
         // Where rates alone come to the limit, the mean is that limit.
         let passed = |limit: Option<Duration>| limit.is_some_and(|limit| self.mean + HAIR >= limit);

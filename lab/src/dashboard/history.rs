@@ -22,8 +22,7 @@ impl FrameHistory {
             if **newest == frame {
                 return false;
             }
-            // Wall time that passes over a graph at rest is nothing to look
-            // back at.
+            // A graph at rest adds no frames while wall time passes.
             if newest.differs_in_wall_time_only(&frame) {
                 *newest = Arc::new(frame);
                 return true;
@@ -43,7 +42,7 @@ impl FrameHistory {
         self.frames.get(index).cloned()
     }
 
-    /// Which frame of how many is looked at, counted from one; `None` live.
+    /// Number of the frame in sight, from one, and the number of frames; `None` live.
     pub fn position(&self) -> Option<(usize, usize)> {
         self.back.map(|index| (index + 1, self.frames.len()))
     }

@@ -75,8 +75,8 @@ pub struct Options {
     pub theme: Theme,
 }
 
-/// Shows sessions, beginning with one of `config`, until the person leaves; what
-/// is left of them. The terminal is back in order by then.
+/// Shows sessions, beginning with one of `config`, until the person leaves; returns
+/// their results, with the terminal given back.
 ///
 /// # Errors
 /// [`LabError`] if the first session cannot be started.
@@ -110,13 +110,11 @@ fn on_screen(model: &mut impl Model, options: &Options) -> Result<(), LabError> 
     run(&mut screen.0, &mut keyboard, model, options, &quit)
 }
 
-/// How long an end in order may take before a signal ends the program all the
-/// same.
+/// Time for an orderly end after a signal, before the program ends at once.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// SIGTERM and the like end the dashboard as the key does. A terminal that nobody
-/// reads may take no more, and a node may be stuck: then the program just ends, as
-/// it does at a second signal.
+/// SIGTERM and similar signals end the dashboard as the key does. If the terminal is
+/// blocked or a node is stuck, the program ends at once, as it does at a second signal.
 fn quit_on_signal() -> Arc<AtomicBool> {
     let quit = Arc::new(AtomicBool::new(false));
     let asked = quit.clone();
@@ -159,8 +157,7 @@ where
     Ok(())
 }
 
-/// Stops, or goes on, if the shell asks for it; says whether all is to be drawn
-/// again.
+/// Stops or continues at the shell's request; returns whether all must be drawn again.
 fn obey_shell<B>(
     terminal: &mut Terminal<B>,
     input: &mut impl Input,
@@ -209,7 +206,7 @@ fn obey_until(
     }
 }
 
-/// Whether a key is Ctrl-Z, which is the shell's wherever it is typed.
+/// Whether a key is Ctrl-Z, which always belongs to the shell.
 fn is_stop(key: &KeyEvent) -> bool {
     key.code == KeyCode::Char('z') && key.modifiers == KeyModifiers::CONTROL
 }

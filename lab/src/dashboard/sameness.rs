@@ -90,7 +90,7 @@ mod tests {
                 seq,
                 origin: None,
                 dropped: 0,
-                released: stamp,
+                at: stamp,
                 arrives: Some(stamp),
             };
             assert!(rows.push(head, [*value]));

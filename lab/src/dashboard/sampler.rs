@@ -29,7 +29,7 @@ use super::{
     settings::setting,
     timeline::{Timeline, TimelineView},
 };
-use crate::timing::is_of_time;
+use crate::{names, timing::is_of_time};
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -258,8 +258,8 @@ impl Sampler {
 
     fn settings(&self, session: &impl RunSource) -> Vec<String> {
         let (system, setup) = (session.system(), self.setup(session));
-        let aliases = system.aliases().iter();
-        let sent = aliases.filter(|alias| alias.kind() == KnobKind::Send);
+        let shown = names::shown(system, |alias| names::is_set(alias, &setup)).into_iter();
+        let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
         let sent = sent.map(|alias| setting(system, alias, &setup));
         let world = world(session, &setup).map(str::to_owned);
         world.into_iter().chain(sent).collect()

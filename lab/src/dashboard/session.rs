@@ -28,7 +28,7 @@ use crate::{
 };
 
 /// Messages of a topic that may wait for the next frame: at full speed the virtual
-/// clock makes some thousands in the time of one.
+/// clock makes thousands per frame.
 const BACKLOG: usize = 65_536;
 
 /// The settings of every session.
@@ -126,8 +126,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts an experiment; records it to a new file at `record`, if there is to
-    /// be one.
+    /// Starts an experiment; records it to a new file at `record`, if that is given.
     ///
     /// # Errors
     /// [`LabError`] if it cannot be set up, or a file that it is to be written to
@@ -177,7 +176,7 @@ impl Session {
         let _ = self.commands.send(command);
     }
 
-    /// Sees whether the run is over.
+    /// Checks whether the run is over.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
@@ -185,8 +184,8 @@ impl Session {
         self.wait(Duration::ZERO).map(drop)
     }
 
-    /// Waits for the end of the run, but no longer than `patience`; says whether it
-    /// has come.
+    /// Waits for the end of the run for `patience` at the most; returns whether it has
+    /// come.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
@@ -233,7 +232,7 @@ impl Session {
         Ok(SessionResult { summary, csv_lost })
     }
 
-    /// Leaves the run, which does not end, to itself; its recording ends in order.
+    /// Leaves a run that does not end; its recording ends in order.
     pub fn abandon(&mut self) -> LabError {
         let stuck = LabError::Stuck(list(&self.busy()));
         if let Some(recorder) = &self.recorder {
@@ -268,7 +267,7 @@ impl Session {
         lost.map_err(LabError::Csv)
     }
 
-    /// Records from now on to a new file at `destination`; which that is.
+    /// Records from now on to a new file at `destination`; returns its path.
     ///
     /// # Errors
     /// The error of the system about the file.
@@ -291,7 +290,7 @@ impl Session {
     }
 }
 
-/// Names as they are listed in a sentence; some node, where none is known.
+/// Names as a list in a sentence; "a node" for none.
 pub fn list(names: &[String]) -> String {
     match names {
         [] => "a node".to_owned(),

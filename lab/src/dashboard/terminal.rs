@@ -64,9 +64,8 @@ pub fn restore() {
     let _ = execute!(stdout(), DisableBracketedPaste, LeaveAlternateScreen, Show);
 }
 
-/// A panic of the dashboard gives the terminal back before it is reported. One
-/// in a node's thread is no reason to: it becomes a fault, which the dashboard
-/// tells when it has left the screen.
+/// A panic of the dashboard gives the terminal back before the report. A panic in a
+/// node's thread becomes a fault, which is printed after the dashboard.
 fn restore_on_panic() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -122,8 +121,8 @@ pub struct Keyboard {
 }
 
 impl Keyboard {
-    /// Reads keys from now on, on a thread of its own: reading stands still within
-    /// a key of which only the beginning has come, and nothing else is to.
+    /// Reads keys from now on, on a thread of its own: reading blocks within a key of
+    /// which only the beginning has arrived.
     ///
     /// # Errors
     /// If there can be no thread, or no handler of signals.

@@ -14,8 +14,8 @@ use super::{
 };
 use crate::error::Error;
 
-/// A file for rows, which replaces the one of its name when it is whole. Pipes,
-/// devices and files in folders that take no new one are written as they grow.
+/// A file for rows, which replaces an existing file only when it is complete. Pipes,
+/// devices and files in read-only folders are written directly.
 pub struct CsvFile {
     path: PathBuf,
     way: Way,
@@ -27,20 +27,20 @@ enum Way {
 }
 
 impl CsvFile {
-    /// Opens the file at `path`; what is in it stays for now.
+    /// Opens the file at `path` without changing its content.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if rows cannot be written there.
+    /// [`Error::BadInput`] if it is not writable.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let way = Way::to(path).map_err(|why| Error::unwritable("--csv", path, &why))?;
         let path = path.to_owned();
         Ok(Self { path, way })
     }
 
-    /// The file to write to, without what was in it.
+    /// Returns the file to write to, emptied.
     ///
     /// # Errors
-    /// [`Error::Write`] with the error of the system.
+    /// [`Error::Write`] with the error of the operating system.
     pub fn begin(&mut self) -> Result<File, Error> {
         let file = match &mut self.way {
             Way::Whole(file) => file.writer(),
@@ -49,10 +49,10 @@ impl CsvFile {
         file.map_err(|why| write_error(&self.path, why))
     }
 
-    /// Gives the file its name if all was `written`.
+    /// Gives the file its final name if everything was `written`.
     ///
     /// # Errors
-    /// [`Error::Write`] with what went wrong.
+    /// [`Error::Write`] with the cause.
     pub fn complete<T>(self, written: io::Result<T>) -> Result<T, Error> {
         let named = written.and_then(|written| match self.way {
             Way::Whole(file) => file.complete().map(|()| written),
@@ -70,7 +70,7 @@ impl Way {
         let target = resolved(path)?;
         let is_there = target.exists();
         if is_there {
-            // One that is not to be written is not to be replaced either.
+            // A read-only file must not be replaced either.
             File::options().write(true).open(&target)?;
         }
         match Unfinished::create(&target) {
@@ -82,8 +82,8 @@ impl Way {
     }
 }
 
-/// Refuses a file at `path` that holds something else than rows below `header`,
-/// or the beginning of that.
+/// Refuses an existing file at `path` unless it contains rows below `header`, or a
+/// beginning of that header.
 pub fn check_rows(path: &Path, header: &str) -> Result<(), Error> {
     if !path.is_file() || must_be_live(path) {
         return Ok(());

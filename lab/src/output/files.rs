@@ -1,4 +1,4 @@
-//! The files of a command, all of them before the first is written.
+//! The files of a command, all opened before the first is written.
 
 use std::{
     fs, io,
@@ -14,24 +14,24 @@ use super::{
 };
 use crate::error::Error;
 
-/// The files that a command writes and reads.
+/// The files to write, and the files to read.
 pub struct OutputPlan<'a> {
     /// The folder of `--out`.
     pub out: Option<&'a Path>,
-    /// Name of the file in it.
+    /// Name of the metrics file in it.
     pub metrics: &'static str,
     /// The file of `--csv`.
     pub csv: Option<&'a Path>,
-    /// The first line of that.
+    /// The first line of the CSV file.
     pub header: String,
     /// The file of `--record`, if it has a name.
     pub record: Option<&'a Path>,
-    /// Files that are read, by option.
+    /// The files to read, by option.
     pub inputs: Vec<(String, PathBuf)>,
 }
 
 impl OutputPlan<'_> {
-    /// Refuses files that are written twice, or written and read, or that hold
+    /// Refuses files that are written twice, or both written and read, or that contain
     /// something else.
     fn check(&self) -> Result<(), Error> {
         let metrics = self.out.map(|folder| folder.join(self.metrics));
@@ -63,30 +63,30 @@ impl OutputPlan<'_> {
     }
 }
 
-/// Files that are opened before the run, so that a run is never made in vain.
-/// Dropped before they are written, they leave nothing behind.
+/// Files opened before the run, so that no run is wasted. If they are dropped before they
+/// are written, nothing is left behind.
 pub struct Outputs {
     metrics: Option<(Unfinished, PathBuf)>,
     csv: Option<CsvFile>,
-    /// The last to go: the others are in them.
+    /// Dropped last, because the other files are in these folders.
     _folders: NewFolders,
 }
 
 impl Outputs {
-    /// Opens what is asked for, and changes no file.
+    /// Opens the requested files without changing any.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if something of it cannot be written.
+    /// [`Error::BadInput`] if one of them is not writable.
     pub fn prepare(plan: &OutputPlan) -> Result<Self, Error> {
         let outputs = Self::beside_csv(plan)?;
         let csv = plan.csv.map(CsvFile::open).transpose()?;
         Ok(Self { csv, ..outputs })
     }
 
-    /// The same, but for rows that somebody else opens.
+    /// The same, except for rows that the caller opens.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if something cannot be written.
+    /// [`Error::BadInput`] if a file is not writable.
     pub fn beside_csv(plan: &OutputPlan) -> Result<Self, Error> {
         let unwritable = |folder: &Path, why| Error::unwritable("--out", folder, &why);
         let folders = plan.out.map_or(Ok(NewFolders::default()), |folder| {
@@ -106,7 +106,7 @@ impl Outputs {
         })
     }
 
-    /// The file for rows, once.
+    /// The file for rows; `None` on later calls.
     pub fn take_csv(&mut self) -> Option<CsvFile> {
         self.csv.take()
     }
@@ -114,7 +114,7 @@ impl Outputs {
     /// Writes `metrics`, if there is a file for them.
     ///
     /// # Errors
-    /// [`Error::Write`] with what went wrong.
+    /// [`Error::Write`] with the cause.
     pub fn write(self, metrics: &str) -> Result<(), Error> {
         let Some((file, path)) = self.metrics else {
             return Ok(());
@@ -124,7 +124,7 @@ impl Outputs {
     }
 }
 
-/// Folders that were made and are removed again if nothing is in them.
+/// New folders, which are removed again if they stay empty.
 #[derive(Default)]
 struct NewFolders(Vec<PathBuf>);
 
@@ -140,7 +140,7 @@ impl NewFolders {
 impl Drop for NewFolders {
     fn drop(&mut self) {
         for folder in &self.0 {
-            let _ = fs::remove_dir(folder); // Refused if there are files in it.
+            let _ = fs::remove_dir(folder); // Fails for a folder with files.
         }
     }
 }

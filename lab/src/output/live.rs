@@ -1,4 +1,4 @@
-//! Files that grow where others see them: pipes, devices, and the rows of the lab.
+//! Files that are written in place: pipes, devices, and the rows of the lab.
 
 use std::{
     fs::{self, File},
@@ -9,21 +9,21 @@ use std::{
 
 use super::paths::resolved;
 
-/// A file that is open and as it was, until it [begins](Self::begin). Dropped
-/// before, one that was new is gone.
+/// An open file with unchanged content until [`begin`](Self::begin). If it is dropped
+/// before, a new file is removed.
 pub struct Live {
     file: File,
-    /// Whether its content will be replaced.
+    /// Whether its old content is discarded.
     replaces: bool,
-    /// Where it was made.
+    /// Path of a newly created file.
     made: Option<PathBuf>,
 }
 
 impl Live {
-    /// Opens the file at `path`, or makes it.
+    /// Opens or creates the file at `path`.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn open(path: &Path) -> io::Result<Self> {
         if let Some(file) = standard_stream(path) {
             return Ok(Self {
@@ -50,10 +50,10 @@ impl Live {
         })
     }
 
-    /// The file without what was in it.
+    /// Returns the file, emptied.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn begin(&mut self) -> io::Result<File> {
         if self.replaces {
             self.file.set_len(0)?;
@@ -71,8 +71,8 @@ impl Drop for Live {
     }
 }
 
-/// Standard output or standard error, if `path` is the file that it goes to: by
-/// a stream of its own, each would write over the other's text.
+/// Standard output or standard error, if it goes to the file at `path`: with two separate
+/// streams each would overwrite the other's text.
 fn standard_stream(path: &Path) -> Option<File> {
     if !path.is_file() {
         return None;
@@ -88,8 +88,8 @@ fn standard_stream(path: &Path) -> Option<File> {
     stream.map(File::from).ok()
 }
 
-/// Whether the file at `path` is written as it grows in any case: a pipe, a device,
-/// or where standard output goes.
+/// Whether the file at `path` must be written in place: a pipe, a device, or the target
+/// of standard output.
 pub fn must_be_live(path: &Path) -> bool {
     let special = fs::metadata(path).is_ok_and(|about| !about.is_file());
     special || standard_stream(path).is_some()

@@ -1,7 +1,7 @@
-//! The texts that a command prints, and the files that it writes.
+//! Printed output and files.
 //!
-//! Nothing is opened for writing before everything is known to be possible. A
-//! file of results takes its name when it is whole.
+//! All files are checked before the first is opened for writing. A file of results gets
+//! its name when it is complete.
 
 mod csv_file;
 mod files;

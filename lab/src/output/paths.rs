@@ -1,15 +1,14 @@
-//! Which file a path leads to.
+//! Resolution of paths.
 
 use std::{
     fs, io,
     path::{Path, PathBuf, is_separator},
 };
 
-/// The file that `path` leads to by way of all links, whether there is one yet or
-/// not.
+/// Resolves all links in `path`; the file need not exist yet.
 ///
 /// # Errors
-/// If it cannot be a file, or has no folder to be in.
+/// If it cannot be a file, or its folder does not exist.
 pub fn resolved(path: &Path) -> io::Result<PathBuf> {
     let named_as_folder = path.to_string_lossy().ends_with(is_separator);
     match fs::metadata(path) {
@@ -50,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_the_same_by_any_of_its_paths() {
+    fn all_paths_of_a_file_are_the_same_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("sub")).expect("made");

@@ -8,13 +8,12 @@ use std::{
 
 use crate::{error::Error, printable::one_line, recording::Recorded, report};
 
-/// Prints to standard output, which may have been closed by a reader that has
-/// seen enough.
+/// Prints to standard output; a reader that has closed it is no error.
 pub fn print_line(text: &str) -> Result<(), Error> {
     printed(writeln!(io::stdout(), "{text}"))
 }
 
-/// The result of printing to standard output.
+/// Turns the result of printing to standard output into a result of the command.
 pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
     match outcome {
         Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
@@ -30,19 +29,19 @@ pub fn error(error: &impl fmt::Display) {
     aside(&format!("error: {error}"));
 }
 
-/// Prints something worth knowing that is no error.
+/// Prints a note that is no error.
 pub fn note(text: &str) {
     aside(&format!("note: {text}"));
 }
 
-/// Prints one line to standard error, where the texts of others do no harm.
+/// Prints one line to standard error, made safe for a terminal.
 fn aside(text: &str) {
     // Without standard error the text is lost.
     let _ = writeln!(io::stderr(), "{}", one_line(text));
 }
 
-/// Prints where a recording went: to standard error beside metrics, which are to
-/// be alone.
+/// Prints the path of a recording: to standard error with `--json`, where standard output
+/// contains metrics only.
 pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
     let line = report::recorded(recorded);
     if json {
@@ -53,7 +52,7 @@ pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
     }
 }
 
-/// A recording that cannot begin.
+/// An error when a recording cannot begin.
 pub fn record_error(path: &Path, why: &io::Error) -> Error {
     match why.kind() {
         io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
@@ -65,7 +64,7 @@ pub fn record_error(path: &Path, why: &io::Error) -> Error {
     }
 }
 
-/// A file that could not be written.
+/// An error when a file cannot be written.
 pub fn write_error(path: &Path, why: io::Error) -> Error {
     let what = path.display().to_string();
     Error::Write { what, why }

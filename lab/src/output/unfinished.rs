@@ -1,9 +1,9 @@
-//! Files that take their names when they are whole.
+//! Files that get their final names when they are complete.
 //!
-//! Until then they have a hidden name beside that of the result, such as
-//! `.metrics.json.x7Kq2P.ratelab-tmp`, and a lock that the system takes away from
-//! a program that is gone, however it ended. So one without a lock is a leftover,
-//! and is removed by the next run that writes to the folder.
+//! Until then they have a hidden name beside the result, such as
+//! `.metrics.json.x7Kq2P.ratelab-tmp`, and a lock that the operating system releases when
+//! the program ends for any reason. A hidden file without a lock is therefore a leftover,
+//! and the next run that writes to the folder removes it.
 
 use std::{
     fs::{self, File, Permissions, TryLockError},
@@ -15,26 +15,28 @@ use std::{
 
 use tempfile::{Builder, NamedTempFile};
 
-/// End of the hidden names.
+/// Suffix of the hidden names.
 const SUFFIX: &str = ".ratelab-tmp";
 
-/// Characters of the result's name in the hidden one, whose length is limited.
+/// Number of characters from the result's name in the hidden one, whose length is
+/// limited.
 const LONGEST_STEM: usize = 40;
 
-/// Hidden names that this program has used.
+/// Hidden names used by this process.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A file on its way to its name. Dropped before, it is gone.
+/// A file without its final name. If it is dropped before that, it is removed.
 pub struct Unfinished {
     file: NamedTempFile,
     target: PathBuf,
 }
 
 impl Unfinished {
-    /// A file that will replace `target`, which stays as it is until then.
+    /// Creates a file that will become `target`; an existing `target` stays unchanged
+    /// until then.
     ///
     /// # Errors
-    /// The error of the system about the folder.
+    /// The error of the operating system for the folder.
     pub fn create(target: &Path) -> io::Result<Self> {
         let folder = target.parent().unwrap_or(Path::new("/"));
         remove_leftovers(folder);
@@ -47,36 +49,36 @@ impl Unfinished {
         Ok(Self { file, target })
     }
 
-    /// Writes `text` and a line's end.
+    /// Writes `text` and a newline.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn write_line(&self, text: &str) -> io::Result<()> {
         writeln!(self.file.as_file(), "{text}")
     }
 
-    /// The file, to be written to.
+    /// Returns a handle for writing.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn writer(&self) -> io::Result<File> {
         self.file.as_file().try_clone()
     }
 
-    /// Gives it its name, in the place of a file that has it.
+    /// Gives it its final name, in place of an existing file.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn complete(self) -> io::Result<()> {
         let persisted = self.file.persist(self.target);
         persisted.map(drop).map_err(|error| error.error)
     }
 }
 
-/// Removes what is unfinished, for a program that ends at once.
+/// Removes all unfinished files, for an immediate exit.
 pub fn remove_unfinished() {
     for name in names().iter() {
-        let _ = fs::remove_file(name); // It may have become a result by now.
+        let _ = fs::remove_file(name); // It may have its final name by now.
     }
 }
 
@@ -92,18 +94,18 @@ fn hidden(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
         let file = Builder::new()
             .prefix(&format!(".{stem}."))
             .suffix(SUFFIX)
-            // Those of any new file: the umask is applied to them.
+            // The permissions of any new file: the umask still applies.
             .permissions(Permissions::from_mode(0o666))
             .tempfile_in(folder)?;
-        // Another program that removes leftovers may have been faster than the lock.
-        // On a file system without locks nothing is removed.
+        // Another process that removes leftovers may have been faster than the lock. On a
+        // file system without locks leftovers are never removed.
         if file.as_file().lock().is_err() || file.path().exists() {
             return Ok(file);
         }
     }
 }
 
-/// Removes what runs that were killed have left in `folder`.
+/// Removes leftovers of killed processes in `folder`.
 fn remove_leftovers(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -115,15 +117,15 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Removes the file at `path` unless a living program has locked it.
+/// Removes the file at `path` unless a running process has locked it.
 fn remove_unowned(path: &Path) {
     let Ok(file) = File::open(path) else {
         return;
     };
     match file.try_lock() {
-        // Locked until it is gone: see `hidden`.
+        // Locked during the removal: see `hidden`.
         Ok(()) => {
-            let _ = fs::remove_file(path); // Left for the next one.
+            let _ = fs::remove_file(path); // On failure the next run tries again.
         }
         Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {}
     }
@@ -142,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_its_name_when_it_is_whole_and_its_permissions_as_before() {
+    fn a_complete_file_has_its_name_and_its_old_permissions() {
         let folder = tempfile::tempdir().expect("a folder");
         let target = folder.path().join("rows.csv");
         fs::write(&target, "old").expect("written");
@@ -161,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_file_has_the_permissions_of_any_other() {
+    fn a_new_file_has_the_default_permissions() {
         let folder = tempfile::tempdir().expect("a folder");
         let [ours, other] = ["ours", "other"].map(|name| folder.path().join(name));
         Unfinished::create(&ours)
@@ -174,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_are_removed_and_files_of_the_living_are_not() {
+    fn leftovers_are_removed_and_locked_files_are_kept() {
         let folder = tempfile::tempdir().expect("a folder");
         let target = folder.path().join("metrics.json");
         let leftover = folder.path().join(".metrics.json.abcdef.ratelab-tmp");
@@ -189,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_of_any_length_and_spelling_can_be_had() {
+    fn a_name_may_have_any_length_and_spelling() {
         use std::os::unix::ffi::OsStrExt;
         let folder = tempfile::tempdir().expect("a folder");
         for name in ["€".repeat(80).as_bytes(), b"\xff.csv"] {

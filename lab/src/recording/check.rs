@@ -74,7 +74,7 @@ impl Recording {
         });
         let ticked = ticked.max().unwrap_or_default();
         let published = self.topics.iter().filter_map(|topic| topic.heads().last());
-        let beyond = published.map(|head| head.stamp).any(|stamp| stamp > ticked);
+        let beyond = published.map(|head| head.at).any(|stamp| stamp > ticked);
         strays.chain(beyond.then_some(ticked)).min()
     }
 
@@ -115,7 +115,7 @@ impl Recording {
     fn last_row(&self) -> Time {
         let messages = self.topics.iter().filter_map(|topic| topic.heads().last());
         let ticks = self.ticks.iter().filter_map(|ticks| ticks.last());
-        let stamps = messages.map(|head| head.stamp);
+        let stamps = messages.map(|head| head.at);
         let last = stamps.chain(ticks.map(|tick| tick.at)).max();
         last.unwrap_or_default()
     }
@@ -176,6 +176,6 @@ impl Recording {
 /// The first number, the last with its run time, and how many messages there are.
 fn numbers(rows: &Rows) -> (Option<u64>, Option<(u64, Time)>, usize) {
     let heads = rows.heads();
-    let last = heads.last().map(|head| (head.seq, head.stamp));
+    let last = heads.last().map(|head| (head.seq, head.at));
     (heads.first().map(|head| head.seq), last, heads.len())
 }

@@ -1,8 +1,7 @@
 //! Makes a complete recording small.
 //!
-//! While a run is recorded it is written in many batches, so that a kill loses
-//! little. Each costs kilobytes whatever is in it: once nothing can be lost any
-//! more, they are put together.
+//! A run is recorded in many batches, so that a kill loses little. Each costs kilobytes:
+//! when the recording is complete, they are merged.
 
 use std::{
     collections::HashMap,
@@ -22,15 +21,15 @@ use super::{file::RecordingFile, schema::CHECKPOINT};
 /// Rows in a chunk from which on another is begun.
 const ROWS: usize = 4096;
 
-/// Largest file that this is done to: half an hour at the wall's pace. It is held
-/// in memory, and somebody may be waiting.
+/// Largest file that is compacted (bytes): half an hour in real time. It is held in
+/// memory, and the user may be waiting.
 const LARGEST: u64 = 64 << 20;
 
-/// Puts the batches of a complete recording together; says how long it is then.
-/// The file is replaced as a whole or not at all.
+/// Merges the batches of a complete recording; returns its new size in bytes. The file
+/// is replaced as a whole or not at all.
 ///
 /// # Errors
-/// Whatever keeps it from being done; the file is as it was.
+/// Any error; the file is then unchanged.
 pub fn compact(recording: &RecordingFile) -> Result<u64, Box<dyn Error>> {
     let (file, folder) = recording.reread()?;
     let size = file.metadata()?.len();
@@ -64,8 +63,8 @@ struct Merged {
     growing: HashMap<ChunkKey, (usize, Chunk)>,
 }
 
-/// What chunks must share to be put together: in rows with gaps, readers could
-/// not tell which values belong together.
+/// The properties that chunks must share to be merged: in rows with gaps, readers could
+/// not match values.
 type ChunkKey = (EntityPath, Vec<String>);
 
 impl Merged {

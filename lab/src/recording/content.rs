@@ -145,19 +145,20 @@ struct Damaged {
     after: Time,
 }
 
-/// Adds the messages in `chunk`: numbers, stamps and losses only grow.
+/// Adds the messages in `chunk`: numbers, run times and losses only grow.
 fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::messages(chunk) {
         let last = messages.heads().last().copied();
-        let after = last.map_or(Time::ZERO, |last| last.stamp);
+        let after = last.map_or(Time::ZERO, |last| last.at);
         let (head, values) = row.ok_or(Damaged { after })?;
         let follows = last.is_none_or(|last| {
-            head.seq > last.seq && head.stamp >= last.stamp && head.dropped >= last.dropped
+            head.seq > last.seq && head.at >= last.at && head.dropped >= last.dropped
         });
         if last.is_none() {
             *messages = Rows::new(values.len());
         }
-        if !follows || !messages.push(head, values.iter().copied()) {
+        let sound = head.arrives.is_none_or(|arrives| arrives >= head.at);
+        if !follows || !sound || !messages.push(head, values.iter().copied()) {
             return Err(Damaged { after });
         }
     }

@@ -38,12 +38,12 @@ impl Progress<'_> {
 
     /// A row for each of `messages`.
     pub fn stamps_of_messages(&self, messages: &[Head]) -> Stamps {
-        self.stamps_of(messages.iter().map(|head| head.stamp))
+        self.stamps_of(messages.iter().map(|head| head.at))
     }
 
     /// Steps made by run time `at`, with that of `at` itself.
     pub fn step_at(&self, at: Time) -> u64 {
-        let made = self.steps.partition_point(|head| head.stamp <= at);
+        let made = self.steps.partition_point(|head| head.at <= at);
         let newest = made
             .checked_sub(1)
             .and_then(|newest| self.steps.get(newest));

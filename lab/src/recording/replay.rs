@@ -40,8 +40,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Nothing is replayed yet. `system` is that of the program: of a recording of
-    /// another one there is to see what it has in common with any.
+    /// Nothing is replayed yet. `system` is that of the program; a recording of another
+    /// system is shown without its picture and signals.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
@@ -115,11 +115,13 @@ impl Replay {
             self.apply(item);
         }
         self.tell_losses(until);
+        let end = self.recording.outcome.as_ref().map(|outcome| outcome.at);
+        let end = end.unwrap_or(self.recording.until);
+        self.counters.deliver(until.min(end));
         self.counters.advance_to(until);
     }
 
-    /// The messages of the topic called `name` that were replayed since this was
-    /// last asked for.
+    /// The messages of the topic called `name` that were replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
         let mut topics = self.recording.origin.topology.topics.iter();
         let Some(topic) = topics.position(|topic| topic.name == name) else {
@@ -143,7 +145,7 @@ impl Replay {
         self.counters = begin(&self.recording);
     }
 
-    /// Tells what was lost unread in all of the run, if it is told to its end.
+    /// Sets the losses of the whole run, at its end.
     fn tell_losses(&mut self, until: Time) {
         let done = self.done == self.order.len() && until >= self.recording.until;
         let outcome = self.recording.outcome.as_ref().filter(|_| done);
@@ -161,13 +163,12 @@ impl Replay {
             }
             ReplayItem::Message { topic, index } => {
                 let head = self.recording.topics[topic].heads()[index];
-                self.counters
-                    .message(topic, head.seq, head.stamp, head.dropped);
+                self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
                 let measured = self.system.latency().zip(head.origin);
                 let measured = measured.filter(|_| self.state == Some(topic));
                 if let (Some(node), Some(((_, meter), origin))) = (self.latency, measured) {
-                    self.counters.sample(node, meter, head.stamp.since(origin));
+                    self.counters.sample(node, meter, head.at.since(origin));
                 }
             }
         }
@@ -259,7 +260,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
         let heads = rows.heads().iter().enumerate();
         order.extend(
-            heads.map(|(index, head)| ((head.stamp, rank), ReplayItem::Message { topic, index })),
+            heads.map(|(index, head)| ((head.at, rank), ReplayItem::Message { topic, index })),
         );
     }
     order.sort_by_key(|(place, _)| *place);

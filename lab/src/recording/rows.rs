@@ -23,32 +23,27 @@ pub fn messages(chunk: &Chunk) -> impl Iterator<Item = Option<(Head, &[f64])>> {
         .zip(numbers(chunk, message::SEQ))
         .zip(numbers(chunk, message::ORIGIN))
         .zip(numbers(chunk, message::DROPPED));
-    let rows = heads.zip(instants(chunk)).zip(values(chunk));
-    rows.map(|(((((stamp, seq), origin), dropped), instants), values)| {
-        let stamp = stamp?;
-        let head = Head {
-            stamp,
-            seq: seq??,
-            origin: origin?.map(Time::from_nanos),
-            dropped: dropped??,
-            released: instants.map_or(stamp, |[released, _]| Time::from_nanos(released)),
-            arrives: match instants {
-                None => Some(stamp),
-                Some([_, message::NEVER]) => None,
-                Some([_, arrives]) => Some(Time::from_nanos(arrives)),
-            },
-        };
-        Some((head, values?))
-    })
-}
-
-/// When the messages in `chunk` were published and arrive (ns); `None` where that is
-/// when they were stamped.
-fn instants(chunk: &Chunk) -> Vec<Option<[u64; 2]>> {
-    let released = numbers(chunk, message::RELEASED).into_iter();
-    let both = released.zip(numbers(chunk, message::ARRIVES));
-    both.map(|(released, arrives)| Some([released??, arrives??]))
-        .collect()
+    let other = numbers_if_any(chunk, message::STAMP).into_iter();
+    let other = other.zip(numbers_if_any(chunk, message::ARRIVES));
+    let rows = heads.zip(other).zip(values(chunk));
+    rows.map(
+        |(((((at, seq), origin), dropped), (stamp, arrives)), values)| {
+            let (at, arrives) = (at?, arrives?);
+            let head = Head {
+                at,
+                stamp: stamp?.map_or(at, Time::from_nanos),
+                seq: seq??,
+                origin: origin?.map(Time::from_nanos),
+                arrives: match arrives {
+                    Some(message::LOST) => None,
+                    Some(arrives) => Some(Time::from_nanos(arrives)),
+                    None => Some(at),
+                },
+                dropped: dropped??,
+            };
+            Some((head, values?))
+        },
+    )
 }
 
 /// The ticks in `chunk`; `None` for a damaged row.
@@ -110,6 +105,14 @@ fn texts(chunk: &Chunk) -> Vec<Option<String>> {
 pub fn numbers(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     let rows = chunk.iter_slices::<Option<u64>>(name.into());
     one_a_row(chunk, rows.map(only))
+}
+
+/// The same of a component that most chunks are without.
+fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
+    match chunk.components().get_array(name.into()) {
+        Some(_) => numbers(chunk, name),
+        None => vec![Some(None); chunk.num_rows()],
+    }
 }
 
 /// Run times of the rows of `chunk`; `None` for what is none.

@@ -43,15 +43,15 @@ pub mod message {
     pub const SEQ: &str = "seq";
     /// Run time of the sensing it was derived from (ns).
     pub const ORIGIN: &str = "origin_ns";
+    /// Its stamp (ns), where that is not the run time of its publication.
+    pub const STAMP: &str = "stamp_ns";
+    /// Run time of its delivery (ns), where that is not that of its publication;
+    /// [`LOST`] if there is none.
+    pub const ARRIVES: &str = "arrives_ns";
+    /// The delivery of a lost message.
+    pub const LOST: u64 = u64::MAX;
     /// Messages of the topic lost unread so far.
     pub const DROPPED: &str = "dropped";
-    /// Run time at which it was published (ns), where one of a batch differs from its
-    /// stamp in that or in when it arrives.
-    pub const RELEASED: &str = "released_ns";
-    /// Run time at which it can be read (ns), in the same batches.
-    pub const ARRIVES: &str = "arrives_ns";
-    /// When a message arrives that is lost.
-    pub const NEVER: u64 = u64::MAX;
 }
 
 /// Components of a tick.

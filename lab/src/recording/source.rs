@@ -39,8 +39,8 @@ impl Source {
         }
     }
 
-    /// Whether there is a picture of the plant: of a state of zeros, as there is no
-    /// other before the run.
+    /// Whether there is a picture of the plant. Before the run it is tried with a state
+    /// of zeros.
     pub(super) fn has_picture(&self) -> bool {
         let mut topics = self.taps.topics().iter();
         let state = topics.find(|topic| Some(topic.name()) == self.system.state());

@@ -92,15 +92,28 @@ impl TopicTrack {
             numbers_or_none(message::ORIGIN, heads().map(origin))?,
             numbers(message::DROPPED, heads().map(|head| head.dropped))?,
         ];
-        let at_once = |head: &Head| head.released == head.stamp && head.arrives == Some(head.stamp);
-        if !heads().all(at_once) {
-            let arrives = |head: &Head| head.arrives.map_or(message::NEVER, Time::as_nanos);
-            let released = heads().map(|head| head.released.as_nanos());
-            columns.push(numbers(message::RELEASED, released)?);
-            columns.push(numbers(message::ARRIVES, heads().map(arrives))?);
+        // Most messages are stamped and delivered when they are published.
+        for (name, number) in [
+            (message::STAMP, stamp as fn(&Head) -> Option<u64>),
+            (message::ARRIVES, arrival),
+        ] {
+            if heads().any(|head| number(head).is_some()) {
+                columns.push(numbers_or_none(name, heads().map(number))?);
+            }
         }
         rec.send_columns(self.entity.clone(), stamps.columns(), columns)
     }
+}
+
+/// The stamp of a message, where that is not the run time of its publication.
+fn stamp(head: &Head) -> Option<u64> {
+    (head.stamp != head.at).then(|| head.stamp.as_nanos())
+}
+
+/// The delivery of a message, where that is not its publication.
+fn arrival(head: &Head) -> Option<u64> {
+    let arrives = head.arrives.map_or(message::LOST, Time::as_nanos);
+    (head.arrives != Some(head.at)).then_some(arrives)
 }
 
 impl Track for TopicTrack {
@@ -113,7 +126,7 @@ impl Track for TopicTrack {
     }
 
     fn newest(&self) -> Option<Time> {
-        self.waiting.heads().last().map(|head| head.stamp)
+        self.waiting.heads().last().map(|head| head.at)
     }
 
     fn lost(&self) -> u64 {

@@ -1,40 +1,44 @@
-//! Where the cliff is, in words.
+//! The position of the cliff, as text.
 
 use ratelab::runtime::KnobKind;
 
 use super::summary::{RowSummary, SweepSummary};
 use crate::report::line;
 
-/// What there is to print of the rows of one group.
+/// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
-    let cliff = match summary.main.kind {
-        KnobKind::Rate => Cliff::new(summary, "rate", "faster"),
-        KnobKind::Depth => Cliff::new(summary, "depth", "deeper"),
-        _ => return Vec::new(),
-    };
     let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.runs > 0).collect();
-    rows.sort_by(|a, b| a.number().total_cmp(&b.number()));
-    if rows.len() < 2 {
+    if rows.len() < 2 || rows.iter().any(|row| row.number().is_nan()) {
         return Vec::new();
     }
+    rows.sort_by(|a, b| a.number().total_cmp(&b.number()));
+    let helps = rows[0].share() <= rows[rows.len() - 1].share();
+    if !helps {
+        rows.reverse();
+    }
+    let cliff = Cliff { summary, helps };
     let mut lines = vec![line("cliff", &cliff.edges(&rows))];
     lines.extend(cliff.dip(&rows).map(|text| line("uneven", &text)));
     lines
 }
 
-/// The words for a quantity that has more and less.
+/// The words for a quantity with an order.
 struct Cliff<'s> {
     summary: &'s SweepSummary,
-    noun: &'static str,
-    more: &'static str,
+    /// Whether more of it is better.
+    helps: bool,
 }
 
-impl<'s> Cliff<'s> {
-    fn new(summary: &'s SweepSummary, noun: &'static str, more: &'static str) -> Self {
-        Self {
-            summary,
-            noun,
-            more,
+impl Cliff<'_> {
+    /// What its values are called, and what is better.
+    fn words(&self) -> (&'static str, &'static str) {
+        match (self.summary.main.kind, self.helps) {
+            (KnobKind::Rate, true) => ("rate", "faster"),
+            (KnobKind::Rate, false) => ("rate", "slower"),
+            (KnobKind::Depth, true) => ("depth", "deeper"),
+            (KnobKind::Depth, false) => ("depth", "shallower"),
+            (_, true) => ("value", "more"),
+            (_, false) => ("value", "less"),
         }
     }
 
@@ -42,30 +46,51 @@ impl<'s> Cliff<'s> {
         self.summary.main.with_unit(&row.value)
     }
 
-    /// Up to where nothing stands and from where on everything does.
+    /// The values of the worse end, as far as `row`.
+    fn worse(&self, row: &RowSummary) -> String {
+        match self.helps {
+            true => format!("up to {}", self.at(row)),
+            false => format!("from {} on", self.at(row)),
+        }
+    }
+
+    /// The values of the better end, as far as `row`.
+    fn better(&self, row: &RowSummary) -> String {
+        match self.helps {
+            true => format!("from {} on", self.at(row)),
+            false => format!("up to {}", self.at(row)),
+        }
+    }
+
+    /// The last value without successful runs, and the first from which on all are
+    /// successful.
     fn edges(&self, rows: &[&RowSummary]) -> String {
-        let (good, noun) = (&self.summary.good, self.noun);
+        let (good, (noun, _)) = (&self.summary.good, self.words());
         let down = rows.iter().take_while(|row| row.held == 0).count();
         let up = rows
             .iter()
             .rev()
             .take_while(|row| row.held == row.runs)
             .count();
-        let last_down = down.checked_sub(1).map(|last| self.at(rows[last]));
-        let first_up = (up > 0).then(|| self.at(rows[rows.len() - up]));
+        let last_down = down.checked_sub(1).map(|last| self.worse(rows[last]));
+        let first_up = (up > 0).then(|| self.better(rows[rows.len() - up]));
+        let (higher, lowest, highest) = match self.helps {
+            true => ("higher", "lowest", "highest"),
+            false => ("lower", "highest", "lowest"),
+        };
         match (last_down, first_up) {
             _ if down == rows.len() => format!("none {good} at any of these {noun}s"),
             _ if up == rows.len() => format!("all {good} at each of these {noun}s"),
-            (Some(down), Some(up)) => format!("none {good} up to {down}, all from {up} on"),
+            (Some(down), Some(up)) => format!("none {good} {down}, all {up}"),
             (Some(down), None) => {
-                format!("none {good} up to {down}, not all at any higher {noun} to the end")
+                format!("none {good} {down}, not all at any {higher} {noun} to the end")
             }
-            (None, Some(up)) => format!("all {good} from {up} on"),
-            (None, None) => format!("some {good} at the lowest {noun}, not all at the highest"),
+            (None, Some(up)) => format!("all {good} {up}"),
+            (None, None) => format!("some {good} at the {lowest} {noun}, not all at the {highest}"),
         }
     }
 
-    /// The value at which most is lost by going *up* to the next one.
+    /// The value at which most is lost by going to the next better one.
     fn dip(&self, rows: &[&RowSummary]) -> Option<String> {
         let drops = rows.windows(2).filter_map(|pair| {
             let drop = pair[0].share()? - pair[1].share()?;
@@ -74,6 +99,7 @@ impl<'s> Cliff<'s> {
         let (_, pair) = drops.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
         let [less, more] = [pair[0], pair[1]]
             .map(|row| format!("{} of {} at {}", row.held, row.runs, self.at(row)));
-        Some(format!("{less}, then {more}: {}, yet worse", self.more))
+        let (_, better) = self.words();
+        Some(format!("{less}, then {more}: {better}, yet worse"))
     }
 }

@@ -1,4 +1,4 @@
-//! What sets the runs of a sweep apart, as columns of a table.
+//! The knobs of a sweep as columns of a table.
 
 use ratelab::{
     experiment::sweep::{Cell, Sweep},
@@ -8,17 +8,17 @@ use ratelab::{
 
 use crate::names;
 
-/// A knob of the runs of a sweep, whether it is swept or not.
+/// A knob of the runs of a sweep, swept or fixed.
 #[derive(Clone)]
 pub struct Column {
-    /// The name of the knob.
+    /// Name of the knob.
     pub name: String,
-    /// Its kind.
+    /// Kind of the knob.
     pub kind: KnobKind,
     alias: Option<&'static Alias>,
 }
 
-/// `list` in the order of a sweep: messages change slowest, entry `main` fastest.
+/// Puts `list` into the order of a sweep: messages change slowest, entry `main` fastest.
 pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> KnobKind) -> Vec<T> {
     let main = (main < list.len()).then(|| list.remove(main));
     list.sort_by_key(|entry| kind(entry) != KnobKind::Send);
@@ -26,30 +26,28 @@ pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> Knob
     list
 }
 
-/// The aliases of the system, and what is swept beside them.
+/// The aliases of the system, and the other swept knobs.
 pub fn of(sweep: &Sweep) -> Vec<Column> {
-    let aliases = sweep.system.aliases().iter().map(|alias| Column {
-        name: alias.name.to_owned(),
-        kind: alias.kind(),
-        alias: Some(alias),
+    let setup = &sweep.base.setup;
+    let aliases = names::shown(&*sweep.system, |alias| {
+        sweep.axis(alias.name).is_some() || names::is_set(alias, setup)
     });
-    let known = |name: &str| {
-        sweep
-            .system
-            .aliases()
-            .iter()
-            .any(|alias| alias.name == name)
-    };
+    let known = |name: &str| aliases.iter().any(|alias| alias.name == name);
     let others = sweep.axes.iter().filter(|axis| !known(&axis.name));
     let others = others.map(|axis| Column {
         name: axis.name.clone(),
         kind: axis.kind,
         alias: None,
     });
+    let aliases = aliases.iter().map(|alias| Column {
+        name: alias.name.to_owned(),
+        kind: alias.kind(),
+        alias: Some(alias),
+    });
     slowest_first(aliases.chain(others).collect(), 0, |column| column.kind)
 }
 
-/// What changes fastest.
+/// The knob that changes fastest.
 pub fn main(sweep: &Sweep) -> Option<Column> {
     let axis = sweep.axes.last()?;
     of(sweep)
@@ -58,7 +56,7 @@ pub fn main(sweep: &Sweep) -> Option<Column> {
 }
 
 impl Column {
-    /// How many values there are.
+    /// Number of values.
     pub fn count(&self, sweep: &Sweep) -> usize {
         sweep.axis(&self.name).map_or(1, |axis| axis.values.len())
     }
@@ -71,7 +69,7 @@ impl Column {
         }
     }
 
-    /// The same in short, for people.
+    /// The short form of the value in `cell`.
     pub fn short(&self, sweep: &Sweep, cell: &Cell) -> String {
         match self.alias {
             Some(alias) => names::short_value(&*sweep.system, alias, &sweep.config(cell).setup),
@@ -79,29 +77,26 @@ impl Column {
         }
     }
 
-    /// What is turned, such as `control` or `queue depth`.
+    /// The subject of the knob, such as `control` or `queue depth`.
     pub fn label(&self) -> String {
         names::label(&self.name)
     }
 
-    /// The label, and the unit of what is counted in one.
+    /// The label with its unit, if the values have one.
     pub fn heading(&self) -> String {
-        self.label() + self.unit()
+        self.label() + names::unit(&self.name, self.kind)
     }
 
-    /// A value in words, with its unit.
+    /// A value with its unit.
     pub fn with_unit(&self, value: &str) -> String {
-        value.to_owned() + self.unit()
+        let unit = match value.parse::<f64>() {
+            Ok(_) => names::unit(&self.name, self.kind),
+            Err(_) => "",
+        };
+        value.to_owned() + unit
     }
 
-    fn unit(&self) -> &'static str {
-        match self.kind {
-            KnobKind::Rate => " Hz",
-            _ => "",
-        }
-    }
-
-    /// What its values are called: `control rate`, `depth`, `policy`.
+    /// A noun for its values: `control rate`, `depth`, `policy`.
     pub fn noun(&self) -> String {
         match (self.kind, self.alias) {
             (KnobKind::Rate, _) => self.label() + " rate",
@@ -110,7 +105,7 @@ impl Column {
         }
     }
 
-    /// A value with as much of the name as is needed beside others.
+    /// A value with enough of the name to distinguish it from others.
     pub fn tag(&self, value: &str) -> String {
         match self.kind {
             KnobKind::Depth => format!("{} {value}", self.noun()),

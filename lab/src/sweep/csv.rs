@@ -14,7 +14,7 @@ use ratelab::experiment::{
 use super::columns;
 use crate::{error::Error, names::key};
 
-/// The names of the topics that a node reads, in the order of a summary.
+/// The names of the topics with readers, in the order of a summary.
 ///
 /// # Errors
 /// [`Error::Build`] if the graph cannot be built.
@@ -52,7 +52,7 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     columns.collect::<Vec<_>>().join(",")
 }
 
-/// Writes the runs that were made below `header`, in the order of the sweep.
+/// Writes the finished runs below `header`, in the order of the sweep.
 pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
     writeln!(out, "{header}")?;
@@ -76,7 +76,7 @@ pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
     out.flush()
 }
 
-/// A text as RFC 4180 has it, which may hold commas.
+/// Quotes a text by RFC 4180, because it may contain commas.
 fn field(text: &str) -> Cow<'_, str> {
     if text.contains([',', '"', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))

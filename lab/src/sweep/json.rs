@@ -12,8 +12,8 @@ use crate::{
     names::{self, key},
 };
 
-/// The sweep as JSON: how often the runs were not lost, then every run. It holds
-/// nothing of the wall's, so the same sweep gives the same bytes.
+/// The sweep as JSON: survival first, then every run. It is independent of wall time, so
+/// the same sweep gives the same bytes.
 pub fn text(summary: &SweepSummary, swept: &Swept, topics: &[String], theory: bool) -> String {
     let rows = summary
         .rows()
@@ -48,7 +48,7 @@ fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
     Value::Object(figures)
 }
 
-/// The names are those of a run's metrics.
+/// The keys match those of a run's metrics.
 fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
     let system = &summary.sweep.system;
     let mut figures = conditions(&summary.sweep, cell);

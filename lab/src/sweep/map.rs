@@ -1,4 +1,4 @@
-//! The sweep as a picture in the terminal, and its figures.
+//! The sweep as a map in the terminal, with its figures.
 
 mod heat;
 mod list;
@@ -12,20 +12,20 @@ use super::{
 };
 use crate::{dashboard::view::theme::Theme, report::line};
 
-/// How a map is drawn.
+/// The style of a map.
 pub struct MapStyle {
     /// Colours and glyphs.
     pub theme: Theme,
-    /// Columns that there are.
+    /// Available columns.
     pub width: usize,
 }
 
-/// What is said of the theory, which is not about who survives.
+/// An explanation of the theory, which does not predict survival.
 const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it grows, which is no\n\
                       \x20         fall yet: where the motor gives all it has, the pole may swing and stay";
 
-/// The map: a list where one knob is swept, or a line of the map for each
-/// combination of the others.
+/// The map: a list if one knob is swept, otherwise a line for each combination of the
+/// slower knobs.
 pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
     let mut lines = head(summary, &style.theme);
     lines.push(String::new());
@@ -57,7 +57,7 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
     lines.join("\n")
 }
 
-/// What was swept, and how much of it was done.
+/// The axes of the sweep, and its progress.
 fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     let sweep = &summary.sweep;
     let runs = format!(
@@ -72,13 +72,13 @@ fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
         lines.insert(0, line("graph", &fixed));
     }
     if summary.runs < summary.cells {
-        let done = format!("only {} of these runs were made", summary.runs);
+        let done = format!("only {} of these runs finished", summary.runs);
         lines.push(line("stopped", &done));
     }
     lines
 }
 
-/// What has one value.
+/// The knobs with one value.
 fn fixed(sweep: &Sweep) -> String {
     let Some(cell) = sweep.cell(0) else {
         return String::new();
@@ -96,7 +96,7 @@ fn fixed(sweep: &Sweep) -> String {
     parts.collect::<Vec<_>>().join(" | ")
 }
 
-/// What has several values, and seeds and what changes fastest in any case.
+/// The knobs with several values, and always the seeds and the fastest knob.
 fn factors(sweep: &Sweep) -> Vec<String> {
     let count = |count: usize, what: &str| {
         let plural = match what.strip_suffix('y') {
@@ -118,7 +118,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
 
 /// `text` in the colour of `level`, if there are colours.
 fn paint(text: &str, level: SurvivalLevel, theme: &Theme) -> String {
-    // Blue and orange of the sixteen, as in the dashboard.
+    // Blue and orange of the sixteen terminal colours, as in the dashboard.
     match level.is_good().filter(|_| theme.colour) {
         None => text.to_owned(),
         Some(true) => format!("\x1b[34m{text}\x1b[0m"),

@@ -1,4 +1,4 @@
-//! Many runs at once, and how often they were not lost.
+//! Many runs at once, and their survival.
 //!
 //! ```text
 //! options ──► Sweep ──► cells on all cores ──► summary ──► map, JSON, .rrd

@@ -1,4 +1,6 @@
-//! From what a sweep is asked for to the sweep.
+//! Builds a sweep from the command line.
+
+use std::{collections::HashSet, sync::Arc};
 
 use ratelab::{
     experiment::{
@@ -17,10 +19,10 @@ use crate::{
 };
 
 impl SweepArgs {
-    /// The sweep that the options describe.
+    /// Builds the sweep from the options.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if they make no sense to the system.
+    /// [`Error::BadInput`] if they are invalid for the system.
     pub fn sweep(&self, program: &Program) -> Result<Sweep, Error> {
         let knobs = self
             .knob
@@ -35,7 +37,7 @@ impl SweepArgs {
             ..usual
         };
         let mut axes = self.axes(program)?;
-        for axis in axes.iter_mut().filter(|axis| axis.kind == KnobKind::Send) {
+        for axis in &mut axes {
             resolve(program, &base, axis)?;
         }
         check_distinct(&axes)?;
@@ -51,8 +53,7 @@ impl SweepArgs {
         })
     }
 
-    /// All axes that are asked for; the values of an option that is given twice are
-    /// one axis.
+    /// All requested axes; the values of a repeated option form one axis.
     fn axes(&self, program: &Program) -> Result<Vec<SweepAxis>, Error> {
         let mut axes: Vec<SweepAxis> = Vec::new();
         for axis in &self.system.given {
@@ -77,39 +78,32 @@ impl SweepArgs {
     }
 }
 
-/// Gives the messages of `axis` the form in which they are recorded.
+/// Puts the messages of `axis` into recordable form.
 fn resolve(program: &Program, base: &Config, axis: &mut SweepAxis) -> Result<(), Error> {
-    let name = &axis.name;
-    let option = match program.knobs().alias(name) {
+    let (name, hole) = (axis.name.clone(), axis.has_hole());
+    let option = match program.knobs().alias(&name) {
         Some(_) => format!("--{name}"),
         None => format!("--axis {name:?}"),
     };
-    let mut texts: Vec<String> = Vec::new();
-    for value in &axis.values {
-        let knob = value.knobs.first().cloned();
-        let Some(Knob::Send { text, .. }) = &knob else {
-            continue;
-        };
-        if texts.contains(text) {
-            let why = format!("{option} lists {text} twice: give each {name} once");
+    let mut texts: HashSet<String> = HashSet::new();
+    for value in &mut axis.values {
+        if !texts.insert(value.text.clone()) {
+            let why = format!("{option} lists {} twice: give each {name} once", value.text);
             return Err(Error::BadInput(why));
         }
-        texts.push(text.clone());
+        let value = Arc::make_mut(value);
+        for knob in &mut value.knobs {
+            *knob = resolved(program, base.seed, &base.setup, knob.clone())
+                .map_err(|why| Error::BadInput(format!("{option} {why}")))?;
+        }
+        if let (Some(Knob::Send { text, .. }), false) = (value.knobs.first(), hole) {
+            value.text.clone_from(text);
+        }
     }
-    let knobs = axis
-        .values
-        .iter()
-        .filter_map(|value| value.knobs.first().cloned());
-    let resolved = knobs.map(|knob| resolved(program, base.seed, &base.setup, knob));
-    let texts = resolved.map(|knob| knob.map(|knob| knob.value()));
-    let texts: Result<Vec<String>, String> = texts.collect();
-    let texts = texts.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
-    let axis_of = SweepAxis::of(program.knobs(), name, texts);
-    *axis = axis_of.map_err(|why| Error::BadInput(format!("{option} {why}")))?;
     Ok(())
 }
 
-/// Refuses a knob that two axes would turn.
+/// Refuses a knob that occurs in two axes.
 fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
     for (place, axis) in axes.iter().enumerate() {
         let same = |other: &&SweepAxis| knobs(axis).any(|my| knobs(other).any(|of| my.is_of(of)));
@@ -122,7 +116,7 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Adds the axis of the system's first alias, a rate, unless it is turned already.
+/// Adds the axis of the system's first alias if it is a rate and not yet in use.
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
     let first = program.system.aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
@@ -143,7 +137,7 @@ fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> R
     Ok(())
 }
 
-/// The knobs that `axis` turns.
+/// The knobs of `axis`.
 fn knobs(axis: &SweepAxis) -> impl Iterator<Item = &Knob> {
     axis.values.iter().take(1).flat_map(|value| &value.knobs)
 }

@@ -1,4 +1,4 @@
-//! How far a sweep is, for those who wait for it.
+//! Progress of a sweep.
 
 use std::{
     fmt::Write,
@@ -7,15 +7,15 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-/// What is shown, at most ten times a second.
+/// Template of the line, which is drawn at most ten times per second.
 const TEMPLATE: &str = "{wide_bar} {human_pos} of {human_len} runs  {rate} runs/s  {eta} left";
 
-/// A bar on standard error, with rate and time left; hidden where nobody looks.
+/// A bar on standard error, with rate and remaining time; hidden without a terminal.
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// Of so many runs, drawn with `glyphs` for what is done, what is next, and
-    /// the rest; hidden if `quiet`, or if standard error is no terminal.
+    /// Creates a bar for `runs`, drawn with `glyphs` for the finished part, the next
+    /// position, and the rest; hidden if `quiet`, or if standard error is no terminal.
     pub fn new(runs: usize, glyphs: &str, quiet: bool) -> Self {
         if quiet || !stderr().is_terminal() {
             return Self(ProgressBar::hidden());
@@ -25,17 +25,17 @@ impl Bar {
         let style = ProgressStyle::with_template(TEMPLATE);
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
         let rate = |state: &ProgressState, out: &mut dyn Write| {
-            let _ = write!(out, "{:.0}", state.per_sec()); // It is drawn again soon.
+            let _ = write!(out, "{:.0}", state.per_sec()); // The next drawing tries again.
         };
         Self(bar.with_style(style.progress_chars(glyphs).with_key("rate", rate)))
     }
 
-    /// One run is done.
+    /// Counts a finished run.
     pub fn advance(&self) {
         self.0.inc(1);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.0.finish_and_clear();
     }

@@ -1,4 +1,4 @@
-//! The sweep as curves over what changes fastest, in a file for the rerun viewer.
+//! The sweep as curves over the fastest knob, in a file for the rerun viewer.
 
 use std::{
     io,
@@ -31,13 +31,13 @@ use crate::{
     },
 };
 
-/// A figure of a row, if it has one.
+/// A figure of a row, if available.
 type PlotFigure = fn(&RowSummary) -> Option<f64>;
 
-/// A plot: entity, title, and the figure.
+/// A plot: entity, title and figure.
 type Plot = (&'static str, String, PlotFigure);
 
-/// What is drawn, one plot under the other.
+/// The plots, from top to bottom.
 fn plots(summary: &SweepSummary) -> Vec<Plot> {
     let (good, noun) = (&summary.good, summary.main.noun());
     let mut plots: Vec<Plot> = vec![(
@@ -60,21 +60,21 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
 /// The line at zero growth.
 const ZERO: &str = "growth/zero";
 
-/// A file that the curves go to.
+/// A file for the curves.
 pub struct Record {
     path: PathBuf,
     file: RecordingFile,
 }
 
 impl Record {
-    /// Makes the file, which must not exist yet.
+    /// Creates the file; refuses an existing one.
     pub fn create(path: &Path) -> Result<Self, Error> {
         let file = RecordingFile::create(path).map_err(|why| record_error(path, &why))?;
         let path = path.to_owned();
         Ok(Self { path, file })
     }
 
-    /// Writes the curves of `summary`, and the layout to see them in.
+    /// Writes the curves of `summary`, with a layout for the viewer.
     pub fn write(self, summary: &SweepSummary) -> Result<(), Error> {
         let written = self.send(summary).map_err(io::Error::other);
         written
@@ -100,12 +100,12 @@ impl Record {
             curve(&rec, ZERO, &axis, rows, |_| Some(0.0))?;
         }
         let _ = rec.flush_blocking();
-        rec.disconnect(); // Nothing may follow the end of the file.
+        rec.disconnect(); // Nothing may be written after the end of the file.
         Ok(())
     }
 }
 
-/// One curve for each group, in colours of their own.
+/// A curve for each group, each in its own colour.
 fn curves(
     rec: &RecordingStream,
     summary: &SweepSummary,
@@ -126,7 +126,7 @@ fn curves(
     Ok(())
 }
 
-/// The rows that have such a figure, over what changes fastest.
+/// The rows with this figure, over the fastest knob.
 fn curve(
     rec: &RecordingStream,
     entity: &str,
@@ -150,28 +150,33 @@ fn curve(
     )
 }
 
-/// What changes fastest as what the viewer calls a timeline, which knows whole
-/// numbers only. Messages are numbered.
+/// The fastest knob as a timeline of the viewer, which supports whole numbers only.
+/// Messages are numbered.
 struct SweepTimeline {
     name: TimelineName,
-    /// Units in one.
+    /// Timeline units per unit of the knob.
     units: f64,
 }
 
 impl SweepTimeline {
-    /// The coarsest that holds every value.
+    /// The coarsest timeline that represents every value.
     fn of(summary: &SweepSummary) -> Self {
         let name = key(&summary.main.name);
         let fits = |units: f64| {
-            let mut values = summary.rows().iter().map(RowSummary::number);
-            values.all(|value| (value * units).fract() == 0.0)
+            let values = summary.rows().iter().map(RowSummary::number);
+            let mut numbers = values.filter(|value| !value.is_nan());
+            numbers.all(|value| (value * units).fract() == 0.0)
+        };
+        let suffixes = match summary.main.kind {
+            KnobKind::Rate => ["hz", "millihz", "microhz"],
+            _ => ["", "_thousandths", "_millionths"],
         };
         let (unit, units) = match () {
-            () if summary.main.kind != KnobKind::Rate || fits(1.0) => ("hz", 1.0),
-            () if fits(1e3) => ("millihz", 1e3),
-            () => ("microhz", 1e6),
+            () if fits(1.0) => (suffixes[0], 1.0),
+            () if fits(1e3) => (suffixes[1], 1e3),
+            () => (suffixes[2], 1e6),
         };
-        let name = match name.strip_suffix("hz") {
+        let name = match name.strip_suffix(suffixes[0]) {
             Some(stem) => format!("{stem}{unit}"),
             None => name,
         };
@@ -188,7 +193,7 @@ impl SweepTimeline {
     }
 }
 
-/// A group by all that it has in common.
+/// The common values of a group.
 fn name(summary: &SweepSummary, row: &RowSummary) -> String {
     let columns = columns::of(&summary.sweep).into_iter();
     let fixed = columns.filter(|column| column.name != summary.main.name);
@@ -248,7 +253,8 @@ mod tests {
 
     use super::{Record, SweepSummary};
 
-    /// The values of all scalars in a file, by entity, beside their places.
+    /// The values of all scalars in a file, by entity, with their positions on the
+    /// timeline.
     fn read(path: &std::path::Path, timeline: &'static str) -> Vec<(String, Vec<i64>, Vec<f64>)> {
         let file = BufReader::new(File::open(path).expect("a file"));
         let messages = DecoderApp::decode_eager(file).expect("a recording");

@@ -1,4 +1,4 @@
-//! The runs of a sweep together, for everything but the seed.
+//! The runs of a sweep, combined over the seeds.
 
 use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 
@@ -8,19 +8,19 @@ use super::{
 };
 use crate::{error::Error, names};
 
-/// All rows of a sweep, and how much of it was done.
+/// All rows of a sweep, and its progress.
 pub struct SweepSummary {
-    /// What was swept.
+    /// The sweep.
     pub sweep: Sweep,
-    /// What changes fastest.
+    /// The knob that changes fastest.
     pub main: Column,
-    /// A word for runs that are not lost.
+    /// A word for successful runs.
     pub good: String,
-    /// In the order of the sweep.
+    /// The rows, in the order of the sweep.
     rows: Vec<RowSummary>,
-    /// Runs that were made.
+    /// Number of finished runs.
     pub runs: usize,
-    /// Runs that were to be made.
+    /// Number of planned runs.
     pub cells: usize,
 }
 
@@ -29,25 +29,25 @@ pub struct SweepSummary {
 pub struct RowSummary {
     /// The first of them; the others differ in the seed.
     pub cell: Cell,
-    /// The value of what changes fastest, in short.
+    /// The value of the fastest knob, in short form.
     pub value: String,
-    /// Runs that were made.
+    /// Finished runs.
     pub runs: usize,
     /// Runs that were not lost.
     pub held: usize,
     /// Mean over the runs of their mean latency (s).
     pub mean_latency_s: Option<f64>,
-    /// The median run time at which it was lost (s); `None` if it never was.
+    /// The median run time of the loss (s); `None` without lost runs.
     pub lost_at_s: Option<f64>,
     /// The growth of a small deviation by linear theory (1/s).
     pub growth: Option<f64>,
 }
 
 impl SweepSummary {
-    /// Of what was swept; with the growth by linear theory, if it is `wanted`.
+    /// Summarises a sweep; with the growth by linear theory, if it is `wanted`.
     ///
     /// # Errors
-    /// [`Error`] if there is none, or nothing was swept.
+    /// [`Error`] if the theory fails, or the sweep has no axis.
     pub fn of(swept: &Swept, wanted: bool) -> Result<Self, Error> {
         let sweep = swept.sweep();
         let main = columns::main(sweep);
@@ -84,19 +84,19 @@ impl SweepSummary {
         &self.rows
     }
 
-    /// The rows that differ in what changes fastest only.
+    /// Groups of rows that differ only in the fastest knob.
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &[RowSummary]> {
         self.rows.chunks(self.main.count(&self.sweep).max(1))
     }
 }
 
 impl RowSummary {
-    /// The value of what changes fastest, if it is a number.
+    /// The value of the fastest knob, if it is a number.
     pub fn number(&self) -> f64 {
         self.value.parse().unwrap_or(f64::NAN)
     }
 
-    /// Runs that were not lost as a share of all; `None` if none was made.
+    /// Share of runs that were not lost; `None` without runs.
     pub fn share(&self) -> Option<f64> {
         (self.runs > 0).then(|| self.held as f64 / self.runs as f64)
     }
@@ -107,7 +107,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The lower of the two in the middle, where there are two.
+/// The median; the lower of the two middle values of an even number.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

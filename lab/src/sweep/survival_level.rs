@@ -1,15 +1,15 @@
-//! How many of some runs were not lost, as a glyph and a colour.
+//! The share of successful runs, as a glyph and a colour.
 
 use ratatui::style::Style;
 
 use crate::dashboard::view::theme::Theme;
 
-/// How many of some runs were not lost.
+/// Levels of the share of successful runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurvivalLevel {
-    /// Not known yet.
+    /// No finished runs.
     Unknown,
-    /// None of them.
+    /// No successful run.
     None,
     /// Less than a third.
     Few,
@@ -17,12 +17,12 @@ pub enum SurvivalLevel {
     Half,
     /// More than two thirds.
     Most,
-    /// Every one.
+    /// All runs.
     All,
 }
 
 impl SurvivalLevel {
-    /// That of `held` of `runs`.
+    /// The level for `held` of `runs`.
     pub fn of(held: usize, runs: usize) -> Self {
         match (held, runs) {
             (_, 0) => Self::Unknown,
@@ -34,7 +34,7 @@ impl SurvivalLevel {
         }
     }
 
-    /// The darker, the more.
+    /// Darker for more.
     pub fn glyph(self, theme: &Theme) -> &'static str {
         match self {
             Self::Unknown => " ",
@@ -46,7 +46,7 @@ impl SurvivalLevel {
         }
     }
 
-    /// What the glyphs mean.
+    /// The legend of the glyphs.
     pub fn key(good: &str, theme: &Theme) -> String {
         let glyph = |level: Self| level.glyph(theme);
         format!(
@@ -59,7 +59,7 @@ impl SurvivalLevel {
         )
     }
 
-    /// Whether most were not lost; `None` if not known.
+    /// Whether most runs were successful; `None` if unknown.
     pub fn is_good(self) -> Option<bool> {
         match self {
             Self::Unknown => None,
@@ -68,7 +68,7 @@ impl SurvivalLevel {
         }
     }
 
-    /// Blue where most are not lost, orange where most are.
+    /// Blue where most runs are successful, orange where most are lost.
     pub fn style(self, theme: &Theme) -> Style {
         match self.is_good() {
             None => theme.faint(),

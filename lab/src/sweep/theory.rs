@@ -1,4 +1,4 @@
-//! What linear theory says of each pair of rates of the cart-pole.
+//! Growth by linear theory for each pair of rates of the cart-pole.
 
 use ratelab::{
     cartpole::{POLICY, SENSOR, actuator_hz},
@@ -9,16 +9,16 @@ use ratelab::{
 
 use crate::error::Error;
 
-/// The growth of a small deviation (1/s) by rates; `None` where it takes too long
-/// until the schedule repeats.
+/// The growth of a small deviation (1/s) by rates; `None` where the hyper-period is too
+/// long.
 #[derive(Default)]
 pub struct Theory(Vec<(Rates, Option<f64>)>);
 
 impl Theory {
-    /// That of a run with `setup`, if its policy is the one that the theory is about.
+    /// The growth for a run with `setup`, if the theory covers its policy.
     ///
     /// # Errors
-    /// [`Error::Theory`] if there is no answer where there should be one.
+    /// [`Error::Theory`] if the theory fails unexpectedly.
     pub fn growth(&mut self, setup: &Setup) -> Result<Option<f64>, Error> {
         let scripted = PolicyKind::Scripted.name();
         if setup

@@ -138,7 +138,7 @@ fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts:
         let mut dropped = None;
         for head in recording.topics[topic].heads() {
             if dropped.replace(head.dropped) != Some(head.dropped) {
-                tracks.count(drops, head.released, head.dropped as f64);
+                tracks.count(drops, head.at, head.dropped as f64);
             }
         }
     }

@@ -1,11 +1,11 @@
-//! The manual is true: README, `docs/` and the pages beside them.
+//! The manual is correct: README, `docs/` and the other pages.
 //!
-//! Every command on a page is run and must print what the page shows; every part
-//! that a command makes is made again; links lead somewhere, options exist, and the
-//! first five minutes are played in a real terminal.
+//! Every command on a page is run and must print the output on the page; every generated
+//! part is generated again; links have targets, options exist, and the first five minutes
+//! are played in a real terminal.
 //!
-//! `cargo test manual` checks it all, the pictures too;
-//! `RATELAB_UPDATE=1` before it writes what commands print now into the pages.
+//! `cargo test manual` checks everything, including the pictures; with `RATELAB_UPDATE=1`
+//! it writes the current output of commands into the pages.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))] // Whose figures the pages show.
 
 mod page;
@@ -21,7 +21,7 @@ use std::{env, fs, path::Path};
 use page::ManualPage;
 use shell::Shell;
 
-/// Where pages may be, beside the README.
+/// Folders that may contain pages, beside the README.
 const ROOMS: [&str; 9] = [
     "benches",
     "docs",
@@ -34,14 +34,14 @@ const ROOMS: [&str; 9] = [
     "tests",
 ];
 
-/// The picture that a test of the dashboard draws.
+/// The picture drawn by a test of the dashboard.
 const PICTURE: &str = "lab/picture.svg";
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Checks a page, or brings it up to date.
+/// Checks a page, or updates it.
 fn check(name: &str) {
     let page = ManualPage::read(root(), name);
     let shell = Shell::new(root());
@@ -78,7 +78,7 @@ fn check(name: &str) {
     );
 }
 
-/// A test for each page.
+/// Creates a test for each page.
 macro_rules! manual {
     ($($test:ident: $page:literal),* $(,)?) => {
         /// The pages of the manual.
@@ -108,6 +108,7 @@ manual! {
     your_own: "docs/your-own.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
+    faults: "docs/faults.md",
     costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",
     ros2: "docs/ros2.md",
@@ -133,14 +134,14 @@ fn pages_in(folder: &str) -> Vec<String> {
         .collect()
 }
 
-/// What a page shows of an example and what the program prints belong together.
+/// The code of an example on a page and the output of the program must match.
 #[test]
 fn examples_of_the_manual_are_built_from_what_it_shows() {
     shell::check_examples(root());
 }
 
 #[test]
-fn no_page_of_the_manual_is_left_out() {
+fn every_page_of_the_manual_has_a_test() {
     let pages: Vec<_> = ROOMS.iter().flat_map(|room| pages_in(room)).collect();
     assert!(pages.len() > 10, "only {} pages were found", pages.len());
     for page in pages {

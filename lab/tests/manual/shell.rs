@@ -1,5 +1,5 @@
-//! Where the commands of a page are typed: a folder like a fresh clone, in which
-//! everything is built already.
+//! The shell for the commands of a page: a folder like a fresh clone, with everything
+//! already built.
 
 use std::{
     fs,
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use crate::terminal::Lab;
 
-/// What cargo would have built is built: it is cargo that runs this check.
+/// A stand-in for cargo: the real one runs this check and has built everything already.
 const CARGO: &str = r#"#!/bin/sh
 case "$1 $2" in
 "run ") exec ratelab ;;
@@ -24,13 +24,13 @@ echo "the check of the manual knows no cargo $*" >&2
 exit 125
 "#;
 
-/// A viewer that nobody has to look at.
+/// A viewer without a window.
 const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\"\n";
 
-/// Runs the command that it would measure, which is its last argument, once.
+/// Runs the command to measure, its last argument, once.
 const HYPERFINE: &str = "#!/bin/sh\nfor command; do :; done\nexec sh -c \"$command\"\n";
 
-/// Programs that a page may name.
+/// Programs allowed on a page.
 const PROGRAMS: [&str; 9] = [
     "cargo",
     "cat",
@@ -43,7 +43,7 @@ const PROGRAMS: [&str; 9] = [
     "tail",
 ];
 
-/// What commands on the pages read: folders, without what is in folders of theirs.
+/// Folders that commands on the pages read, without their subfolders.
 const FOLDERS: [&str; 6] = [
     "docs",
     "docs/own-crate",
@@ -53,7 +53,7 @@ const FOLDERS: [&str; 6] = [
     "tests/fixtures/policies",
 ];
 
-/// The same, where a reader's own files may lie beside it.
+/// The same, for folders that may also contain a reader's own files.
 const FILES: [&str; 5] = [
     "exercises/bands.toml",
     "recordings/balanced-50hz.rrd",
@@ -62,14 +62,14 @@ const FILES: [&str; 5] = [
     "recordings/rescued.rrd",
 ];
 
-/// A shell in a folder of its own.
+/// A shell in a separate folder.
 pub struct Shell {
     folder: TempDir,
     root: PathBuf,
 }
 
 impl Shell {
-    /// A shell for the clone at `root`.
+    /// Creates a shell for the clone at `root`.
     pub fn new(root: &Path) -> Self {
         let folder = TempDir::new().expect("folder");
         let shell = Self {
@@ -108,7 +108,7 @@ impl Shell {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect(name);
     }
 
-    /// Copies a file of the clone, and nothing if it is something else.
+    /// Copies a file of the clone; ignores anything else.
     fn copy(&self, name: &str) {
         let (from, to) = (self.root.join(name), self.clone().join(name));
         fs::create_dir_all(to.with_file_name("")).expect(name);
@@ -117,8 +117,7 @@ impl Shell {
         }
     }
 
-    /// The library that the first build brings, for those who put it elsewhere;
-    /// nothing here loads it.
+    /// A placeholder for the library that the first build fetches; nothing here loads it.
     fn stand_in_for_mujoco(&self) {
         let folder = self.clone().join("xtask/mujoco");
         fs::create_dir_all(&folder).expect("folder");
@@ -126,7 +125,7 @@ impl Shell {
         fs::write(folder.join(format!("libmujoco.so.{version}")), "").expect("library");
     }
 
-    /// What a reader has about him.
+    /// The environment of a reader.
     fn environment(&self) -> [(&'static str, String); 5] {
         let path = std::env::var("PATH").unwrap_or_default();
         [
@@ -138,7 +137,8 @@ impl Shell {
         ]
     }
 
-    /// What a command prints, on both of its outputs if `all`; or why it failed.
+    /// The output of a command, with standard error if `all`; or the reason for its
+    /// failure.
     pub fn run(&self, command: &str, all: bool) -> Result<String, String> {
         allowed(command)?;
         let script = format!("{}\n{command}", if all { "exec 2>&1" } else { "" });
@@ -154,7 +154,7 @@ impl Shell {
         Err(format!("{}\n{printed}{failed}", ended.status))
     }
 
-    /// Opens what draws on the whole terminal, and quits it when it has drawn.
+    /// Starts a program that uses the whole terminal, and quits it after its first frame.
     pub fn look(&self, command: &str) -> Result<(), String> {
         allowed(command)?;
         let mut shell = CommandBuilder::new("sh");
@@ -172,12 +172,12 @@ impl Shell {
     }
 }
 
-/// Where cargo puts what it builds.
+/// The folder of cargo's output.
 fn built() -> PathBuf {
     Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("")
 }
 
-/// Holds the age of each example against that of its source.
+/// Checks that each example is newer than its source.
 pub fn check_examples(root: &Path) {
     let built = built().join("examples");
     for entry in fs::read_dir(root.join("examples")).expect("examples") {
@@ -192,7 +192,7 @@ pub fn check_examples(root: &Path) {
     }
 }
 
-/// Commands that do anything to the machine have no place in a check.
+/// Refuses commands that change the machine.
 fn allowed(command: &str) -> Result<(), String> {
     if command.contains(['&', '`']) || command.contains("$(") {
         return Err("the check of the manual joins commands with ; and | only".to_owned());

@@ -1,5 +1,4 @@
-//! What a page has a reader do, done; and what comes of it beside what the page
-//! shows.
+//! Performs the steps of a page and compares their output with the page.
 
 use std::{fs, ops::Range};
 
@@ -11,11 +10,10 @@ use crate::{
     shell::{Shell, takes_the_terminal},
 };
 
-/// Text to be put into a page, and where.
+/// A new text for a part of a page.
 pub type Edit = (Range<usize>, String);
 
-/// Does as a reader is told; what the page would have to say instead, if it does
-/// not say so.
+/// Performs a step; returns the necessary change of the page, if there is one.
 pub fn perform(page: &ManualPage, step: &Step, shell: &Shell) -> Result<Option<Edit>, String> {
     let command = &step.command;
     if is_tried_elsewhere(command) {
@@ -38,7 +36,8 @@ pub fn perform(page: &ManualPage, step: &Step, shell: &Shell) -> Result<Option<E
     })
 }
 
-/// Whether a command printed what was to be seen; or else how it differs.
+/// Compares the output of a command with the expected output; returns the difference as
+/// an error.
 fn compare(title: &str, said: &str, printed: &str) -> Result<(), String> {
     let compare = Assert::new().normalize_paths(false);
     let (printed, said) = (Data::text(printed), said.to_owned().into_data());
@@ -46,14 +45,14 @@ fn compare(title: &str, said: &str, printed: &str) -> Result<(), String> {
     compared.map_err(|difference| difference.to_string())
 }
 
-/// What differs from run to run: what stands before it, and after it.
+/// Parts that differ from run to run: the text before and after each.
 const OPEN: [(&str, &str); 3] = [
     (" s sim (", " s wall)"),
     (".rrd (", " kB"),
     ("kept in ", "/exercises/answers.toml"),
 ];
 
-/// Output as it goes into a page: wall times and file sizes are left open.
+/// Output in the form for a page: wall times and file sizes are masked.
 fn masked(printed: &str) -> String {
     let lines = printed.lines().map(|line| {
         OPEN.iter().fold(line.to_owned(), |line, (before, after)| {
@@ -68,8 +67,7 @@ fn masked(printed: &str) -> String {
     lines.collect()
 }
 
-/// What is to stand between the comments of a part that a command makes; inside
-/// of its fence, if it has one.
+/// The new text of a generated part, within its fence if it has one.
 fn generated(page: &ManualPage, place: &Range<usize>, printed: &str) -> Option<Edit> {
     let said = &page.text[place.clone()];
     let first = said.find('\n').map_or(0, |end| end + 1);
@@ -88,7 +86,7 @@ fn generated(page: &ManualPage, place: &Range<usize>, printed: &str) -> Option<E
     (said != now).then(|| (place.clone(), now))
 }
 
-/// Brings a page up to date.
+/// Updates a page.
 pub fn update(page: &ManualPage, edits: Vec<Edit>) {
     let mut text = page.text.clone();
     for (place, now) in edits.into_iter().rev() {
@@ -97,7 +95,7 @@ pub fn update(page: &ManualPage, edits: Vec<Edit>) {
     fs::write(root().join(&page.name), text).expect("written");
 }
 
-/// How a part of a page differs from what it would have to be.
+/// The difference between a part of a page and its expected text.
 pub fn differs(page: &ManualPage, place: Range<usize>, now: &str) -> String {
     let title = format!("line {}", page.text[..place.start].lines().count() + 1);
     match compare(&title, &page.text[place], now) {
@@ -106,8 +104,8 @@ pub fn differs(page: &ManualPage, place: Range<usize>, now: &str) -> String {
     }
 }
 
-/// Whether a command is tried elsewhere: by `.ci/run`, or not at all, for there is
-/// nothing to try but a version, which is that of the recorder.
+/// Whether a command is tested elsewhere: by `.ci/run`, or not at all if it only names
+/// the version of the recorder.
 fn is_tried_elsewhere(command: &str) -> bool {
     let viewer = rerun::build_info().version;
     let checks = fs::read_to_string(root().join(".ci/run")).expect(".ci/run");

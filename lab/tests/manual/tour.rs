@@ -1,5 +1,5 @@
-//! The first five minutes, played in a real terminal: the keys that the README has a
-//! reader press, and what must then be on the screen.
+//! The first five minutes, played in a real terminal: the keys in the README, and the
+//! expected texts on the screen.
 
 use std::{collections::BTreeSet, thread, time::Duration};
 
@@ -9,11 +9,11 @@ const HEADING: &str = "## Your first five minutes\n";
 
 /// A step of the README, or a part of one.
 struct Moment {
-    /// What the reader presses.
+    /// Keys to press.
     keys: &'static str,
-    /// What the reader must see then, in this order.
+    /// Texts that must then appear, in this order.
     sees: &'static [&'static str],
-    /// What must be seen no more.
+    /// Texts that must disappear.
     gone: &'static [&'static str],
 }
 
@@ -88,7 +88,7 @@ const MOMENTS: &[Moment] = &[
     },
 ];
 
-/// The keys that the README names in this part: code of a single character.
+/// The keys named in this part of the README: code of a single character.
 fn named(readme: &str) -> BTreeSet<char> {
     let (_, part) = readme.split_once(HEADING).expect(HEADING);
     let part = part.split("\n## ").next().unwrap_or_default();
@@ -110,7 +110,7 @@ fn the_first_five_minutes_of_the_manual_are_true() {
     for moment in MOMENTS {
         for key in moment.keys.chars() {
             lab.type_keys(&key.to_string());
-            // As fast as a reader can, and not all at once.
+            // At the speed of a fast reader.
             thread::sleep(Duration::from_millis(70));
         }
         for seen in moment.sees {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{page::ManualPage, root, shell::Shell};
 
-/// Links to files that are not there, and to headings that nobody wrote.
+/// Links to missing files or headings.
 pub fn dead_links(page: &ManualPage) -> Vec<String> {
     let folder = Path::new(&page.name).with_file_name("");
     let links = page.links.iter().filter(|link| !link.contains("://"));
@@ -22,7 +22,7 @@ pub fn dead_links(page: &ManualPage) -> Vec<String> {
     dead.map(|link| format!("{link} leads nowhere")).collect()
 }
 
-/// Commands and options in the text that ratelab does not know.
+/// Commands and options in the text that are unknown to ratelab.
 pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");

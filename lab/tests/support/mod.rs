@@ -1,4 +1,4 @@
-//! What tests of the command share.
+//! Shared helpers for tests of the command.
 #![allow(dead_code)] // Each test uses its own part.
 
 pub mod outside;
@@ -10,12 +10,12 @@ use std::{
 
 use tempfile::TempDir;
 
-/// `ratelab`, to be given arguments.
+/// `ratelab` without arguments yet.
 pub fn command() -> Command {
     Command::new(env!("CARGO_BIN_EXE_ratelab"))
 }
 
-/// What `ratelab` answers to `args`.
+/// The output of `ratelab` with `args`.
 pub fn ratelab(args: &[&str]) -> Output {
     command().args(args).output().expect("ratelab starts")
 }
@@ -25,7 +25,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
-/// The one line that was said when `ratelab` exited with `code`.
+/// The single error line of `ratelab`, which must have exited with `code`.
 pub fn complaint(output: &Output, code: i32) -> String {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{said}");
@@ -33,7 +33,7 @@ pub fn complaint(output: &Output, code: i32) -> String {
     said
 }
 
-/// A folder that is gone after the test.
+/// A folder that is removed after the test.
 pub fn folder() -> TempDir {
     TempDir::new().expect("a folder")
 }

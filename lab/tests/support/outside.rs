@@ -1,12 +1,12 @@
-//! Tests of what ratelab does outside of a clone need a folder that is.
+//! A folder outside of a clone, for tests of an installed ratelab.
 
 use std::path::Path;
 
-/// What tells a clone to the exercises.
+/// The file by which the exercises recognise a clone.
 const MARK: &str = "exercises/bands.toml";
 
 /// # Panics
-/// If `folder` lies in a clone: ratelab would then use what is there.
+/// If `folder` lies in a clone: ratelab would then use the files there.
 pub fn assert_outside(folder: &Path) {
     let mut around = folder.ancestors();
     let clone = around.find(|folder| folder.join(MARK).exists());

@@ -1,4 +1,4 @@
-//! A terminal with ratelab in it, driven and read by a test.
+//! A terminal with ratelab in it, controlled by a test.
 #![allow(dead_code)] // Each test uses its own part.
 
 #[path = "outside.rs"]
@@ -15,8 +15,7 @@ use std::{
 use outside::assert_outside;
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
 
-/// How long to wait for something that takes a fraction of a second, before
-/// saying that it never came.
+/// Time limit for output that usually takes a fraction of a second.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A terminal with ratelab in it.
@@ -26,7 +25,7 @@ pub struct Lab {
     keys: Box<dyn Write + Send>,
     output: Receiver<Vec<u8>>,
     pub parser: vt100::Parser,
-    /// The modes of the terminal's line before anything ran in it.
+    /// The line modes of the terminal before any program ran in it.
     pub first_modes: String,
 }
 
@@ -41,13 +40,13 @@ impl Lab {
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
         command.args(args);
         command.cwd(folder);
-        // Nobody's own predictions are touched.
+        // Protects the predictions of the user who runs the test.
         command.env("HOME", folder);
         command.env_remove("XDG_DATA_HOME");
         Self::start(command, rows, cols)
     }
 
-    /// Starts anything that draws on a terminal.
+    /// Starts a program that draws on a terminal.
     pub fn start(mut command: CommandBuilder, rows: u16, cols: u16) -> Self {
         let size = PtySize {
             rows,
@@ -84,13 +83,13 @@ impl Lab {
         self.send(keys.as_bytes()).expect("typed");
     }
 
-    /// Sends any bytes, which fails after the end.
+    /// Sends bytes; fails after the end of the program.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.keys.write_all(bytes)?;
         self.keys.flush()
     }
 
-    /// The modes of the terminal's line, in a form to be compared.
+    /// The line modes of the terminal, in a comparable form.
     pub fn modes(&self) -> String {
         modes(&*self.master)
     }
@@ -100,7 +99,7 @@ impl Lab {
         self.parser.screen_mut().set_size(rows, cols);
     }
 
-    /// Resizes the terminal, but not the screen that shows it to the test.
+    /// Resizes the terminal, but not the test's copy of the screen.
     pub fn tell_size(&self, rows: u16, cols: u16) {
         let size = PtySize {
             rows,
@@ -124,13 +123,13 @@ impl Lab {
         );
     }
 
-    /// Reads the screen until it shows `text` no more.
+    /// Reads the screen until `text` is gone.
     pub fn wait_without(&mut self, text: &str) {
         let went = self.read_until(|screen| !screen.contains(text));
         assert!(went, "{text:?} stayed; the screen shows\n{}", self.screen());
     }
 
-    /// Reads until the screen is as wanted; false if it is not in good time.
+    /// Reads until the screen is as `wanted`; `false` after the time limit.
     pub fn read_until(&mut self, wanted: impl Fn(&str) -> bool) -> bool {
         let deadline = Instant::now() + PATIENCE;
         while !wanted(&self.screen()) {
@@ -143,7 +142,7 @@ impl Lab {
         true
     }
 
-    /// Reads more output, if some comes within `patience`; false at its end.
+    /// Reads more output within `patience`; `false` at the end of the output.
     pub fn read_more(&mut self, patience: Duration) -> bool {
         match self.output.recv_timeout(patience) {
             Ok(chunk) => self.parser.process(&chunk),
@@ -153,10 +152,10 @@ impl Lab {
         true
     }
 
-    /// Reads what is left and waits for the end.
+    /// Reads the remaining output and waits for the end.
     pub fn close(mut self) -> (ExitStatus, vt100::Parser) {
         let deadline = Instant::now() + PATIENCE;
-        // Output ends with the child: what still has some is not waited for.
+        // Output ends with the program: its children are not waited for.
         while let Some(chunk) = self.chunk(deadline) {
             self.parser.process(&chunk);
         }
@@ -164,10 +163,10 @@ impl Lab {
         (self.child.wait().expect("ended"), parser)
     }
 
-    /// More output; none when there will be none.
+    /// More output; `None` at its end.
     ///
     /// # Panics
-    /// If it is not known by `deadline` whether there will be any.
+    /// If there is neither more output nor an end by `deadline`.
     fn chunk(&self, deadline: Instant) -> Option<Vec<u8>> {
         let left = deadline.saturating_duration_since(Instant::now());
         match self.output.recv_timeout(left) {
@@ -183,7 +182,7 @@ fn modes(terminal: &dyn MasterPty) -> String {
 }
 
 impl Drop for Lab {
-    /// A test that fails leaves no lab behind.
+    /// Stops the lab even when a test fails.
     fn drop(&mut self) {
         let _ = self.child.kill();
     }

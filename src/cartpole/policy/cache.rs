@@ -1,17 +1,17 @@
-//! Policies that were read.
+//! A cache of loaded policies.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{LoadedPolicy, PolicyError, PolicySpec};
 
-/// Policies in memory, so that a file is read, hashed and parsed once: when it is
-/// named, before a run begins, and not on a node's thread. Copies share what is
-/// read, also what is read later.
+/// Policies in memory, so that a file is read, hashed and parsed only once, before a run
+/// begins and outside of a node's thread. Clones share their entries, including later
+/// ones.
 #[derive(Clone, Debug, Default)]
 pub struct PolicyCache(Arc<Mutex<Vec<(PolicySpec, LoadedPolicy)>>>);
 
 impl PolicyCache {
-    /// The policy from the cache; one that is not there is read and put there.
+    /// Returns the policy from the cache, after loading it if necessary.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.
@@ -24,8 +24,8 @@ impl PolicyCache {
         Ok(loaded)
     }
 
-    /// `spec` pinned to the content that its file has now, which is read and put
-    /// into the cache. One that is pinned stays as it is.
+    /// Loads the file of `spec` into the cache and returns `spec` pinned to the file's
+    /// current content. A pinned `spec` is returned unchanged.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.

@@ -3,7 +3,7 @@
 use super::Policy;
 use crate::cartpole::{Action, Observation};
 
-/// Never pushes: shows how fast an unattended pole falls.
+/// Applies no force: shows how fast an unattended pole falls.
 #[derive(Clone, Copy, Debug)]
 pub struct Zero;
 

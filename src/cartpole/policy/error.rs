@@ -7,13 +7,13 @@ use thiserror::Error;
 use super::{Digest, LARGEST_FILE, LqrError, OnnxError, WeightsError};
 use crate::file::FileError;
 
-/// A policy that could not be loaded.
+/// An error while loading a policy.
 #[derive(Debug, Error)]
 #[error("{spec}: {kind}")]
 pub struct PolicyError {
-    /// Its name or its path.
+    /// Name or path of the policy.
     pub spec: String,
-    /// Why.
+    /// Kind of the error.
     #[source]
     pub kind: PolicyErrorKind,
 }
@@ -21,36 +21,36 @@ pub struct PolicyError {
 /// The kinds of [`PolicyError`].
 #[derive(Debug, Error)]
 pub enum PolicyErrorKind {
-    /// There is neither a policy nor a file of that name.
+    /// Neither a built-in policy nor a file has this name.
     #[error(
         "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor a \
          file of that name"
     )]
     Missing,
-    /// It is something else than a file.
+    /// A directory, pipe or device instead of a file.
     #[error("expected a file of weights, found {0}")]
     NoFile(&'static str),
-    /// The system does not let it be read.
+    /// An error of the operating system.
     #[error("expected a file of weights, found one that cannot be read: {0}")]
     Unreadable(io::Error),
-    /// It is larger than any policy.
+    /// A file above the size limit.
     #[error("expected a file of weights of {LARGEST_FILE} bytes at most, found {0} bytes")]
     TooLarge(u64),
-    /// It is another file by now.
+    /// The file's content has changed.
     #[error("expected the content with the SHA-256 {expected}, found another one: {found}")]
     Changed {
-        /// The content that was meant.
+        /// The expected content.
         expected: Digest,
-        /// The content that is there.
+        /// The content found.
         found: Digest,
     },
-    /// Its content is no policy for this robot.
+    /// Invalid weights for this robot.
     #[error(transparent)]
     Weights(#[from] WeightsError),
-    /// Its content is no graph for this robot, or there is nothing to run it.
+    /// Invalid ONNX graph for this robot, or a missing runtime.
     #[error(transparent)]
     Onnx(#[from] OnnxError),
-    /// The regulator could not be worked out.
+    /// Computing the regulator failed.
     #[error(transparent)]
     Lqr(#[from] LqrError),
 }

@@ -1,4 +1,4 @@
-//! A file that a policy comes from.
+//! The file of a policy.
 
 use std::{fmt, path::Path};
 
@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::{Digest, LARGEST_FILE, error::PolicyErrorKind};
 use crate::file;
 
-/// Between path and digest in a text, as container images are pinned.
+/// Separator between path and digest in a text, as in pinned container images.
 const PIN: &str = "@sha256:";
 
-/// A file by its path and, if it is pinned, by its content. As text
-/// `path/to/file.pt`, pinned `path/to/file.pt@sha256:…`.
+/// A file by its path and, if it is pinned, by its content. As text `path/to/file.pt`, or
+/// pinned as `path/to/file.pt@sha256:…`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct PolicyFile {
     path: String,
@@ -19,7 +19,7 @@ pub struct PolicyFile {
 }
 
 impl PolicyFile {
-    /// The file that `text` names.
+    /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
         let pinned = text.rsplit_once(PIN);
         let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
@@ -34,17 +34,17 @@ impl PolicyFile {
         Self { path, sha256 }
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Whether its content is known by its digest.
+    /// Whether its content is fixed by a digest.
     pub fn is_pinned(&self) -> bool {
         self.sha256.is_some()
     }
 
-    /// Its content.
+    /// Reads its content.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
         let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
         let found = Digest::of(&content);

@@ -2,7 +2,7 @@
 
 use crate::cartpole::{Action, Observation};
 
-/// Decides what to do about an observation.
+/// Decides on an action for each observation.
 ///
 /// ```
 /// use ratelab::cartpole::Plant;
@@ -10,40 +10,38 @@ use crate::cartpole::{Action, Observation};
 ///
 /// let mut plant = Plant::new(0)?;
 /// for _ in 0..500 {
-///     // One loop, in lockstep: what a graph of nodes is not.
+///     // One loop, in lockstep, unlike a graph of nodes.
 ///     plant.step(Scripted.act(&plant.observe()));
 /// }
 /// assert_eq!(plant.fall(), None);
 /// # Ok::<(), ratelab::cartpole::PlantError>(())
 /// ```
 ///
-/// One of your own goes behind the policy node with
-/// [`CartPole::with_policy`](crate::cartpole::CartPole::with_policy), which
-/// shows one.
+/// [`CartPole::with_policy`](crate::cartpole::CartPole::with_policy) runs your own policy
+/// in the policy node, with an example.
 pub trait Policy: Send {
-    /// Its name.
+    /// Name of the policy.
     fn name(&self) -> &str;
 
-    /// The action for `observation`. One that is not finite ends the run with
-    /// a fault.
+    /// The action for `observation`. A NaN or infinite action ends the run with a fault.
     fn act(&mut self, observation: &Observation) -> Action;
 
-    /// Swaps the policy for the one that `name` names, between two decisions;
-    /// returns what it was before.
+    /// Replaces the policy by the one called `name`, between two decisions; returns the
+    /// previous name.
     ///
     /// # Errors
-    /// Why not: a policy is what it is, unless it is
-    /// [`SwappablePolicy`](crate::cartpole::policy::SwappablePolicy).
+    /// The reason: only a [`SwappablePolicy`](crate::cartpole::policy::SwappablePolicy)
+    /// can be replaced.
     fn swap(&mut self, name: &str) -> Result<String, String> {
         let _ = name;
         Err(format!("the {} policy cannot be swapped", self.name()))
     }
 
-    /// Begins anew, as it was when it was made.
+    /// Returns to the initial state.
     ///
     /// # Errors
-    /// Why it cannot: unless a policy knows better, it does not know how.
+    /// The reason: the default refuses, because the initial state is unknown.
     fn restart(&mut self) -> Result<(), String> {
-        Err(format!("the {} policy cannot begin anew", self.name()))
+        Err(format!("the {} policy cannot restart", self.name()))
     }
 }

@@ -1,11 +1,11 @@
-//! The policies that need no file.
+//! The policies without a file.
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The policies that need no file.
+/// The policies without a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum PolicyKind {
     /// Linear feedback: [`Scripted`](super::Scripted).
@@ -19,10 +19,10 @@ pub enum PolicyKind {
 }
 
 impl PolicyKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 4] = [Self::Scripted, Self::Zero, Self::Random, Self::Lqr];
 
-    /// The name by which it is chosen.
+    /// The name in settings.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scripted => "scripted",
@@ -32,8 +32,8 @@ impl PolicyKind {
         }
     }
 
-    /// Whether it tries to keep the pole up. One that does not loses it at any
-    /// rate, so nothing is to be learned from that about rates.
+    /// Whether it tries to keep the pole up. Other policies lose it at any rate, so their
+    /// runs show nothing about rates.
     pub fn balances(self) -> bool {
         match self {
             Self::Scripted | Self::Lqr => true,
@@ -57,7 +57,7 @@ impl FromStr for PolicyKind {
     }
 }
 
-/// A text that names no policy.
+/// An unknown policy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0:?} is not a policy: expected scripted, zero, random, lqr or a file of weights")]
 pub struct UnknownPolicy(pub(super) String);

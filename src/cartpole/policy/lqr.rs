@@ -1,4 +1,4 @@
-//! Linear feedback whose gains theory chooses.
+//! Linear feedback with optimal gains.
 
 use nalgebra::{Matrix4, RowVector1, RowVector4, Vector4};
 use thiserror::Error;
@@ -11,18 +11,17 @@ use crate::{
     runtime::Hz,
 };
 
-/// The largest action that costs as much as the largest deviations: all that
-/// the motor has.
+/// The largest action, which costs as much as the largest deviations: the full force of
+/// the motor.
 const ACTION_LIMIT: f64 = 1.0;
 
-/// The linear-quadratic regulator: of all linear feedbacks the one that makes
-/// the least of `Σ xᵀ·Q·x + u·R·u` over all decisions to come.
+/// The linear-quadratic regulator: the linear feedback that minimises `Σ xᵀ·Q·x + u·R·u`
+/// over all future decisions.
 ///
 /// Near upright the plant is `x' = A·x + B·u` from one decision to the next
-/// ([`LinearPlant`]). The plant moves in whole control steps of 20 ms, and an
-/// action is held for as many of them as the control period is nearest to, at
-/// least one; A and B are those of that many steps. With `X` the solution of the
-/// discrete algebraic Riccati equation
+/// ([`LinearPlant`]). The plant moves in whole control steps of 20 ms. An action is held
+/// for the number of steps nearest to the control period, at least one; A and B cover
+/// that many steps. With `X` the solution of the discrete algebraic Riccati equation
 ///
 /// ```text
 /// X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q
@@ -30,12 +29,12 @@ const ACTION_LIMIT: f64 = 1.0;
 ///
 /// the action is `u = −(R + BᵀXB)⁻¹ BᵀXA · x`.
 ///
-/// Q and R are Bryson's: one over the square of what is the most acceptable,
-/// which is where a run is lost (2.4 m, 0.2095 rad) and what the motor has (1);
-/// velocities cost nothing by themselves.
+/// Q and R follow Bryson's rule: one over the square of the largest acceptable value,
+/// which is the limit of a lost run (2.4 m, 0.2095 rad) and the motor's full force (1);
+/// velocities have no cost of their own.
 ///
-/// A policy sees observations and no rates: the gains are for the control rate
-/// with which its run begins, and stay when that rate is changed on the way.
+/// A policy receives observations but no rates: the gains are computed for the initial
+/// control rate of its run, and stay the same when that rate changes.
 ///
 /// Sources: Anderson and Moore, *Optimal Control: Linear Quadratic Methods*,
 /// chapter 2; Bryson and Ho, *Applied Optimal Control*, section 5.2.
@@ -44,27 +43,27 @@ pub struct Lqr {
     gains: [f64; 4],
 }
 
-/// The regulator could not be worked out.
+/// An error while computing the regulator.
 #[derive(Clone, Debug, Error)]
 pub enum LqrError {
-    /// The plant could not be linearised.
+    /// Linearising the plant failed.
     #[error("the plant cannot be linearised: {0}")]
     Plant(#[from] PlantError),
-    /// The Riccati equation was not solved.
+    /// Solving the Riccati equation failed.
     #[error(
-        "the Riccati equation for a policy at {0} has no solution that was found: \
+        "no solution of the Riccati equation was found for a policy at {0}: \
          try a higher control rate"
     )]
     Riccati(Hz),
 }
 
 impl Lqr {
-    /// The regulator for a policy that decides at `control_hz`.
+    /// Computes the regulator for a policy that decides at `control_hz`.
     ///
     /// # Errors
-    /// [`LqrError`] if MuJoCo cannot linearise the plant. At rates so low that
-    /// the pole is lost between two decisions beyond what numbers can hold,
-    /// there is no solution.
+    /// [`LqrError`] if MuJoCo cannot linearise the plant, or if there is no solution: at
+    /// very low rates the deviation between two decisions grows beyond the range of
+    /// numbers.
     pub fn at(control_hz: Hz) -> Result<Self, LqrError> {
         let steps = (CONTROL_HZ / control_hz.get()).round().max(1.0);
         let plant = LinearPlant::control_step()?.held_for(steps as u32);
@@ -72,9 +71,9 @@ impl Lqr {
         Ok(Self { gains })
     }
 
-    /// The gains in the order of the plant's state: cart position (1/m), pole
-    /// angle (1/rad), cart velocity (s/m), pole velocity (s/rad). While it does
-    /// not clip, the action is their sum of products with the state.
+    /// The gains in the order of the plant's state: cart position (1/m), pole angle
+    /// (1/rad), cart velocity (s/m), pole velocity (s/rad). The action is their sum of
+    /// products with the state, before clipping.
     pub fn gains(&self) -> [f64; 4] {
         self.gains
     }
@@ -83,8 +82,9 @@ impl Lqr {
 fn gains(plant: &LinearPlant) -> Option<[f64; 4]> {
     let LinearPlant { a, b } = plant;
     let most = Vector4::new(CART_LIMIT_M, POLE_LIMIT_RAD, f64::INFINITY, f64::INFINITY);
-    // The C library rounds `powf` as the compiler folds it; `powi` differs between
-    // the two in its last bit, and with it a run between two builds.
+    // The result of `powf` in the C library matches the compiler's constant folding; that
+    // of `powi` differs in the last bit, which would make a run differ between two
+    // builds.
     let weight = |most: f64| most.powf(-2.0);
     let q = Matrix4::from_diagonal(&most.map(weight));
     let r = RowVector1::new(weight(ACTION_LIMIT));
@@ -123,12 +123,12 @@ mod tests {
     }
 
     #[test]
-    fn the_gains_are_those_of_another_solver_at_every_control_period() {
+    fn the_gains_match_another_solver_at_every_control_period() {
         assert_eq!(golden().count(), 6);
         for (steps, gains) in golden() {
             let lqr = Lqr::at(Hz::new(CONTROL_HZ / steps).expect("rate")).expect("gains");
             for (ours, theirs) in lqr.gains().iter().zip(gains) {
-                // SciPy's feedback is subtracted, ours is added.
+                // SciPy's feedback is subtracted, this one is added.
                 let error = (ours + theirs).abs() / theirs.abs();
                 assert!(error < 1e-8, "{steps} steps: {ours}, expected {}", -theirs);
             }
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_without_a_solution_is_refused_and_never_answered_with_nonsense() {
+    fn a_rate_without_a_solution_is_refused() {
         for hz in [0.001, 0.01, 0.1, 0.5, 1.0, 2.0] {
             let hz = Hz::new(hz).expect("rate");
             match Lqr::at(hz) {

@@ -1,7 +1,7 @@
 //! Policies: from an observation to an action.
 //!
-//! A policy sees messages and nothing else, so any of these can be put behind
-//! the same node. A [`PolicySpec`] names one: built in, or in a file.
+//! A policy depends on messages only, so any of these can run in the same node. A
+//! [`PolicySpec`] names one: built in, or in a file.
 
 mod cache;
 mod constant;
@@ -35,6 +35,6 @@ pub use swappable::SwappablePolicy;
 
 pub use crate::runtime::Digest;
 
-/// The largest file that is read as a policy (bytes): 16 MiB, many times what a
-/// network needs that is to think a thousand times a second.
+/// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
+/// network that can decide a thousand times a second.
 pub const LARGEST_FILE: u64 = 16 << 20;

@@ -1,15 +1,15 @@
-//! A policy that guesses.
+//! A random policy.
 
 use rand_pcg::Pcg64;
 
 use super::Policy;
 use crate::cartpole::{Action, Observation, generator, unit};
 
-/// Sets the policy's stream of numbers apart from that of the start, which is
-/// drawn from the same seed.
+/// Separates the policy's random numbers from those of the start, which use the same
+/// seed.
 const STREAM: u64 = 1;
 
-/// Pushes anywhere between −1 and 1, the same way for the same seed.
+/// Pushes uniformly between −1 and 1, reproducibly for each seed.
 #[derive(Clone, Debug)]
 pub struct Random(Pcg64);
 

@@ -2,16 +2,16 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-/// Doublings after which the solution must stand still. Each squares what is
-/// left of the error; a dozen is the usual.
+/// Maximum number of doublings until convergence. Each squares the remaining error; about
+/// a dozen is usual.
 const ROUNDS: usize = 60;
 
-/// Relative change at which the solution stands still.
+/// Relative change that counts as converged.
 const STILL: f64 = 1e-14;
 
 /// The stabilising solution X of `X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q`, by the
-/// structure-preserving doubling algorithm: after `k` rounds `h` is the cost of
-/// the best `2ᵏ` decisions. `None` if it does not come to rest in finite numbers.
+/// structure-preserving doubling algorithm: after `k` rounds `h` is the cost of the best
+/// `2ᵏ` decisions. `None` if it does not converge.
 ///
 /// Source: Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic
 /// discrete-time algebraic Riccati equations*, Int. J. Control 77 (2004).

@@ -15,15 +15,15 @@ const CART_POSITION: f64 = 0.4;
 /// Gain on the cart's velocity (s/m).
 const CART_VELOCITY: f64 = 0.8;
 
-/// Pushes the cart under the pole, and a little back to the middle. The gains
-/// are the course's; they hold the pole down to about 10 Hz.
+/// Pushes the cart under the pole, and slightly back to the middle. The gains are the
+/// course's; they hold the pole down to about 10 Hz.
 #[derive(Clone, Copy, Debug)]
 pub struct Scripted;
 
 impl Scripted {
-    /// The gains in the order of the plant's state: cart position, pole angle,
-    /// cart velocity, pole velocity. While it does not clip, the action is
-    /// their sum of products with the state.
+    /// The gains in the order of the plant's state: cart position, pole angle, cart
+    /// velocity, pole velocity. The action is their sum of products with the state,
+    /// before clipping.
     pub const GAINS: [f64; 4] = [CART_POSITION, ANGLE, CART_VELOCITY, POLE_VELOCITY];
 }
 

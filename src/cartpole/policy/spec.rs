@@ -12,8 +12,8 @@ use super::{
 };
 use crate::runtime::Hz;
 
-/// Which policy decides. As text: the name of one that is built in, or else
-/// the path of a file; a file that is called like a built-in is `./scripted`.
+/// The choice of a policy. As text: the name of a built-in policy, or else the path of a
+/// file; a file with the name of a built-in is written as `./scripted`.
 ///
 /// ```
 /// use ratelab::policy::{PolicyKind, PolicySpec};
@@ -26,14 +26,14 @@ use crate::runtime::Hz;
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum PolicySpec {
-    /// One that needs no file.
+    /// A policy without a file.
     BuiltIn(PolicyKind),
     /// The weights of a network.
     File(PolicyFile),
 }
 
 impl PolicySpec {
-    /// A short name: that of the policy, or that of the file without its folder.
+    /// A short name: that of the policy, or of the file without its folder.
     pub fn name(&self) -> &str {
         match self {
             Self::BuiltIn(kind) => kind.name(),
@@ -44,7 +44,7 @@ impl PolicySpec {
         }
     }
 
-    /// Whether it tries to keep the pole up, as far as is known.
+    /// Whether it tries to keep the pole up; assumed for files.
     pub fn balances(&self) -> bool {
         match self {
             Self::BuiltIn(kind) => kind.balances(),
@@ -52,11 +52,11 @@ impl PolicySpec {
         }
     }
 
-    /// Reads what it needs.
+    /// Loads the policy.
     ///
     /// # Errors
-    /// [`PolicyError`] names the file, what was expected and what was found. No
-    /// other policy ever takes its place.
+    /// [`PolicyError`] with the file, the expected content and the actual content. There
+    /// is no fallback to another policy.
     pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
         match self {
             Self::BuiltIn(kind) => Ok(LoadedPolicy {
@@ -70,8 +70,8 @@ impl PolicySpec {
         }
     }
 
-    /// Whether it means the same policy at any time: a file is known by the digest
-    /// of its content.
+    /// Whether it always means the same policy: a file does if it has a digest of its
+    /// content.
     pub fn is_pinned(&self) -> bool {
         match self {
             Self::BuiltIn(_) => true,
@@ -118,16 +118,16 @@ impl FromStr for PolicySpec {
     }
 }
 
-/// What a policy may depend on beside its observations.
+/// The inputs of a policy besides its observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolicyContext {
     /// The seed of the run.
     pub seed: u64,
-    /// How often the policy decides when the run begins.
+    /// Control rate at the start of the run.
     pub control_hz: Hz,
 }
 
-/// A policy with all that it needs in memory; copies share it.
+/// A policy with all its data in memory; clones share it.
 #[derive(Clone, Debug)]
 pub struct LoadedPolicy {
     spec: PolicySpec,
@@ -142,15 +142,15 @@ enum Content {
 }
 
 impl LoadedPolicy {
-    /// Which policy it is; a file is pinned to the content that was read.
+    /// The choice of this policy; a file is pinned to the loaded content.
     pub fn spec(&self) -> &PolicySpec {
         &self.spec
     }
 
-    /// The policy itself, as it is when a run begins.
+    /// Creates the policy in its initial state.
     ///
     /// # Errors
-    /// [`PolicyError`] if the regulator cannot be worked out for the control rate.
+    /// [`PolicyError`] if the regulator cannot be computed for the control rate.
     pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
         Ok(match &self.content {
             Content::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),

@@ -1,22 +1,22 @@
-//! A policy that can become another one.
+//! A replaceable policy.
 
 use super::{Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec};
 use crate::cartpole::{Action, Observation};
 
-/// Decides as one policy until it is swapped for another. One that is in its
-/// cache waits for no file.
+/// Decides with one policy until it is replaced by another. A policy in its cache needs
+/// no access to files.
 pub struct SwappablePolicy {
     now: Box<dyn Policy>,
-    /// What it began as, as text.
+    /// The initial policy, as text.
     first: String,
-    /// What `now` is, as text.
+    /// The current policy, as text.
     spec: String,
     context: PolicyContext,
     cache: PolicyCache,
 }
 
 impl SwappablePolicy {
-    /// Begins as `first`.
+    /// Creates it with the policy `first`.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.

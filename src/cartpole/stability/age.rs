@@ -1,4 +1,4 @@
-//! How old an action may be before small deviations grow.
+//! The age of an action at which small deviations begin to grow.
 
 use std::time::Duration;
 
@@ -13,26 +13,26 @@ use super::{
 };
 use crate::policy::PolicySpec;
 
-/// There is no limit of age to tell.
+/// The reason why there is no age limit.
 #[derive(Clone, Debug, Error)]
 pub enum NoLimit {
     /// The policy is no linear feedback.
     #[error(transparent)]
     Policy(#[from] NoTheory),
-    /// The loop is too much for linear theory.
+    /// The loop is beyond the scope of linear theory.
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// No delay that was tried makes deviations grow.
-    #[error("the policy {0} bears every delay that was tried")]
+    /// Deviations shrink at every tested delay.
+    #[error("the policy {0} is stable at every tested delay")]
     Boundless(String),
 }
 
-/// The mean push age from which on small deviations grow, for `policy` at these
-/// rates: that of the loop with the shortest constant delay that makes them grow,
-/// in continuous time. An action is applied when it is delivered.
+/// The mean push age above which small deviations grow, for `policy` at these rates: that
+/// of the loop with the shortest constant delay at which they grow, in continuous time.
+/// An action is applied on delivery.
 ///
-/// Where they grow without a delay it is the mean push age that the rates alone
-/// come to: then the limit is passed at these rates whatever the delay.
+/// If deviations grow even without a delay, it is the mean push age of the rates alone:
+/// the limit is then exceeded at these rates for any delay.
 ///
 /// # Errors
 /// [`NoLimit`], with the reason.

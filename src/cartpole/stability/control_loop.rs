@@ -1,26 +1,26 @@
-//! A plant, linear feedback, and the time that lies between them.
+//! A plant and linear feedback, with the timing between them.
 
 use super::{dynamics::Dynamics, timing::Timing, world::World};
 use crate::cartpole::PlantError;
 
-/// A control loop without limits to its motor.
+/// A control loop with an unlimited motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// The plant.
     pub dynamics: Dynamics,
-    /// The policy: an action is the sum of products with the state.
+    /// Gains of the policy: an action is the sum of products with the state.
     pub gains: [f64; 4],
-    /// How the plant's time goes on.
+    /// The passage of the plant's time.
     pub world: World,
-    /// When everything happens.
+    /// Timing of the nodes and links.
     pub timing: Timing,
 }
 
 impl Loop {
-    /// A loop around the cart-pole.
+    /// Creates a loop around the cart-pole.
     ///
     /// # Errors
-    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn cart_pole(
         gains: [f64; 4],
         world: World,

@@ -1,4 +1,4 @@
-//! What deviations cost on average, under disturbance and random timing.
+//! The mean cost of deviations, with disturbances and random timing.
 
 use nalgebra::DMatrix;
 
@@ -14,13 +14,13 @@ use super::{
 use crate::runtime::Time;
 
 impl Loop {
-    /// The expected cost of a second of the loop in its steady state, where
-    /// `noise` disturbs it and messages of `/action` are lost at random. `None` if
-    /// it grows without bound.
+    /// The expected cost per second of the loop in its steady state, with disturbances
+    /// `noise` and random loss of messages on `/action`. `None` if it grows without
+    /// bound.
     ///
-    /// The covariance of the state is taken through the same product as a
-    /// deviation is in [`Loop::stability`]. Nilsson, *Real-Time Control Systems
-    /// with Delays* (1998); Lincoln and Cervin, *Jitterbug*, CDC 2002.
+    /// The covariance of the state passes through the same product of maps as a deviation
+    /// in [`Loop::stability`]. Nilsson, *Real-Time Control Systems with Delays* (1998);
+    /// Lincoln and Cervin, *Jitterbug*, CDC 2002.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].
@@ -40,7 +40,8 @@ impl Loop {
             loss,
         };
         let size = passage.size();
-        // What disturbances add in one period, and the covariance that comes back.
+        // The covariance that disturbances add in one period, and the map of the
+        // covariance over a period.
         let mut added = DMatrix::zeros(size, size);
         cost_of(&covariance, noise, &mut added);
         let remembered = covariance.matrix();
@@ -52,14 +53,14 @@ impl Loop {
         }))
     }
 
-    /// The expected cost of a second, from rest until the last of these pushes is
-    /// applied, where `noise` disturbs the loop: for timing that was drawn or
-    /// recorded. In their order, no push is based on an older reading than the one
-    /// before; the loop's own timing is not used.
+    /// The expected cost per second, from rest until the last of these pushes is applied,
+    /// with disturbances `noise`: for drawn or recorded timing. Each push must be based
+    /// on the same reading as the previous one or on a newer one; the loop's own timing
+    /// is ignored.
     ///
-    /// What JitterTime does: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
-    /// JitterTime to analyze transient performance in adaptive and reconfigurable
-    /// control systems*, ETFA 2019.
+    /// The method of JitterTime: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
+    /// JitterTime to analyze transient performance in adaptive and reconfigurable control
+    /// systems*, ETFA 2019.
     pub fn cost_along(&self, pushes: &[Push], noise: &Noise, weights: &Weights) -> f64 {
         let end = pushes.iter().map(|push| push.applied).max();
         let end = end.unwrap_or(Time::ZERO);
@@ -74,7 +75,7 @@ impl Loop {
     }
 }
 
-/// Takes `covariance` through the passage. Returns what that costs.
+/// Takes `covariance` through the passage. Returns its cost.
 fn cost_of(through: &Covariance, noise: &Noise, covariance: &mut DMatrix<f64>) -> f64 {
     let mut cost = 0.0;
     for event in &through.passage.events {

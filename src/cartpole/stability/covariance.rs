@@ -1,4 +1,4 @@
-//! How the covariance of a loop's state goes on while messages are lost.
+//! The covariance of a loop's state under message loss.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,41 +8,40 @@ use super::{
     schedule::Event,
 };
 
-/// What is in force after a message of `/action` was lost.
+/// The action in force after a message of `/action` is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lost {
-    /// The action before it.
+    /// The previous action.
     Hold,
     /// No force.
     Zero,
 }
 
-/// Each message of `/action` is lost on its own with the same probability.
+/// Independent loss of each message of `/action` with the same probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// The probability, 0 to 1.
     pub probability: f64,
-    /// What follows.
+    /// The action after a loss.
     pub lost: Lost,
 }
 
 impl Loss {
-    /// Every message arrives.
+    /// No loss.
     pub const NONE: Self = Self {
         probability: 0.0,
         lost: Lost::Hold,
     };
 }
 
-/// A passage with messages that are lost.
+/// A passage with message loss.
 pub(super) struct Covariance<'a> {
     pub passage: &'a Passage,
     pub loss: Loss,
 }
 
 impl Covariance<'_> {
-    /// What `event` makes of a covariance, on average over what is lost, without
-    /// any disturbance.
+    /// Applies `event` to a covariance, averaged over the loss, without disturbances.
     pub fn happen(&self, event: Event, covariance: &mut DMatrix<f64>) {
         let lost = (matches!(event, Event::Apply(_))).then(|| self.without_action(covariance));
         twice(covariance, |states| self.passage.happen(event, states));
@@ -62,7 +61,7 @@ impl Covariance<'_> {
         lost
     }
 
-    /// The same with the disturbances that come with it.
+    /// The same with the disturbances of the event.
     pub fn happen_in(&self, noise: &Noise, event: Event, covariance: &mut DMatrix<f64>) {
         self.happen(event, covariance);
         match event {
@@ -79,8 +78,8 @@ impl Covariance<'_> {
         }
     }
 
-    /// What the passage makes of a covariance as a matrix that acts on the upper
-    /// triangles of covariances, one below the other.
+    /// The effect of the passage on a covariance, as a matrix that acts on stacked upper
+    /// triangles.
     pub fn matrix(&self) -> DMatrix<f64> {
         let size = self.passage.size();
         let columns: Vec<_> = triangle(size)
@@ -98,14 +97,14 @@ impl Covariance<'_> {
     }
 }
 
-/// Applies the linear map `map` of states to a covariance: from both sides.
+/// Applies the linear map `map` of states to a covariance, from both sides.
 fn twice(covariance: &mut DMatrix<f64>, map: impl Fn(&mut DMatrix<f64>)) {
     map(covariance);
     covariance.transpose_mut();
     map(covariance);
 }
 
-/// The places of the upper triangle.
+/// The indices of the upper triangle.
 fn triangle(size: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..size).flat_map(|column| (0..=column).map(move |row| (row, column)))
 }

@@ -1,4 +1,4 @@
-//! How much longer an action may be on its way until small deviations grow.
+//! The additional delay of actions at which small deviations begin to grow.
 
 use std::time::Duration;
 
@@ -7,31 +7,31 @@ use super::{
     monodromy::{Stability, StabilityError},
 };
 
-/// The delays that are tried lie so far apart. A window of unstable delays that
-/// is narrower than this may be passed over.
+/// Interval between the tested delays. A window of unstable delays that is narrower may
+/// be missed.
 const STEP: Duration = Duration::from_millis(1);
 
-/// To how much the edge is found.
+/// Accuracy of the margin.
 const NEAR: Duration = Duration::from_nanos(100);
 
-/// The longest delay that is tried. A loop that bears more is not unstable
+/// The longest delay tested. A loop that is stable even then has a plant that is stable
 /// without its policy.
 const LONGEST_DELAY: Duration = Duration::from_secs(2);
 
-/// Where the growth of small deviations begins.
+/// The margin of delay at which small deviations begin to grow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DelayMargin {
-    /// The shortest delay of `/action` at which they do not shrink, to a tenth
-    /// of a microsecond; zero if none makes them shrink.
+    /// The shortest delay of `/action` at which they do not shrink, to a tenth of a
+    /// microsecond; zero if they never shrink.
     pub delay: Duration,
-    /// The loop with that delay.
+    /// Stability of the loop with that delay.
     pub there: Stability,
 }
 
 impl Loop {
-    /// The shortest delay of `/action`, all else as it is, at which small
-    /// deviations do not shrink: from no delay upwards, in steps of 1 ms, then
-    /// by bisection over the exact schedules. `None` if even 2 s are borne.
+    /// The shortest delay of `/action`, all else equal, at which small deviations do not
+    /// shrink: a search upwards from zero in steps of 1 ms, then bisection over the exact
+    /// schedules. `None` if the loop is stable even at 2 s.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].

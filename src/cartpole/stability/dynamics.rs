@@ -6,11 +6,11 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::cartpole::{CONTROL_HZ, LinearPlant, PlantError, SUBSTEPS};
 
-/// How a small deviation from rest moves on: `dx/dt = F·x + G·u`.
+/// The motion of a small deviation from rest: `dx/dt = F·x + G·u`.
 ///
-/// The state `x` is two positions and their two velocities: for the cart-pole
-/// cart position (m), pole angle (rad), cart velocity (m/s) and pole velocity
-/// (rad/s); `u` is an action.
+/// The state `x` is two positions and their two velocities: for the cart-pole cart
+/// position (m), pole angle (rad), cart velocity (m/s) and pole velocity (rad/s); `u` is
+/// an action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dynamics {
     /// F: the effect of the state (1/s).
@@ -20,14 +20,14 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// The cart-pole's, from one physics step of MuJoCo.
+    /// The dynamics of the cart-pole, from one physics step of MuJoCo.
     ///
-    /// A step first moves the velocities, then with the new ones the positions,
-    /// and at rest no force depends on a velocity. So what a step does to the
-    /// velocities is the acceleration times the step, at any length of step.
+    /// A step first updates the velocities, then the positions with the new velocities,
+    /// and at rest no force depends on a velocity. Therefore the change of the velocities
+    /// in a step is the acceleration times the step, for any length of step.
     ///
     /// # Errors
-    /// [`PlantError`] if MuJoCo refuses the model or has no memory.
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn cart_pole() -> Result<Self, PlantError> {
         let step_s = 1.0 / (CONTROL_HZ * f64::from(SUBSTEPS));
         let LinearPlant { a, b } = LinearPlant::physics_step()?;
@@ -69,10 +69,10 @@ mod tests {
 
     use super::*;
 
-    /// A velocity (m/s, rad/s) or position (m, rad) as small as that is linear.
+    /// The motion of such small velocities (m/s, rad/s) and positions (m, rad) is linear.
     const SMALL: f64 = 1e-5;
 
-    /// MuJoCo's own step of `step` from a small deviation.
+    /// MuJoCo's own `step` from a small deviation.
     fn mujoco(step: Duration, x: Vector4<f64>, u: f64) -> Vector4<f64> {
         let timestep = format!("timestep=\"{}\"", step.as_secs_f64());
         let xml = include_str!("../cartpole.xml").replace("timestep=\"0.01\"", &timestep);
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_of_any_length_is_the_one_that_mujoco_makes() {
+    fn a_step_of_any_length_matches_mujoco() {
         let dynamics = Dynamics::cart_pole().expect("plant");
         for milliseconds in [1, 2, 5, 10] {
             let step = Duration::from_millis(milliseconds);

@@ -1,4 +1,4 @@
-//! The continuous loop by its frequency response.
+//! The frequency response of the continuous loop.
 
 use std::{f64::consts::TAU, time::Duration};
 
@@ -6,21 +6,21 @@ use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
 
 use super::{control_loop::Loop, dynamics::Dynamics};
 
-/// Frequencies that are looked at (rad/s), and how many to a factor of ten.
+/// Tested frequencies (rad/s): the range, and their number per decade.
 const LOWEST: f64 = 1e-3;
 const DECADES: u32 = 8;
 const PER_DECADE: u32 = 2_000;
 
-/// Halvings of an interval of frequencies in which something happens.
+/// Bisection steps within an interval of frequencies.
 const HALVINGS: u32 = 60;
 
-/// What a loop in continuous time bears, where policy and motor never wait.
+/// The margins of a loop in continuous time, where policy and motor act at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContinuousMargins {
-    /// The frequency at which the loop with its longest delay would swing
-    /// (rad/s): there its gain is 1.
+    /// The frequency at which the loop oscillates with its longest stable delay (rad/s):
+    /// there its gain is 1.
     pub crossover: f64,
-    /// How far the phase is from that swing without a delay (rad).
+    /// The distance of the phase from that oscillation, without a delay (rad).
     pub phase_margin: f64,
     /// The shortest constant delay at which small deviations do not shrink.
     pub delay: Duration,
@@ -34,7 +34,7 @@ pub(super) fn frequencies() -> impl Iterator<Item = f64> {
 }
 
 impl Loop {
-    /// Whether deviations shrink in continuous time where nothing takes time.
+    /// Whether deviations shrink in continuous time without delays.
     pub(super) fn shrinks_without_delay(&self) -> bool {
         let Dynamics { f, g } = self.dynamics;
         let closed = f + g * RowVector4::from(self.gains);
@@ -53,13 +53,13 @@ impl Loop {
         Some(-(RowVector4::from(self.gains).map(complex) * state)[0])
     }
 
-    /// The margins of the loop in continuous time with nothing that takes time.
-    /// `None` if deviations grow without any delay, or shrink with any.
+    /// The margins of the loop in continuous time without delays. `None` if deviations
+    /// grow without any delay, or shrink with any.
     ///
-    /// A delay `τ` turns the loop's response at the frequency `ω` by `ωτ` and
-    /// leaves its gain. It swings on its own where the gain is 1 and the turn
-    /// makes up the phase margin: the shortest such delay counts. Åström and
-    /// Murray, *Feedback Systems*, section 10.3.
+    /// A delay `τ` turns the phase of the loop at the frequency `ω` by `ωτ` and leaves
+    /// its gain unchanged. The loop oscillates where the gain is 1 and this turn uses up
+    /// the phase margin: the shortest such delay is the result. Åström and Murray,
+    /// *Feedback Systems*, section 10.3.
     pub fn continuous_margins(&self) -> Option<ContinuousMargins> {
         if !self.shrinks_without_delay() {
             return None;

@@ -1,4 +1,4 @@
-//! Which policies linear theory is about.
+//! The policies covered by linear theory.
 
 use thiserror::Error;
 
@@ -7,23 +7,23 @@ use crate::{
     runtime::Hz,
 };
 
-/// Linear theory has nothing to tell about a policy.
+/// The reason why linear theory does not apply to a policy.
 #[derive(Clone, Debug, Error)]
 pub enum NoTheory {
-    /// It does not look at the plant.
+    /// It ignores the state of the plant.
     #[error("the policy {0} does not answer to readings: their age is nothing to it")]
     Blind(PolicyKind),
     /// It is a network.
-    #[error("the network {0} has no gains: measure what it bears by a sweep of delays")]
+    #[error("the network {0} has no gains: measure its limit by a sweep of delays")]
     Network(String),
-    /// Its gains were not found.
+    /// Its gains could not be computed.
     #[error(transparent)]
     Lqr(#[from] LqrError),
 }
 
-/// The gains of a policy that decides at `control` when the run begins, in the
-/// order of the plant's state: cart position (1/m), pole angle (1/rad), cart
-/// velocity (s/m), pole velocity (s/rad).
+/// The gains of a policy with the initial control rate `control`, in the order of the
+/// plant's state: cart position (1/m), pole angle (1/rad), cart velocity (s/m), pole
+/// velocity (s/rad).
 ///
 /// # Errors
 /// [`NoTheory`] if it is no linear feedback, with the reason.

@@ -10,15 +10,15 @@ use crate::{
 /// The rate (1/s) at which the pole's angle grew in a run, from run time `from`
 /// until the action first clipped, or the run ended; negative if it shrank.
 ///
-/// The first half of that stretch is left to the parts of the deviation that
-/// grow less than the one that wins. In the second half two moments a whole
-/// number of `hyper_period`s apart are compared, because in between the angle
-/// follows the schedule and not its trend.
+/// The first half of that interval is skipped, until the fastest-growing part of the
+/// deviation dominates. In the second half the angles at two moments a whole number of
+/// `hyper_period`s apart are compared, because in between the angle follows the schedule
+/// rather than its trend.
 ///
 /// Where the largest multipliers are a complex pair, at 11 Hz and above, the
 /// angle turns as well as shrinks, and this is no measure of it.
 ///
-/// `None` if that leaves not one hyper-period, or no angle to compare.
+/// `None` if less than one hyper-period remains, or no angle to compare.
 pub fn measured_growth(
     steps: &[Message<ControlStep>],
     from: Time,
@@ -38,7 +38,7 @@ pub fn measured_growth(
     growth.is_finite().then_some(growth)
 }
 
-/// Whether the motor gave all it had.
+/// Whether the action is clipped.
 fn clips(step: &ControlStep) -> bool {
     step.action.0.abs() >= 1.0
 }

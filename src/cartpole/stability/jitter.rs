@@ -1,4 +1,4 @@
-//! Delays that change: how old may an action become, whatever the pattern?
+//! Varying delays: the maximum age of an action, for any pattern.
 
 use std::{f64::consts::PI, time::Duration};
 
@@ -14,10 +14,10 @@ use super::{
     world::World,
 };
 
-/// Frequencies of a sampled loop that are looked at, up to half of its rate.
+/// Number of tested frequencies of a sampled loop, up to half of its rate.
 const FREQUENCIES: u32 = 20_000;
 
-/// The lowest of them as a part of half its rate.
+/// The lowest of them, as a share of half the rate.
 const LOWEST: f64 = 1e-5;
 
 /// A disturbance of the action of intensity 1.
@@ -26,22 +26,22 @@ const UNIT: Noise = Noise {
     reading: [0.0; 4],
 };
 
-/// How much a delay may change and the loop stays stable, whatever the pattern.
+/// The largest variation of a delay at which the loop stays stable, for any pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JitterMargin {
-    /// The most by which any action may be delayed beyond the constant part,
-    /// each in its own way.
+    /// The largest delay of any action beyond the constant part; each action may have its
+    /// own.
     pub jitter: Duration,
-    /// The same in terms of age: deviations shrink if no action is applied earlier
-    /// than the constant part after its reading, and none is in force when its
-    /// reading is as old as this, whatever made it old.
+    /// The same as an age: deviations shrink if no action is applied earlier than the
+    /// constant part after its reading, and none is in force once its reading is this
+    /// old, for whatever reason.
     pub oldest: Duration,
 }
 
 impl Loop {
-    /// The age that no action in force may exceed at any moment, for deviations
-    /// to shrink whatever the timing: rates, delays, losses and their patterns.
-    /// `None` if the continuous loop is unstable without any delay.
+    /// The largest age of the action in force at which deviations shrink for any timing:
+    /// any rates, delays, losses and patterns of these. `None` if the continuous loop is
+    /// unstable without any delay.
     ///
     /// A small-gain condition, and only sufficient: the closed loop `T`, from a
     /// disturbance of the action to the action, has `|ω·T(iω)| < 1 / age` at all
@@ -56,23 +56,22 @@ impl Loop {
             Some(frequency * (open / (open + 1.0)).modulus())
         };
         let loudest = frequencies().filter_map(gain).fold(0.0, f64::max);
-        // What it comes to at frequencies without end.
+        // The limit for infinite frequency.
         let limit = (RowVector4::from(self.gains) * self.dynamics.g)[0].abs();
         Duration::try_from_secs_f64(1.0 / loudest.max(limit)).ok()
     }
 
-    /// How much the delay of an action may change, beyond the constant delays of
-    /// this loop, and deviations shrink. `None` if they grow without any jitter.
+    /// The largest variation of the delay of actions, beyond the constant delays of this
+    /// loop, at which deviations shrink. `None` if they grow without any jitter.
     ///
-    /// The plant is continuous here and the loop the one in which each reading of
-    /// the sensor has an action: where the policy answers to fewer of them, the
-    /// actions in between are late ones. So the rates of policy and actuator and
-    /// all that is lost count as jitter.
+    /// The plant is continuous here, and each reading of the sensor has an action: where
+    /// the policy answers fewer readings, the actions in between count as late. So the
+    /// rates of policy and actuator and all losses count as jitter.
     ///
-    /// A small-gain condition, and only sufficient: Kao and Lincoln (2004), for a
-    /// sampled loop, with the constant part as in Cervin, Lincoln, Eker, Årzén
-    /// and Buttazzo, *The jitter margin and its application in the design of
-    /// real-time control systems*, RTCSA 2004.
+    /// A small-gain condition, and only sufficient: Kao and Lincoln (2004), for a sampled
+    /// loop, with the constant part as in Cervin, Lincoln, Eker, Årzén and Buttazzo, *The
+    /// jitter margin and its application in the design of real-time control systems*,
+    /// RTCSA 2004.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].
@@ -99,11 +98,11 @@ impl Loop {
             }))
     }
 
-    /// The largest gain of the sampled loop from what jitter adds to the force on
-    /// the plant to the change from one action to the next.
+    /// The largest gain of the sampled loop, from the force that jitter adds to the plant
+    /// to the change from one action to the next.
     fn loudest(&self, period: Duration, constant: Duration) -> f64 {
         let flow = |seconds| Span::flow(&self.dynamics, seconds, &UNIT, &Weights::default());
-        // The action before the newest is in force for the first part of a period.
+        // The previous action is in force for the first part of a period.
         let seconds = period.as_secs_f64();
         let waits = constant.as_secs_f64() / seconds;
         let (early, late) = (waits.fract() * seconds, (1.0 - waits.fract()) * seconds);
@@ -129,9 +128,9 @@ fn complex(real: f64) -> Complex<f64> {
     Complex::new(real, 0.0)
 }
 
-/// How many periods of jitter have the gain `most`: with `n` whole periods and a
-/// part `g`, the change is one of up to `n + 1` differences of actions for the
-/// part `g` of a period and of up to `n` for the rest, `most² = n² + 2ng + g`.
+/// The jitter in periods for the gain `most`: with `n` whole periods and a fraction `g`,
+/// the change is one of up to `n + 1` differences of actions for the fraction `g` of a
+/// period and of up to `n` for the rest, `most² = n² + 2ng + g`.
 fn periods(most: f64) -> f64 {
     let whole = most.floor();
     whole + (most * most - whole * whole) / (2.0 * whole + 1.0)

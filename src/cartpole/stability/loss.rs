@@ -1,4 +1,4 @@
-//! Stability in the mean square, where messages are lost at random.
+//! Mean-square stability under random message loss.
 
 use super::{
     control_loop::Loop,
@@ -9,21 +9,21 @@ use super::{
     spectral::log_spectral_radius,
 };
 
-/// Halvings of the interval of probabilities.
+/// Bisection steps over the probability.
 const HALVINGS: u32 = 40;
 
 impl Loop {
-    /// The rate at which the expected square of a small deviation grows (1/s),
-    /// where messages of `/action` are lost at random; negative if it shrinks,
-    /// and then almost every single run shrinks too.
+    /// The rate at which the expected square of a small deviation grows (1/s), with
+    /// random loss of messages on `/action`; negative if it shrinks, and then the
+    /// deviation shrinks in almost every single run too.
     ///
     /// A jump linear system with independent jumps: the largest modulus of the
     /// eigenvalues of `E[M ⊗ M]`, `M` the product over one hyper-period. Costa,
     /// Fragoso and Marques, *Discrete-Time Markov Jump Linear Systems*, chapter 3.
     ///
     /// # Errors
-    /// [`StabilityError`], as for [`Loop::stability`]. The work grows with the
-    /// sixth power of the number of readings that are under way.
+    /// [`StabilityError`], as for [`Loop::stability`]. The work grows with the sixth
+    /// power of the number of readings in flight.
     pub fn mean_square_growth(&self, loss: Loss) -> Result<f64, StabilityError> {
         let (passage, schedule) = Passage::of(self, &Noise::default(), &Weights::default())
             .map_err(|long| self.aperiodic(long))?;

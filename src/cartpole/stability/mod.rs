@@ -1,24 +1,23 @@
-//! Linear theory of a loop, before anything is run.
+//! Linear theory of a control loop, computed without a run.
 //!
-//! Near upright the plant is linear ([`Dynamics`]), and so is a balancer while it
-//! does not clip: `u = K·y`, with `y` a reading. All that a graph does to this loop
-//! is to let time pass: every action in force is that of some reading, sensed
-//! earlier and applied later. A [`Loop`] is a plant, gains, a [`World`] and a
-//! [`Timing`], and the whole graph becomes a sequence of three kinds of events:
+//! Near upright the plant is linear ([`Dynamics`]), and so is a balancer while it does
+//! not clip: `u = K·y`, with `y` a reading. A graph affects this loop only through time:
+//! every action in force belongs to some reading, sensed earlier and applied later. A
+//! [`Loop`] is a plant, gains, a [`World`] and a [`Timing`], and the whole graph becomes
+//! a sequence of three kinds of events:
 //!
 //! | event | map |
 //! |---|---|
-//! | the plant is read | the actions that are remembered move on; the newest is `K·x` |
-//! | an action is applied | `u ←` the action of the reading so many readings ago |
+//! | the plant is read | the stored actions shift by one; the newest is `K·x` |
+//! | an action is applied | `u ←` the action of the reading a given number of readings ago |
 //! | time passes | `x ← A·x + B·u` |
 //!
-//! Rates of their own make the loop time-varying, but what varies comes round:
-//! after one **hyper-period** the schedule begins again. The product of the maps
-//! over it is the **monodromy matrix**; its eigenvalues are the **Floquet
-//! multipliers**. The largest modulus `ρ` decides: a deviation grows by `ρ` every
-//! hyper-period `T`, that is at the rate `ln ρ / T` per second, or shrinks if that
-//! is negative. A multiplier near −1 tells more: the deviation changes sides every
-//! `T`.
+//! Different rates make the loop time-varying, but periodic: after one **hyper-period**
+//! the schedule repeats. The product of the maps over it is the **monodromy matrix**; its
+//! eigenvalues are the **Floquet multipliers**. The largest modulus `ρ` decides: a
+//! deviation grows by `ρ` every hyper-period `T`, that is at the rate `ln ρ / T` per
+//! second, or shrinks if that is negative. A multiplier near −1 means that the deviation
+//! changes sides every `T`.
 //!
 //! # Questions
 //!
@@ -28,26 +27,26 @@
 //! | Up to which constant delay? | [`Loop::delay_margin`], [`Loop::continuous_margins`] |
 //! | Up to which mean push age? | [`age_limit`] |
 //! | Up to which changing delay, whatever its pattern? | [`Loop::jitter_margin`] |
-//! | Up to which age, whatever made it? | [`Loop::oldest_push`] |
+//! | Up to which age, for any cause? | [`Loop::oldest_push`] |
 //! | Up to which random loss? | [`Loop::loss_margin`], [`Loop::mean_square_growth`] |
-//! | What do deviations cost? | [`Loop::expected_cost`], [`Loop::cost_along`] |
+//! | The cost of deviations? | [`Loop::expected_cost`], [`Loop::cost_along`] |
 //!
-//! # Where it stops
+//! # Limits
 //!
-//! The theory is about small deviations. The motor has 10 N and no more, and
-//! where the action clips, "unstable" may mean a swing that grows to some width
-//! and stays there: at 8 to 10 Hz the pole is up in almost every run although
-//! every one of these rates is unstable. So a growth rate is no prediction of
-//! who survives; put it beside the measurement, never instead of it.
-//! [`measured_growth`] is what a run says about the same quantity. The margins for
-//! changing delays are sufficient conditions: a loop beyond them may be stable.
+//! The theory covers small deviations. The motor is limited to 10 N, and where the action
+//! clips, "unstable" may mean a swing that grows to some width and stays there: at 8 to
+//! 10 Hz the pole is up in almost every run although every one of these rates is
+//! unstable. So a growth rate does not predict survival; use it beside a measurement,
+//! never instead of one. [`measured_growth`] measures the same quantity in a run. The
+//! margins for changing delays are sufficient conditions: a loop beyond them may be
+//! stable.
 //!
 //! # Sources
 //!
 //! Zero-order hold and sampled loops: Åström and Wittenmark, *Computer-Controlled
-//! Systems*, chapters 2 and 3. Multirate loops as periodic systems, monodromy
-//! and multipliers: Bittanti and Colaneri, *Periodic Systems*, chapters 1 and 3.
-//! All others beside the methods, and in `docs/theory.md`.
+//! Systems*, chapters 2 and 3. Multirate loops as periodic systems, monodromy and
+//! multipliers: Bittanti and Colaneri, *Periodic Systems*, chapters 1 and 3. All others
+//! are listed at the methods and in `docs/theory.md`.
 
 mod age;
 mod control_loop;

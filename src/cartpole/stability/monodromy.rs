@@ -16,16 +16,15 @@ use super::{
 };
 use crate::{cartpole::PlantError, policy::Scripted};
 
-/// Rounds after which the multipliers must have converged. A 4×4 matrix takes
-/// about ten.
+/// Maximum number of rounds until the multipliers converge. A 4×4 matrix takes about ten.
 const ROUNDS: usize = 1_000;
 
-/// Linear theory of a loop.
+/// Stability of a loop by linear theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
     /// The time `T` after which the schedule repeats.
     pub hyper_period: Duration,
-    /// How old the reading behind the action in force is, on average over time.
+    /// Age of the reading behind the action in force, averaged over time.
     pub mean_push_age: Duration,
     /// The monodromy matrix divided by `e^log_scale`.
     scaled: DMatrix<f64>,
@@ -34,10 +33,10 @@ pub struct Stability {
     log_radius: f64,
 }
 
-/// A loop about which linear theory is not asked.
+/// An error of linear theory.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StabilityError {
-    /// It takes too long until the schedule repeats.
+    /// The hyper-period is too long.
     #[error(
         "a sensor at {sensor} and a policy at {control} meet the plant only every {seconds} s: \
          linear theory is worked out up to {longest} s; use rates with fewer decimals",
@@ -47,10 +46,10 @@ pub enum StabilityError {
     Aperiodic {
         /// The rates.
         rates: Rates,
-        /// How long it takes.
+        /// The hyper-period.
         hyper_period: Duration,
     },
-    /// The plant could not be linearised.
+    /// Linearising the plant failed.
     #[error("the plant cannot be linearised: {0}")]
     Plant(String),
 }
@@ -62,21 +61,19 @@ impl From<PlantError> for StabilityError {
 }
 
 impl Stability {
-    /// The scripted balancer's loop at `rates` in the course's world, in exact
-    /// time.
+    /// Stability of the scripted balancer's loop at `rates` in the course's world, in
+    /// exact time.
     ///
     /// # Errors
-    /// [`StabilityError`], most likely because the hyper-period is longer than
-    /// [`LONGEST`].
+    /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
     pub fn of(rates: Rates) -> Result<Self, StabilityError> {
         Loop::cart_pole(Scripted::GAINS, World::Course, rates)?.stability()
     }
 
-    /// The Floquet multipliers, the one with the largest modulus first.
-    /// Infinite where a deviation grows beyond all numbers in one hyper-period,
-    /// which [`growth`](Self::growth) is not. Those of the actions that are
-    /// remembered from one hyper-period to the next are among them; empty where
-    /// their computation does not converge.
+    /// The Floquet multipliers, the one with the largest modulus first. Infinite where a
+    /// deviation overflows within one hyper-period; [`growth`](Self::growth) stays
+    /// finite. Includes those of the actions stored from one hyper-period to the next;
+    /// empty if their computation does not converge.
     pub fn multipliers(&self) -> Vec<Complex<f64>> {
         let schur = Schur::try_new(self.scaled.clone(), f64::EPSILON, ROUNDS);
         let scaled = schur.iter().flat_map(|schur| {
@@ -101,19 +98,18 @@ impl Stability {
         self.log_radius / self.hyper_period.as_secs_f64()
     }
 
-    /// Whether small deviations shrink. That is less than it sounds: an
-    /// unstable loop may still keep the pole up, by swinging.
+    /// Whether small deviations shrink. An unstable loop may still keep the pole up, with
+    /// a limited oscillation.
     pub fn is_stable(&self) -> bool {
         self.log_radius < 0.0
     }
 }
 
 impl Loop {
-    /// What becomes of small deviations, in exact time.
+    /// Computes the stability of small deviations, in exact time.
     ///
     /// # Errors
-    /// [`StabilityError`], most likely because the hyper-period is longer than
-    /// [`LONGEST`].
+    /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
     pub fn stability(&self) -> Result<Stability, StabilityError> {
         let (passage, schedule) = Passage::of(self, &Noise::default(), &Weights::default())
             .map_err(|long| self.aperiodic(long))?;
@@ -127,7 +123,7 @@ impl Loop {
         })
     }
 
-    /// The reason for not being asked.
+    /// The error for a hyper-period that is too long.
     pub(super) fn aperiodic(&self, TooLong(hyper_period): TooLong) -> StabilityError {
         StabilityError::Aperiodic {
             rates: Rates {
@@ -139,8 +135,8 @@ impl Loop {
     }
 }
 
-/// The loop's state after a passage as a linear map of the state before, divided
-/// by `e^s`; and `s`, which keeps the numbers finite.
+/// The effect of a passage on the loop's state as a linear map, divided by `e^s`,
+/// together with `s`, which keeps the numbers finite.
 fn product(passage: &Passage) -> (DMatrix<f64>, f64) {
     let mut states = DMatrix::identity(passage.size(), passage.size());
     let mut log_scale = 0.0;

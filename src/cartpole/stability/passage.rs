@@ -1,4 +1,4 @@
-//! One linear map for each thing that can happen to a loop.
+//! The linear map of each event of a loop.
 
 use std::collections::BTreeMap;
 
@@ -14,12 +14,11 @@ use super::{
 /// Row of the action in force, below the plant's state.
 pub(super) const ACTION: usize = 4;
 
-/// Row of the action that belongs to the newest reading; below it those of older
-/// ones.
+/// Row of the action for the newest reading; the rows below belong to older readings.
 pub(super) const NEWEST: usize = 5;
 
-/// A sequence of events and what each does to the loop's whole state: the plant's
-/// state, the action in force and what the policy says to the last few readings.
+/// A sequence of events with their effects on the loop's whole state: the plant's state,
+/// the action in force and the policy's answers to the last few readings.
 #[derive(Clone, Debug)]
 pub(super) struct Passage {
     pub events: Vec<Event>,
@@ -28,7 +27,7 @@ pub(super) struct Passage {
 }
 
 impl Passage {
-    /// One hyper-period of `control`.
+    /// The passage of one hyper-period of `control`.
     pub fn of(
         control: &Loop,
         noise: &Noise,
@@ -39,7 +38,7 @@ impl Passage {
         Ok((passage, schedule))
     }
 
-    /// These events in `control`'s world.
+    /// The passage of these events in `control`'s world.
     pub fn through(control: &Loop, events: Vec<Event>, noise: &Noise, weights: &Weights) -> Self {
         let mut spans = BTreeMap::new();
         for event in &events {
@@ -60,12 +59,12 @@ impl Passage {
         NEWEST + readings(&self.events)
     }
 
-    /// What so many units do. They are those of an event.
+    /// The effect of an advance by `units`, which must occur among the events.
     pub fn span(&self, units: u64) -> &Span {
         &self.spans[&units]
     }
 
-    /// Applies what `event` does to each column of `states`.
+    /// Applies `event` to each column of `states`.
     pub fn happen(&self, event: Event, states: &mut DMatrix<f64>) {
         match event {
             Event::Advance(units) => {

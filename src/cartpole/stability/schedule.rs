@@ -1,4 +1,4 @@
-//! What happens in which order, until it begins again.
+//! The sequence of events over one hyper-period.
 
 use std::{collections::HashMap, time::Duration};
 
@@ -8,38 +8,37 @@ use super::{
 };
 use crate::runtime::{Hz, Time, hyper_period};
 
-/// The longest hyper-period that is worked through: 1000 s, which rates with up
-/// to three decimals stay within.
+/// The longest hyper-period supported: 1000 s, enough for all rates with up to three
+/// decimals.
 pub const LONGEST: Duration = Duration::from_secs(1_000);
 
-/// The longest stretch that the plant is moved on at once: over more of it the
-/// numbers of an unstable plant leave the range of an `f64`.
+/// The longest stretch in one map: over longer ones the numbers of an unstable plant
+/// leave the range of an `f64`.
 const STRETCH: Duration = Duration::from_secs(10);
 
-/// What can happen to a loop.
+/// An event of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
-    /// The plant goes on for so many of its world's units.
+    /// The plant advances by this number of its world's units.
     Advance(u64),
     /// The plant is read.
     Sense,
-    /// The action that belongs to the reading so many readings ago comes into
-    /// force; 0 is the newest.
+    /// The action for an earlier reading comes into force; 0 is the newest reading.
     Apply(usize),
 }
 
 /// One hyper-period of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Schedule {
-    /// After how long it begins again.
+    /// Length of the period.
     pub period: Duration,
-    /// What happens in it.
+    /// Events of one period.
     pub events: Vec<Event>,
-    /// How old the reading behind the action in force is on average (s).
+    /// Mean age of the reading behind the action in force (s).
     pub mean_age: f64,
 }
 
-/// It takes too long until a schedule repeats: this long.
+/// The hyper-period is too long; contains its length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TooLong(pub Duration);
 
@@ -51,7 +50,7 @@ impl Rates {
 }
 
 impl Schedule {
-    /// The schedule of `timing` in `world`, when every node is under way.
+    /// The schedule of `timing` in `world`, after all nodes have started.
     pub fn of(timing: Timing, world: World) -> Result<Self, TooLong> {
         let grid = grid(timing, world);
         let (begin, period) = repetition(timing, grid)?;
@@ -60,7 +59,7 @@ impl Schedule {
         let decisions = timing.pushes().skip_while(|(start, _)| *start < begin);
         let decisions = decisions.take_while(|(start, _)| *start < to + settled);
         let pushes: Vec<_> = decisions.map(|(_, push)| push).collect();
-        // In the course's world the plant's time begins with the actuator.
+        // In the course's world the plant's time starts with the actuator.
         let origin = match (world, timing.actuator) {
             (World::Course, Some(actuator)) => Time::ZERO + actuator.offset,
             _ => Time::ZERO,
@@ -73,7 +72,7 @@ impl Schedule {
     }
 }
 
-/// How many readings must be remembered to make `events` happen.
+/// The number of readings that `events` need.
 pub(super) fn readings(events: &[Event]) -> usize {
     let ago = events.iter().map(|event| match event {
         Event::Apply(ago) => ago + 1,
@@ -82,9 +81,9 @@ pub(super) fn readings(events: &[Event]) -> usize {
     ago.max().unwrap_or(1)
 }
 
-/// The time after which the grids of all nodes and of the world are as they were.
+/// The common period of all nodes and of the world.
 fn grid(timing: Timing, world: World) -> Duration {
-    // The plant's own rate or one of 1 kHz makes it a whole number of nanoseconds.
+    // With the plant's own rate, or one of 1 kHz, it is a whole number of nanoseconds.
     let millisecond = match world {
         World::Course => None,
         World::Own(_) | World::Continuous => Hz::new(1e3).ok(),
@@ -103,8 +102,8 @@ fn least_common_multiple(a: u128, b: u128) -> u128 {
     (a / divisor.max(1)).saturating_mul(b)
 }
 
-/// A decision from which on everything repeats, and after how long. A policy that
-/// takes time may need several periods of the grid.
+/// A decision from which on the schedule repeats, and its period. With a policy that
+/// takes time this may be several periods of the grid.
 fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLong> {
     let offsets = timing.cadences().map(|cadence| cadence.offset);
     let offset = offsets.max().unwrap_or_default();
@@ -126,7 +125,7 @@ fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLon
     Err(TooLong(2 * LONGEST))
 }
 
-/// What `pushes` make happen in `world` from one moment to another.
+/// The events of `pushes` in `world` between two moments.
 pub(super) fn events(
     pushes: &[Push],
     world: World,
@@ -134,7 +133,7 @@ pub(super) fn events(
     from: Time,
     to: Time,
 ) -> Vec<Event> {
-    // In an instant the plant is read before an action is applied.
+    // Within an instant the plant is read before an action is applied.
     let mut moments = Vec::new();
     let (mut readings, mut last) = (0, None);
     for push in pushes {
@@ -167,7 +166,7 @@ pub(super) fn events(
     events
 }
 
-/// So many units, in stretches.
+/// Adds an advance by `units`, split into stretches.
 fn advance(events: &mut Vec<Event>, world: World, mut units: u128) {
     let most = (STRETCH.as_nanos() / world.unit().as_nanos()).max(1);
     while units > 0 {
@@ -177,8 +176,8 @@ fn advance(events: &mut Vec<Event>, world: World, mut units: u128) {
     }
 }
 
-/// The average age of the action in force (s) from one moment to another, later
-/// than the first push. Of several that are applied at once the last counts.
+/// The mean age of the action in force (s) between two moments, both after the first
+/// push. Of several actions applied at once the last counts.
 fn mean_age(pushes: &[Push], from: Time, to: Time) -> f64 {
     let mut sum = 0.0;
     let replaced = pushes.iter().skip(1).map(|next| next.applied).chain([to]);

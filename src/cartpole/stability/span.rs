@@ -1,4 +1,4 @@
-//! What a stretch of time does to the plant while an action is held.
+//! The motion of the plant over a stretch of time with a constant action.
 
 use std::time::Duration;
 
@@ -10,28 +10,28 @@ use super::{
 };
 use crate::cartpole::LinearPlant;
 
-/// Terms of the series for a stretch so short that each is less than a tenth of
-/// the one before.
+/// Number of terms of the series, for a stretch so short that each term is less than a
+/// tenth of the previous one.
 const TERMS: i32 = 16;
 
 /// Largest product of the dynamics and a stretch for which the series is used.
 const SHORT: f64 = 0.1;
 
-/// A stretch of time for `z`, the plant's state `x` and the action in force `u`.
+/// A stretch of time for `z`: the plant's state `x` and the action in force `u`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
     /// `z` afterwards is `motion · z`; the action stays.
     pub motion: Matrix5<f64>,
     /// The covariance that disturbances add to `z`.
     pub noise: Matrix5<f64>,
-    /// The cost of the stretch is `zᵀ · cost · z`, of the `z` at its beginning,
+    /// The cost of the stretch is `zᵀ · cost · z`, with the `z` at its beginning,
     pub cost: Matrix5<f64>,
-    /// and this, for the disturbances that came during it.
+    /// plus this, for the disturbances during it.
     pub noise_cost: f64,
 }
 
 impl Span {
-    /// No time at all.
+    /// A stretch of length zero.
     fn nothing() -> Self {
         Self {
             motion: Matrix5::identity(),
@@ -41,12 +41,12 @@ impl Span {
         }
     }
 
-    /// `seconds` of continuous time.
+    /// A stretch of `seconds` in continuous time.
     ///
-    /// Motion, covariance and costs are integrals of exponentials: a power
-    /// series for a stretch that is short enough, then doubled. Van Loan,
-    /// *Computing integrals involving the matrix exponential*, IEEE Trans.
-    /// Automatic Control 23 (1978), has the integrals.
+    /// Motion, covariance and costs are integrals of exponentials: a power series for a
+    /// stretch that is short enough, then doubled. Source of the integrals: Van Loan,
+    /// *Computing integrals involving the matrix exponential*, IEEE Trans. Automatic
+    /// Control 23 (1978).
     pub fn flow(dynamics: &Dynamics, seconds: f64, noise: &Noise, weights: &Weights) -> Self {
         let f = extended(dynamics);
         let doublings = (f.norm() * seconds / SHORT).log2().ceil().max(0.0) as i32;
@@ -54,7 +54,7 @@ impl Span {
         (0..doublings).fold(short, |span, _| span.then(&span))
     }
 
-    /// One physics step. What it costs is that of the state at its beginning.
+    /// One physics step. Its cost is that of the state at its beginning.
     pub fn step(dynamics: &Dynamics, step: Duration, noise: &Noise, weights: &Weights) -> Self {
         let seconds = step.as_secs_f64();
         let LinearPlant { a, b } = dynamics.step(step);
@@ -69,7 +69,7 @@ impl Span {
         span
     }
 
-    /// This stretch and then another.
+    /// This stretch followed by another.
     fn then(&self, next: &Self) -> Self {
         Self {
             motion: next.motion * self.motion,
@@ -94,7 +94,7 @@ impl Span {
         self.noise.fixed_view::<4, 4>(0, 0).into()
     }
 
-    /// This stretch so many times.
+    /// This stretch, repeated `times` times.
     pub fn times(&self, times: u64) -> Self {
         let (mut all, mut power, mut left) = (Self::nothing(), *self, times);
         while left > 0 {
@@ -116,7 +116,7 @@ fn extended(dynamics: &Dynamics) -> Matrix5<f64> {
     f
 }
 
-/// The cost of a second as a quadratic form of `z`.
+/// The cost per second as a quadratic form of `z`.
 fn quadratic(weights: &Weights) -> Matrix5<f64> {
     let [cart, angle, cart_velocity, pole_velocity] = weights.state;
     Matrix5::from_diagonal(&Vector5::new(

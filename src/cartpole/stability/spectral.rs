@@ -1,13 +1,13 @@
-//! How fast the powers of a matrix grow.
+//! The growth of the powers of a matrix.
 
 use nalgebra::DMatrix;
 
-/// Squarings, each of which halves what is left of the error.
+/// Number of squarings; each halves the remaining error.
 const SQUARINGS: u32 = 50;
 
-/// The logarithm of the largest modulus of the eigenvalues of `matrix`, from the
-/// size of its powers: Gelfand's formula, which needs no eigenvalues and so no
-/// convergence of theirs. Minus infinity if a power is zero.
+/// The logarithm of the largest modulus of the eigenvalues of `matrix`, from the size of
+/// its powers: Gelfand's formula, which needs no iteration for eigenvalues and therefore
+/// always converges. Minus infinity if a power is zero.
 pub(super) fn log_spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let (mut log_radius, mut weight) = (0.0, 1.0);
     for _ in 0..SQUARINGS {
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_radius_is_that_of_the_eigenvalues() {
+    fn the_radius_matches_the_eigenvalues() {
         let rows = |size, rows: &[f64]| DMatrix::from_row_slice(size, size, rows);
         let turn = rows(3, &[0.6, -0.8, 5.0, 0.8, 0.6, 7.0, 0.0, 0.0, 0.5]);
         assert!(log_spectral_radius(turn).abs() < 1e-13);

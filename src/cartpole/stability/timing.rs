@@ -1,4 +1,4 @@
-//! When the nodes of a loop tick and how long everything takes.
+//! The timing of a loop's nodes and links.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use crate::{
     runtime::{Hz, Rate, Time},
 };
 
-/// The rates that a run can choose; that of the actuator is the plant's.
+/// The rates that a run can set; the actuator's rate is that of the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rates {
-    /// How often the sensor publishes.
+    /// Rate of the sensor.
     pub sensor: Hz,
-    /// How often the policy decides.
+    /// Rate of the policy.
     pub control: Hz,
 }
 
@@ -21,39 +21,39 @@ pub struct Rates {
 pub struct Cadence {
     /// Ticks per second.
     pub hz: Hz,
-    /// When the first is due.
+    /// Due time of the first tick.
     pub offset: Duration,
 }
 
-/// The timing of a loop in which nothing is left to chance.
+/// Deterministic timing of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
-    /// When the sensor reads the plant.
+    /// Readings of the plant.
     pub sensor: Cadence,
-    /// When the policy is due.
+    /// Due times of the policy.
     pub policy: Cadence,
-    /// When actions are applied. `None`: as soon as they are delivered.
+    /// Application of actions. `None`: on delivery.
     pub actuator: Option<Cadence>,
-    /// What each tick of the policy takes: it reads at its beginning and
-    /// publishes at its end, and skips what is due in between.
+    /// Duration of the policy's ticks: it reads at the start and publishes at the end of
+    /// a tick, and skips ticks that are due in between.
     pub policy_takes: Duration,
-    /// How long a reading is on its way.
+    /// Delay of readings on their link.
     pub obs_delay: Duration,
-    /// How long an action is on its way.
+    /// Delay of actions on their link.
     pub action_delay: Duration,
 }
 
-/// An action, from the reading behind it to the moment that it is applied.
+/// An action, with the times of its reading and of its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Push {
-    /// When the plant was read.
+    /// Time of the reading.
     pub sensed: Time,
-    /// When the action is applied.
+    /// Time of the application.
     pub applied: Time,
 }
 
 impl Cadence {
-    /// So many ticks per second, from the beginning of a run.
+    /// A cadence of `hz` ticks per second, from the beginning of a run.
     pub fn new(hz: Hz) -> Self {
         let offset = Duration::ZERO;
         Self { hz, offset }
@@ -65,7 +65,7 @@ impl Cadence {
 }
 
 impl From<Rates> for Timing {
-    /// The graph as it is, with nothing that takes time.
+    /// The default graph, where nothing takes time.
     fn from(Rates { sensor, control }: Rates) -> Self {
         Self {
             sensor: Cadence::new(sensor),
@@ -77,8 +77,8 @@ impl From<Rates> for Timing {
 }
 
 impl Timing {
-    /// A reading, a decision and its application, so many times a second, all
-    /// in one instant.
+    /// A reading, a decision and its application at the same instant, `hz` times per
+    /// second.
     pub fn direct(hz: Hz) -> Self {
         Self {
             sensor: Cadence::new(hz),
@@ -90,27 +90,26 @@ impl Timing {
         }
     }
 
-    /// The nodes.
+    /// The cadences of the nodes.
     pub(super) fn cadences(self) -> impl Iterator<Item = Cadence> {
         [self.sensor, self.policy].into_iter().chain(self.actuator)
     }
 
-    /// The oldest that the reading behind an action can be when the action is
-    /// applied.
+    /// The largest age of the reading behind an action when the action is applied.
     pub(super) fn slowest(self) -> Duration {
         let waits = [Some(self.sensor), self.actuator].into_iter().flatten();
         let waits: Duration = waits.map(|cadence| cadence.hz.period() + Time::TICK).sum();
         waits.saturating_add(self.constant())
     }
 
-    /// How long everything takes from a reading to its action without any waiting.
+    /// The delay from a reading to its action, without any waiting.
     pub(super) fn constant(self) -> Duration {
         let links = self.obs_delay.saturating_add(self.action_delay);
         links.saturating_add(self.policy_takes)
     }
 
-    /// Every decision: when it was begun, and the push that came of it. Decisions
-    /// before the first reading come to nothing.
+    /// All decisions: the start of each, and the resulting push. Decisions before the
+    /// first reading are left out.
     pub(super) fn pushes(self) -> impl Iterator<Item = (Time, Push)> {
         let (mut sensor, mut policy) = (self.sensor.rate(), self.policy.rate());
         let mut actuator = self.actuator.map(Cadence::rate);

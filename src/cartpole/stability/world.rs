@@ -1,4 +1,4 @@
-//! Whose time the plant's time is.
+//! The passage of the plant's time.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use crate::{
     runtime::Time,
 };
 
-/// How the plant's time goes on while the nodes tick.
+/// The relation of the plant's time to the ticks of the nodes.
 ///
 /// | world | a reading at `t` sees the state after | an action applied at `t` is the input from |
 /// |---|---|---|
@@ -23,14 +23,14 @@ use crate::{
 pub enum World {
     /// Each tick of the actuator is one control step of the plant.
     Course,
-    /// The plant goes on by itself in physics steps of this length.
+    /// The plant advances by itself in physics steps of this length.
     Own(Duration),
     /// The plant is a differential equation.
     Continuous,
 }
 
 impl World {
-    /// The smallest stretch of time that it knows.
+    /// The smallest unit of its time.
     pub(super) fn unit(self) -> Duration {
         match self {
             Self::Course => actuator_hz().period(),
@@ -39,7 +39,7 @@ impl World {
         }
     }
 
-    /// After how many units the state is the one that a reading at `time` sees.
+    /// Number of units before the state that a reading at `time` sees.
     pub(super) fn sensed(self, time: Duration) -> u128 {
         match self {
             Self::Course => self.applied(time),
@@ -47,12 +47,12 @@ impl World {
         }
     }
 
-    /// Before which unit an action comes into force that is applied at `time`.
+    /// Number of units before an action applied at `time` comes into force.
     pub(super) fn applied(self, time: Duration) -> u128 {
         time.as_nanos().div_ceil(self.unit().as_nanos())
     }
 
-    /// What so many units do to the plant.
+    /// The effect of `units` on the plant.
     pub(super) fn span(
         self,
         dynamics: &Dynamics,

@@ -1,18 +1,17 @@
-//! The values of one quantity that a sweep goes through, as text.
+//! The values of one quantity in a sweep, as text.
 
-use std::{collections::HashSet, str::FromStr};
+use std::{collections::HashSet, fmt, str::FromStr};
 
 use thiserror::Error;
 
 use super::MAX_CELLS;
 use crate::runtime::{Depth, Hz};
 
-/// Values to go through, in the order given: single values and ranges with
-/// commas in between, such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or
-/// `1..10,25,50`.
+/// The values of an axis, in the given order: comma-separated single values and ranges,
+/// such as `5`, `5,10,25`, `1..30`, `1..30:0.5` or `1..10,25,50`.
 ///
-/// A range has both its ends, as far as its steps lead there: `1..30:0.5` ends
-/// with 30, `1..30:4` with 29. Without a step it goes up by one.
+/// A range includes both ends, if its steps reach the second: `1..30:0.5` ends with 30,
+/// `1..30:4` with 29. Without a step it goes up by one.
 ///
 /// ```
 /// use ratelab::{experiment::sweep::Axis, runtime::Hz};
@@ -26,7 +25,7 @@ use crate::runtime::{Depth, Hz};
 pub struct Axis<T>(Vec<T>);
 
 impl<T> Axis<T> {
-    /// The values, none of them twice.
+    /// The values, without duplicates.
     pub fn values(&self) -> &[T] {
         &self.0
     }
@@ -38,90 +37,143 @@ impl<T> From<Axis<T>> for Vec<T> {
     }
 }
 
-/// What an axis can range over: something that is counted in whole units.
+/// The quantity of an axis, counted in whole units.
 pub trait Quantity: Copy {
     /// Units in a step of one.
-    const ONE: u64;
+    const ONE: i128;
 
-    /// The value as it is written.
+    /// Parses a value.
     ///
     /// # Errors
-    /// Why `text` is none, naming it and what is expected.
+    /// A message with the invalid text and the expected form.
     fn read(text: &str) -> Result<Self, String>;
 
     /// The value in units.
-    fn units(self) -> u64;
+    fn units(self) -> i128;
 
     /// The value of so many units, which lie between those of two values.
-    fn of_units(units: u64) -> Self;
+    fn of_units(units: i128) -> Self;
 }
 
 impl Quantity for Hz {
-    const ONE: u64 = 1_000_000;
+    const ONE: i128 = 1_000_000;
 
     fn read(text: &str) -> Result<Self, String> {
         text.parse().map_err(|error| format!("{error}"))
     }
 
-    fn units(self) -> u64 {
-        self.as_micro()
+    fn units(self) -> i128 {
+        self.as_micro().into()
     }
 
-    fn of_units(units: u64) -> Self {
-        Self::from_micro(units)
+    fn of_units(units: i128) -> Self {
+        Self::from_micro(units as u64)
     }
 }
 
 impl Quantity for Depth {
-    const ONE: u64 = 1;
+    const ONE: i128 = 1;
 
     fn read(text: &str) -> Result<Self, String> {
         text.parse().map_err(|error| format!("{error}"))
     }
 
-    fn units(self) -> u64 {
-        self.get() as u64
+    fn units(self) -> i128 {
+        self.get() as i128
     }
 
-    fn of_units(units: u64) -> Self {
+    fn of_units(units: i128) -> Self {
         Self::known(units as usize)
     }
 }
 
 /// A seed.
 impl Quantity for u64 {
-    const ONE: u64 = 1;
+    const ONE: i128 = 1;
 
     fn read(text: &str) -> Result<Self, String> {
         let seed = text.trim().parse();
         seed.map_err(|_| format!("{text:?} is not a seed: expected a whole number from 0"))
     }
 
-    fn units(self) -> u64 {
-        self
+    fn units(self) -> i128 {
+        self.into()
     }
 
-    fn of_units(units: u64) -> Self {
-        units
+    fn of_units(units: i128) -> Self {
+        units as u64
     }
 }
 
-/// Text that is no axis.
+/// A number as it is written: exact to nine places, so that steps of 0.1 are just
+/// that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decimal(i64);
+
+impl Quantity for Decimal {
+    const ONE: i128 = 1_000_000_000;
+
+    fn read(text: &str) -> Result<Self, String> {
+        let known = decimal(text.trim());
+        known.ok_or_else(|| {
+            format!("{text:?} is not a number: expected one such as 12, 0.25 or -3, to 9 places")
+        })
+    }
+
+    fn units(self) -> i128 {
+        self.0.into()
+    }
+
+    fn of_units(units: i128) -> Self {
+        Self(units as i64)
+    }
+}
+
+fn decimal(text: &str) -> Option<Decimal> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let (whole, places) = digits.split_once('.').unwrap_or((digits, "0"));
+    let written = [whole, places].iter().all(|part| {
+        let mut digits = part.bytes();
+        !part.is_empty() && digits.all(|digit| digit.is_ascii_digit())
+    });
+    if !written || places.len() > 9 {
+        return None;
+    }
+    let sign = if digits == text { "" } else { "-" };
+    format!("{sign}{whole}{places:0<9}")
+        .parse()
+        .ok()
+        .map(Decimal)
+}
+
+impl fmt::Display for Decimal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let (whole, places) = (self.0.unsigned_abs() / 1_000_000_000, self.0.unsigned_abs());
+        let places = format!("{:09}", places % 1_000_000_000);
+        match places.trim_end_matches('0') {
+            "" => write!(f, "{sign}{whole}"),
+            places => write!(f, "{sign}{whole}.{places}"),
+        }
+    }
+}
+
+/// Text that is not a valid axis.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum AxisError {
-    /// One of the values is none.
+    /// An invalid value.
     #[error("{0}; lists and ranges are written like 5,10,25 and 1..30 and 1..30:2")]
     Value(String),
-    /// A range that goes down.
+    /// A descending range.
     #[error("{0:?} goes down: write the smaller end first")]
     Downwards(String),
-    /// A range that never moves.
-    #[error("{0:?} has a step of zero: leave it out for steps of one")]
+    /// A range that never moves, or goes down.
+    #[error("{0:?} has no step upwards: leave the step out for steps of one")]
     NoStep(String),
-    /// A value that is there already.
+    /// A repeated value.
     #[error("{0:?} has a value that the list has before it: give each value once")]
     Twice(String),
-    /// More values than any sweep may have cells.
+    /// More values than the maximum number of cells of a sweep.
     #[error("{0:?} has more than {MAX_CELLS} values: make the range smaller or its step larger")]
     TooMany(String),
 }
@@ -147,7 +199,7 @@ impl<T: Quantity> FromStr for Axis<T> {
 }
 
 /// The values of one part of a list, in units.
-fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = u64> + use<T>, AxisError> {
+fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = i128> + use<T>, AxisError> {
     let read = |text| T::read(text).map(T::units).map_err(AxisError::Value);
     let (first, last, step) = match part.split_once("..") {
         None => (read(part)?, read(part)?, T::ONE),
@@ -159,7 +211,7 @@ fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = u64> + use<T
     if first > last {
         return Err(AxisError::Downwards(part.to_owned()));
     }
-    if step == 0 {
+    if step <= 0 {
         return Err(AxisError::NoStep(part.to_owned()));
     }
     Ok((0..=(last - first) / step).map(move |k| first + k * step))

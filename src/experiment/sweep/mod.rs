@@ -1,4 +1,4 @@
-//! Many runs as a value: which knobs and seeds; on all cores.
+//! Many runs as a value: combinations of knobs and seeds, run on all cores.
 //!
 //! ```
 //! use std::{ops::ControlFlow, sync::Arc};
@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-pub use axis::{Axis, AxisError, Quantity};
+pub use axis::{Axis, AxisError, Decimal, Quantity};
 pub use knobs::{SweepAxis, SweepValue};
 pub use result::{CellResult, Survival, Swept};
 pub use work::all_cores;
@@ -36,31 +36,31 @@ use crate::{
     system::{BuildError, System},
 };
 
-/// The most cells that a sweep may have: about twenty minutes of two cores with
-/// runs of ten seconds.
+/// The maximum number of cells of a sweep: about twenty minutes on two cores with runs of
+/// ten seconds.
 pub const MAX_CELLS: usize = 2_000_000;
 
-/// Runs to make: every combination of the values listed. Each is a cell. See the
-/// [module](self) for one that is run.
+/// A set of runs: every combination of the listed values is a cell. See the
+/// [module](self) for an example.
 #[derive(Clone)]
 pub struct Sweep {
-    /// The system to run.
+    /// The system.
     pub system: Arc<dyn System>,
-    /// Everything that no list says. Its clock does not count: a sweep runs on the
-    /// virtual clock, without pacing.
+    /// All settings without a list. Its clock is ignored: a sweep runs on the virtual
+    /// clock, without pacing.
     pub base: Config,
-    /// Knobs, the slowest to change first.
+    /// The knobs, with the slowest to change first.
     pub axes: Vec<SweepAxis>,
-    /// Starts, which change fastest.
+    /// The seeds, which change fastest.
     pub seeds: Vec<u64>,
 }
 
-/// One run of a sweep by what sets it apart from the others.
+/// The values that identify one run of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     /// A value for each axis.
     pub values: Vec<Arc<SweepValue>>,
-    /// The start.
+    /// Seed of the run.
     pub seed: u64,
 }
 
@@ -81,41 +81,41 @@ impl std::fmt::Display for Cell {
     }
 }
 
-/// A sweep that cannot be run.
+/// An error of a sweep.
 #[derive(Debug, Error)]
 pub enum SweepError {
-    /// One of the lists has no value.
+    /// A list without values.
     #[error("a sweep without {0} has no runs: list at least one")]
     Empty(String),
-    /// There are too many combinations.
+    /// Too many combinations.
     #[error("{0} runs are too many for a sweep: list fewer values, {MAX_CELLS} runs at most")]
     TooMany(u128),
-    /// Its runs would never end.
+    /// The runs have no end.
     #[error("the runs of a sweep must end: give them a duration")]
     Endless,
-    /// A message is set that the system does not take.
+    /// The system refuses a message.
     #[error(transparent)]
     Setting(#[from] BuildError),
-    /// A cell could not be set up.
+    /// Building a cell failed.
     #[error("{cell}: {source}")]
     Build {
-        /// Which.
+        /// The cell.
         cell: Box<Cell>,
-        /// Why.
+        /// The error.
         source: BuildError,
     },
     /// A node of a cell failed.
     #[error("{cell}: {source}")]
     Fault {
-        /// Which.
+        /// The cell.
         cell: Box<Cell>,
-        /// Why.
+        /// The error.
         source: Fault,
     },
 }
 
 impl Sweep {
-    /// The one run that `base` is, for lists to be added.
+    /// Creates a sweep with the single run `base`, to which lists can be added.
     pub fn of(system: Arc<dyn System>, base: Config) -> Self {
         Self {
             system,
@@ -130,10 +130,10 @@ impl Sweep {
         self.axes.iter().find(|axis| axis.name == name)
     }
 
-    /// How many runs it is.
+    /// Number of runs.
     ///
     /// # Errors
-    /// [`SweepError`] if it is none, more than [`MAX_CELLS`], or without end.
+    /// [`SweepError`] if it is zero or above [`MAX_CELLS`], or if the runs have no end.
     pub fn cells(&self) -> Result<usize, SweepError> {
         let axes = self.axes.iter();
         let axes = axes.map(|axis| (axis.name.as_str(), axis.values.len()));
@@ -163,7 +163,7 @@ impl Sweep {
         (rest == 0).then_some(Cell { values, seed })
     }
 
-    /// The run that `cell` is.
+    /// Configuration of the run of `cell`.
     pub fn config(&self, cell: &Cell) -> Config {
         let mut config = Config {
             seed: cell.seed,
@@ -176,14 +176,14 @@ impl Sweep {
         config
     }
 
-    /// The same sweep, its messages in the form in which they are recorded; see
-    /// [`System::resolve`]. What they name is read once, before the first run.
+    /// The same sweep with its messages in recordable form; see [`System::resolve`].
+    /// Files named by messages are read once, before the first run.
     fn resolved(&self) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
         let Some(first) = self.cell(0) else {
             return Ok(resolved);
         };
-        // What an axis sets in its place is not read.
+        // A message that an axis replaces is never resolved.
         resolved.base = self.config(&first).resolved(&*self.system)?;
         let axes = resolved.axes.iter_mut();
         let messages = axes.filter(|axis| axis.kind == KnobKind::Send);
@@ -215,8 +215,8 @@ impl Sweep {
     }
 }
 
-/// The value of `list` that `rest` selects, and in `rest` what is left to
-/// select from slower lists; like reading a digit of a number.
+/// Returns the value of `list` that `rest` selects, and leaves in `rest` the selection in
+/// slower lists, like reading a digit of a number.
 fn turn<'l, T>(list: &'l [T], rest: &mut usize) -> Option<&'l T> {
     let digit = rest.checked_rem(list.len())?;
     *rest /= list.len();

@@ -3,20 +3,20 @@
 use super::{Cell, Sweep};
 use crate::{experiment::Summary, runtime::Time, system::Verdict};
 
-/// The result of one cell: of a [`Summary`] what a map or a table shows.
+/// The result of one cell: the part of a [`Summary`] for maps and tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellResult {
-    /// The verdict of the run.
+    /// Verdict on the run.
     pub verdict: Verdict,
     /// Steps of the plant.
     pub steps: u64,
     /// Run time at the end.
     pub sim_time: Time,
-    /// Mean of the latency that matters (s); `None` if it was never measured.
+    /// Mean of the main latency (s); `None` without samples.
     pub mean_latency_s: Option<f64>,
-    /// Messages lost unread, for each topic that a node reads.
+    /// Messages lost unread, for each topic with readers.
     pub dropped: Vec<u64>,
-    /// The newest state of the plant.
+    /// The last state of the plant.
     pub state: Box<[f64]>,
 }
 
@@ -34,7 +34,7 @@ impl From<&Summary> for CellResult {
     }
 }
 
-/// A sweep and its results, all of them or as far as it went.
+/// A sweep with the results of its finished cells.
 #[derive(Clone)]
 pub struct Swept {
     pub(super) sweep: Sweep,
@@ -47,19 +47,19 @@ impl Swept {
         &self.sweep
     }
 
-    /// The cells that were run, in the order of the sweep.
+    /// The finished cells, in the order of the sweep.
     pub fn finished(&self) -> impl Iterator<Item = (Cell, &CellResult)> {
         let outcomes = self.outcomes.iter().enumerate();
         outcomes.filter_map(|(index, outcome)| Some((self.sweep.cell(index)?, outcome.as_ref()?)))
     }
 
-    /// Whether no cell was left out.
+    /// Whether all cells are finished.
     pub fn is_complete(&self) -> bool {
         self.outcomes.iter().all(Option::is_some)
     }
 
-    /// How often a run was not lost, for everything but the seed: in the order
-    /// of the sweep, one figure for all seeds.
+    /// The survival for each combination of knobs, over all seeds, in the order of the
+    /// sweep.
     pub fn survival(&self) -> impl Iterator<Item = Survival> {
         let seeds = self.sweep.seeds.len().max(1);
         let groups = self.outcomes.chunks(seeds).enumerate();
@@ -74,19 +74,19 @@ impl Swept {
     }
 }
 
-/// How often a run was not lost, over the seeds of a sweep.
+/// The number of successful runs over the seeds of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survival {
-    /// The first of the cells that were counted; the others differ in the seed.
+    /// The first of the counted cells; the others differ only in the seed.
     pub cell: Cell,
-    /// Runs that were made.
+    /// Finished runs.
     pub runs: usize,
     /// Runs that were not lost.
     pub held: usize,
 }
 
 impl Survival {
-    /// Runs that were not lost as a share of all; `None` if none was made.
+    /// Share of runs that were not lost; `None` without runs.
     pub fn share(&self) -> Option<f64> {
         (self.runs > 0).then(|| self.held as f64 / self.runs as f64)
     }

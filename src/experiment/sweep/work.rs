@@ -1,4 +1,4 @@
-//! A sweep on several threads, with the same outcome as on one.
+//! A sweep on several threads, with the same results as on one.
 
 use std::{
     num::NonZeroUsize,
@@ -11,18 +11,18 @@ use crossbeam_channel::{Receiver, Sender};
 
 use super::{Cell, CellResult, Sweep, SweepError, Swept};
 
-/// Finished cells that may wait for the caller to look at them.
+/// Maximum number of finished cells waiting for the caller.
 const WAITING: usize = 1_024;
 
-/// As many threads as this machine runs at a time.
+/// Number of threads that this machine runs in parallel.
 pub fn all_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// A cell, its number, and its result.
+/// A cell with its index and its result.
 type FinishedCell = (usize, Cell, Result<CellResult, SweepError>);
 
-/// What the threads of a sweep share.
+/// Data shared by the threads of a sweep.
 struct Work {
     sweep: Sweep,
     cells: usize,
@@ -31,13 +31,12 @@ struct Work {
 }
 
 impl Sweep {
-    /// Runs all cells on `threads` threads; the outcomes do not depend on how
-    /// many. `finished` is told of each cell on the calling thread, as they
-    /// finish, which is not quite in order. If it breaks, no further cell is
-    /// begun and what is done is kept.
+    /// Runs all cells on `threads` threads; the results are independent of their number.
+    /// Calls `finished` on the calling thread for each cell, roughly in order. If it
+    /// breaks, no further cell begins, and the finished ones are kept.
     ///
     /// # Errors
-    /// [`SweepError`] if there is nothing to run, too much, or a cell failed.
+    /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
     pub fn run(
         &self,
         threads: NonZeroUsize,
@@ -63,7 +62,7 @@ impl Sweep {
 }
 
 impl Work {
-    /// Takes cells one by one until there are no more.
+    /// Runs cells until none are left.
     fn run(&self, done: &Sender<FinishedCell>) {
         while !self.stopped() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
@@ -80,7 +79,7 @@ impl Work {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Puts what the threads found in its place.
+    /// Stores the threads' results in the order of the cells.
     fn collect(
         &self,
         done: Receiver<FinishedCell>,

@@ -1,4 +1,4 @@
-//! Who is due when, in virtual time.
+//! The order of node events in virtual time.
 
 use std::{
     cmp::Reverse,
@@ -7,39 +7,36 @@ use std::{
 
 use crate::runtime::{scheduled_node::ScheduledNode, time::Time};
 
-/// The nodes ordered by when they are due; those due together by priority,
-/// then by the order in which they were added.
+/// The nodes ordered by due time, then by priority, then by the order of their addition.
 ///
-/// Nodes whose rates are the same are due together for ever, so they are
-/// ordered once, and only their cohorts are ordered again and again. A thousand
-/// nodes mostly share a handful of rates.
+/// Nodes with the same rate stay due together, so they are ordered once, and only their
+/// cohorts are reordered on each tick. A thousand nodes mostly share a handful of rates.
 ///
-/// Ticks that are late, and ticks that take time, are few; they wait in a queue of
-/// their own.
+/// Late ticks and ticks that take time are rare; they wait in a separate queue.
 #[derive(Debug)]
 pub(crate) struct EventQueue {
     heap: BinaryHeap<Reverse<Entry>>,
     cohorts: Vec<Cohort>,
     pending: BinaryHeap<Reverse<Pending>>,
-    /// The rank of each node by its place in the graph.
+    /// Rank of each node, by its index in the graph.
     ranks: Vec<usize>,
 }
 
-/// What happens to a node next.
+/// The next event of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NodeEvent {
     pub(crate) at: Time,
-    /// Its place in the graph.
+    /// Index of the node in the graph.
     pub(crate) node: usize,
     pub(crate) kind: NodeEventKind,
 }
 
-/// The order of these is that within an instant.
+/// The variants are in the order of events within an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NodeEventKind {
-    /// A tick that takes time is over.
+    /// A tick that takes time ends.
     Ends,
-    /// A tick that is late starts.
+    /// A late tick starts.
     Starts,
     /// A tick is due.
     Due,
@@ -53,7 +50,7 @@ struct Pending {
     index: usize,
 }
 
-/// When the next node of this cohort is due, and the rank of that node.
+/// When the next node of this cohort is due, and its rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
     due: Time,
@@ -65,11 +62,11 @@ struct Entry {
 #[derive(Debug, Default)]
 struct Cohort {
     members: Vec<Member>,
-    /// How many of them have ticked in the instant that is due.
+    /// Number of members that have ticked in the current instant.
     done: usize,
 }
 
-/// A node by its rank among all and by its place in the graph.
+/// A node with its rank and its index in the graph.
 #[derive(Clone, Copy, Debug)]
 struct Member {
     rank: usize,
@@ -105,7 +102,7 @@ impl EventQueue {
         queue
     }
 
-    /// Founds a cohort whose first member has this rank.
+    /// Adds a cohort whose first member has this rank.
     fn found(&mut self, due: Time, rank: usize) -> usize {
         let cohort = self.cohorts.len();
         self.cohorts.push(Cohort::default());
@@ -123,7 +120,7 @@ impl EventQueue {
         }
     }
 
-    /// Something is going to happen at `at` to the node with place `index`.
+    /// Adds an event at `at` of the node with index `index`.
     pub(crate) fn add(&mut self, index: usize, at: Time, kind: NodeEventKind) {
         let rank = self.ranks[index];
         self.pending.push(Reverse(Pending {
@@ -134,14 +131,14 @@ impl EventQueue {
         }));
     }
 
-    /// When something happens next; never, in an empty graph.
+    /// Time of the next event; [`Time::MAX`] for an empty graph.
     pub(crate) fn next_at(&self) -> Time {
         let due = self.heap.peek().map_or(Time::MAX, |entry| entry.0.due);
         let pending = self.pending.peek();
         pending.map_or(due, |pending| due.min(pending.0.at))
     }
 
-    /// What happens next; nothing, in an empty graph.
+    /// The next event; `None` for an empty graph.
     pub(crate) fn next(&self) -> Option<NodeEvent> {
         let due = self.heap.peek().map(|Reverse(due)| due);
         if let Some(Reverse(pending)) = self.pending.peek()
@@ -162,12 +159,12 @@ impl EventQueue {
         })
     }
 
-    /// The next event, which was no tick that is due, has happened.
+    /// Removes the next event, which was not a due tick.
     pub(crate) fn happened(&mut self) {
         self.pending.pop();
     }
 
-    /// The next node has ticked and is due again at `due`.
+    /// Moves the node that just ticked on to its next tick, at `due`.
     pub(crate) fn ticked(&mut self, due: Time) {
         if let Some(mut next) = self.heap.peek_mut() {
             let Reverse(next) = &mut *next;
@@ -183,8 +180,8 @@ impl EventQueue {
 }
 
 impl Pending {
-    /// Whether it comes before a tick that is due. A tick that is late comes after
-    /// one of the same node that is due at its start: that one is passed over.
+    /// Whether it comes before a due tick. A late tick comes after a tick of the same
+    /// node that is due at its start: that due tick is skipped.
     fn comes_before(&self, due: &Entry) -> bool {
         match self.kind {
             NodeEventKind::Ends => self.at <= due.due,

@@ -1,4 +1,4 @@
-//! How the real clock reaches a node that is waiting for its deadline.
+//! Wakes a node thread of the real clock before its deadline.
 
 use std::collections::VecDeque;
 
@@ -9,19 +9,18 @@ use crate::runtime::{
     time::Time,
 };
 
-/// What wakes a node's thread.
+/// A reason to wake a node's thread.
 #[derive(Debug)]
 pub(crate) enum Wakeup {
-    /// Run time is tied to wall time like this: begin.
+    /// Start: the relation of run time to wall time.
     Start(Wall),
-    /// Obey this command, which is for the node, and log that.
+    /// Carry out this command for the node, and log it.
     Command(Command),
-    /// Run time has stopped here: return.
+    /// Stop: run time has stopped here.
     Stop(Time),
 }
 
-/// A queue of wake-ups that can be waited on with a deadline: a wake-up ends the
-/// wait at once.
+/// A queue of wake-ups with waits up to a deadline: a wake-up ends the wait at once.
 #[derive(Debug, Default)]
 pub(crate) struct Mailbox {
     queue: Mutex<VecDeque<Wakeup>>,
@@ -29,13 +28,13 @@ pub(crate) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Puts a wake-up in and wakes whoever waits for it.
+    /// Adds a wake-up and wakes the waiting thread.
     pub(crate) fn post(&self, wakeup: Wakeup) {
         lock(&self.queue).push_back(wakeup);
         self.wake.notify_one();
     }
 
-    /// When run time stopped, if a stop is among the wake-ups.
+    /// The run time of a requested stop; `None` without such a request.
     pub(crate) fn stop_requested(&self) -> Option<Time> {
         lock(&self.queue).iter().find_map(|wakeup| match wakeup {
             Wakeup::Stop(at) => Some(*at),
@@ -43,7 +42,7 @@ impl Mailbox {
         })
     }
 
-    /// The next wake-up, however long it takes.
+    /// Waits for the next wake-up without a deadline.
     pub(crate) fn wait(&self) -> Wakeup {
         let mut queue = lock(&self.queue);
         loop {
@@ -57,7 +56,7 @@ impl Mailbox {
         }
     }
 
-    /// The next wake-up, or `None` once run time `time` has come.
+    /// Waits for the next wake-up; `None` at run time `time`.
     pub(crate) fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
         let deadline = wall.instant_of(time);
         let mut queue = lock(&self.queue);
@@ -73,7 +72,7 @@ impl Mailbox {
         }
     }
 
-    /// The same, and keeps a core busy meanwhile.
+    /// Like [`wait_until`](Self::wait_until), but keeps a core busy while waiting.
     pub(crate) fn spin_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
         let deadline = wall.instant_of(time);
         loop {
@@ -99,8 +98,8 @@ impl Mailbox {
         }
     }
 
-    /// The model's condition variables know no time-out, but its wall clock
-    /// advances with every look.
+    /// The model's condition variables have no time-out, but its wall clock advances with
+    /// every read.
     #[cfg(feature = "model")]
     fn park<'q>(&'q self, queue: WakeupQueue<'q>, _: std::time::Duration) -> WakeupQueue<'q> {
         drop(queue);

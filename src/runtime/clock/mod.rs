@@ -1,12 +1,12 @@
 //! Two schedulers behind one interface.
 //!
-//! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run
-//! time, or is to be handed to the other clock. All state of the run stays in
-//! the graph, so [`run`] can pass it back and forth.
+//! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
+//! handed over to the other clock. All state of the run stays in the graph, so [`run`]
+//! can pass it back and forth.
 //!
-//! Commands take effect *between* ticks. Under the virtual clock that means
-//! between instants: nodes that are due together see the same world, and the
-//! run time at which a command took effect is enough to execute it again.
+//! Commands take effect *between* ticks. Under the virtual clock that means between
+//! instants: nodes that are due together see the same world, and the run time of a
+//! command is enough to repeat it.
 
 mod event_queue;
 mod mailbox;
@@ -31,14 +31,14 @@ use super::{
 
 /// Runs a graph.
 pub trait Clock {
-    /// Which of the two it is.
+    /// Kind of this clock.
     fn kind(&self) -> ClockKind;
 
-    /// Runs `graph` from where it is to run time `until`, that instant
-    /// included, obeying the commands in `inbox`.
+    /// Runs `graph` from its current run time up to and including `until`, and carries
+    /// out the commands in `inbox`.
     ///
     /// # Errors
-    /// [`Fault`] if a node failed; all others have come to rest by then.
+    /// [`Fault`] if a node failed; all other nodes have stopped by then.
     fn run(
         &mut self,
         graph: &mut Graph,
@@ -47,16 +47,16 @@ pub trait Clock {
     ) -> Result<ClockExit, Fault>;
 }
 
-/// Why a clock returned.
+/// Why a clock stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ClockExit {
-    /// Run time reached the end that was asked for.
+    /// Run time reached the requested end.
     Completed,
     /// A node ended the run.
     Ended {
-        /// Its name.
+        /// Name of the node.
         node: String,
-        /// Run time of the tick that did.
+        /// Run time of its last tick.
         at: Time,
     },
     /// A command stopped the run.
@@ -65,7 +65,7 @@ pub enum ClockExit {
     HandedOver(ClockKind),
 }
 
-/// Runs a graph to its end, under whichever of the clocks it is handed to.
+/// Runs a graph to its end, with handovers between the clocks.
 ///
 /// # Errors
 /// [`Fault`] if a node failed.
@@ -89,8 +89,7 @@ pub fn run(
     }
 }
 
-/// Notes how the run ended, for the observers: a node that ended it, and ticks that
-/// were not over.
+/// Logs the end of the run for observers: the node that ended it, and unfinished ticks.
 fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     let ended = match end {
         Ok(ClockExit::HandedOver(_)) => return,
@@ -107,7 +106,7 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     graph.control.deliver(graph.now());
     for node in &mut graph.nodes {
         if let Some((at, _)) = ended {
-            // What is due at the end passes, also where nobody ticks any more.
+            // Ticks due at the end are missed, even though no node ticks any more.
             node.overrun_before(at + Time::TICK);
         }
         node.cut_off();
@@ -117,8 +116,8 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     }
 }
 
-/// Obeys a command that needs no node, as both clocks do; `Some` if the clock
-/// is to return.
+/// Carries out a command that needs no node, as both clocks do; `Some` if the clock must
+/// stop.
 fn obey(
     control: &mut ControlPlane,
     kind: ClockKind,
@@ -166,7 +165,7 @@ fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> 
     None
 }
 
-/// Obeys any command while all nodes are at rest.
+/// Carries out any command while no node is in a tick.
 fn obey_at_rest(
     graph: &mut Graph,
     kind: ClockKind,

@@ -1,15 +1,15 @@
-//! Lets virtual time pass no faster than asked.
+//! Limits the speed of virtual time.
 
 use std::time::Duration;
 
 use super::wall::Wall;
 use crate::runtime::{command::Speed, sync::Instant, time::Time};
 
-/// How far virtual time may fall behind its pace before the pacer gives up
-/// catching up: after a suspended laptop a run goes on, it does not race.
+/// Largest lag of virtual time that is caught up: after a suspended laptop a run
+/// continues at its pace instead of racing.
 const LAG: Duration = Duration::from_millis(250);
 
-/// Virtual time against wall time.
+/// The relation of virtual time to wall time.
 #[derive(Debug)]
 pub(crate) struct Pacer {
     speed: Speed,
@@ -26,17 +26,17 @@ impl Pacer {
         Self { speed, wall }
     }
 
-    /// Whether run time keeps pace with wall time at all.
+    /// Whether the speed is limited.
     pub(crate) fn is_paced(&self) -> bool {
         self.wall.is_some()
     }
 
-    /// The run time that wall time has come to; `None` flat out.
+    /// The run time that corresponds to wall time now; `None` at unlimited speed.
     pub(crate) fn now(&self) -> Option<Time> {
         self.wall.map(|wall| wall.now())
     }
 
-    /// When `time` may happen; `None` if at once.
+    /// The wall time of `time`; `None` for no wait.
     pub(crate) fn wait_for(&mut self, time: Time) -> Option<Instant> {
         let instant = self.wall?.instant_of(time);
         let late = Instant::now().saturating_duration_since(instant);

@@ -24,13 +24,12 @@ use crate::runtime::{
 
 /// Runs every node on a thread of its own.
 ///
-/// Each thread sleeps to absolute deadlines and measures how late it woke. A
-/// node that is still busy when its next deadline passes has overrun: the
-/// periods it missed are skipped and counted, never made up for in a burst.
-/// The order of nodes that are due together is the operating system's, so two
-/// runs are never quite the same.
+/// Each thread sleeps to absolute deadlines and measures its lateness. A node that is
+/// still busy when its next deadline passes has overrun: the periods it missed are
+/// skipped and counted, without a burst of late ticks. The operating system decides the
+/// order of nodes that are due together, so two runs always differ a little.
 ///
-/// A pause ends all threads and stops run time; so does handing over.
+/// A pause ends all threads and stops run time; so does a handover.
 ///
 /// ```
 /// use std::{thread::sleep, time::Duration};
@@ -53,7 +52,7 @@ pub struct RealClock {
 }
 
 impl RealClock {
-    /// A clock whose threads run with real-time priority, if it was granted.
+    /// Creates a clock; with `realtime`, its threads run with real-time priority.
     pub fn new(realtime: Option<RealtimePriority>) -> Self {
         Self { realtime }
     }
@@ -86,27 +85,27 @@ impl Clock for RealClock {
     }
 }
 
-/// Obeys commands while run time stands still. Timed ones wait with it.
+/// Carries out commands during a pause. Timed commands wait until run time goes on.
 fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
     match inbox.receive(Wait::Forever) {
         Some(command) => obey_at_rest(graph, ClockKind::Real, &command, graph.now()),
-        // Nobody is left who could end the pause.
+        // All senders are gone, so nothing can end the pause.
         None => Some(ClockExit::Stopped),
     }
 }
 
-/// How a node's thread ended.
+/// The report of a node's thread when it ends.
 enum Report {
-    /// It has ticked for the last time before the end of the run.
+    /// The node's last tick before the end of the run is over.
     Finished,
-    /// It ended the run.
+    /// The node ended the run.
     Ended(ClockExit),
-    /// It failed.
+    /// The node failed.
     Failed(Fault),
 }
 
 impl RealClock {
-    /// Runs until the end or a pause; `None` means a pause.
+    /// Runs until the end or a pause; returns `None` for a pause.
     fn stretch(
         &self,
         graph: &mut Graph,
@@ -151,20 +150,19 @@ impl RealClock {
     }
 }
 
-/// The thread that called the clock: obeys commands, watches the nodes.
+/// The calling thread: carries out commands and watches the nodes.
 struct Supervisor<'a> {
     control: &'a mut ControlPlane,
     inbox: &'a mut Inbox,
     until: Time,
     mailboxes: &'a [Mailbox],
     reports: Receiver<Report>,
-    /// Nodes that are still to tick before the end.
+    /// Number of nodes with ticks left before the end.
     working: usize,
 }
 
 impl Supervisor<'_> {
-    /// Lets the nodes begin; returns when they are to stop, with `None` for a
-    /// pause.
+    /// Starts the nodes; returns when they are to stop, with `None` for a pause.
     fn supervise(&mut self) -> Result<Option<ClockExit>, Fault> {
         let wall = Wall::starting_at(self.control.now());
         for mailbox in self.mailboxes {
@@ -176,7 +174,7 @@ impl Supervisor<'_> {
                     let at = wall.now();
                     let exit = self.obey(command, at);
                     if exit.is_some() || self.control.status.paused {
-                        // A node may have begun a tick after `at` already.
+                        // A node may have begun a tick later than `at` already.
                         self.control.shared.advance_to(at);
                         return Ok(exit);
                     }
@@ -191,7 +189,7 @@ impl Supervisor<'_> {
         Ok(Some(ClockExit::Completed))
     }
 
-    /// A timed command that is due, else whatever comes before the next one.
+    /// A timed command that is due, or else whatever arrives before the next timed one.
     fn next_received(&mut self, wall: &Wall) -> Received<Report> {
         let now = wall.now();
         let timed = self.inbox.next_timed(self.until);
@@ -220,8 +218,8 @@ impl Supervisor<'_> {
         None
     }
 
-    /// What the nodes reported while they stopped outweighs why they were
-    /// stopped: a failure first, then an end.
+    /// Combines the reason for the stop with the nodes' reports: a failure has priority,
+    /// then an end.
     fn settle(self, end: Result<Option<ClockExit>, Fault>) -> Result<Option<ClockExit>, Fault> {
         let mut end = end?;
         for report in self.reports.try_iter() {
@@ -253,7 +251,7 @@ impl Worker<'_> {
         if let Wakeup::Start(wall) = self.mailbox.wait()
             && let Some(report) = self.work(&wall)
         {
-            // The supervisor holds the other end until all threads have ended.
+            // The supervisor holds the receiver until all threads have ended.
             let _ = self.reporter.send(report);
         }
     }
@@ -286,8 +284,8 @@ impl Worker<'_> {
         }
     }
 
-    /// Waits for a wake-up or run time `time`; in a tick that is to keep a core busy,
-    /// by doing that.
+    /// Waits for a wake-up or run time `time`; busy-waits during a tick that keeps a core
+    /// busy.
     fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
         match self.node.running() {
             Some(running) if running.busy => self.mailbox.spin_until(wall, time),
@@ -330,16 +328,16 @@ impl Worker<'_> {
         self.report(ended, outcome)
     }
 
-    /// Before when all is missed that is due, when a tick ended at `ended`. Run time
-    /// may have stopped while the node was busy, or ended: what was due by then is
-    /// missed, and nothing after it.
+    /// The limit before which due ticks count as missed, for a tick that ended at
+    /// `ended`. Run time may have stopped or ended while the node was busy: only ticks
+    /// due by then are missed.
     fn passed(&self, at: Time, ended: Time) -> Time {
         let stopped = self.mailbox.stop_requested().unwrap_or(Time::MAX);
         let last = stopped.max(at).min(self.until);
         ended.min(last + Time::TICK)
     }
 
-    /// What there is to report of a tick whose work was done at `at`.
+    /// The report after a tick whose work was done at `at`, if there is one.
     fn report(&self, at: Time, outcome: Tick) -> Option<Report> {
         match outcome {
             Ok(ControlFlow::Continue(())) => None,

@@ -1,5 +1,5 @@
-//! What the operating system grants to threads that must wake on time, and to
-//! those that must not be in their way.
+//! Thread priorities: real-time for threads that must wake on time, low for background
+//! threads.
 
 use thiserror::Error;
 
@@ -31,18 +31,17 @@ mod system {
 
     use super::{RealtimeError, RealtimePriority};
 
-    /// Middle of the range of SCHED_FIFO: above every ordinary thread, not above
-    /// the kernel's own interrupt threads.
+    /// Middle of the range of SCHED_FIFO: above every ordinary thread, below the kernel's
+    /// own interrupt threads.
     const PRIORITY: u8 = 49;
 
     impl RealtimePriority {
-        /// Asks for SCHED_FIFO on the node threads and locks the process in
-        /// memory, so that neither another program nor a page fault delays a
-        /// tick.
+        /// Requests SCHED_FIFO for the node threads and locks the process in memory, so
+        /// that neither another program nor a page fault delays a tick.
         ///
         /// # Errors
-        /// [`RealtimeError`] says what was refused. Nothing is changed then
-        /// that would keep a run from going on.
+        /// [`RealtimeError`] with the refused request. The run can still go on without
+        /// it.
         pub fn request() -> Result<Self, RealtimeError> {
             let probe = std::thread::spawn(|| raise_priority().map_err(|e| format!("{e:?}")));
             let raised = probe.join().unwrap_or_else(|_| Err("no thread".to_owned()));
@@ -60,23 +59,23 @@ mod system {
         }
     }
 
-    /// Makes the calling thread wake as close to its deadlines as it may.
+    /// Makes the calling thread wake as close to its deadlines as possible.
     pub(crate) fn prepare_thread(realtime: Option<&RealtimePriority>) {
-        // The kernel's default slack of 50 µs would be half of all lateness. A
-        // refusal costs accuracy only, and lateness is measured anyway.
+        // The kernel's default slack of 50 µs would be half of all lateness. A refusal
+        // only costs accuracy, and lateness is measured anyway.
         let _ = prctl::set_timerslack(1);
         if realtime.is_some() {
-            // Granted to the probe of `request` a moment ago.
+            // `request` has tested this permission already.
             let _ = raise_priority();
         }
     }
 
-    /// Lowers the priority of the calling thread, and of those that it starts: they
-    /// run only where no other thread wants the core. Where the system knows no
-    /// such thing they run as any other.
+    /// Lowers the priority of the calling thread and of the threads it starts: they run
+    /// only when no other thread wants the core. Has no effect on systems without such a
+    /// priority.
     pub fn lower_priority() {
         let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
-        // No right is needed to have less of a claim.
+        // Lowering a priority needs no permission.
         let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
     }
 
@@ -96,8 +95,7 @@ mod system {
     use super::{RealtimeError, RealtimePriority};
 
     impl RealtimePriority {
-        /// Asks for real-time scheduling, which this system has no common way
-        /// to grant.
+        /// Requests real-time scheduling, which has no common interface on this system.
         ///
         /// # Errors
         /// Always, on this system.
@@ -111,8 +109,7 @@ mod system {
 
     pub(crate) fn prepare_thread(_: Option<&RealtimePriority>) {}
 
-    /// Lowers the priority of the calling thread, and of those that it starts; not
-    /// on this system.
+    /// Has no effect on this system.
     pub fn lower_priority() {}
 }
 

@@ -1,4 +1,4 @@
-//! Discrete-event time: one thread, reproducible to the bit.
+//! Discrete-event time: one thread, bit-for-bit reproducible.
 
 use std::ops::ControlFlow;
 
@@ -18,17 +18,17 @@ use crate::runtime::{
     time::Time,
 };
 
-/// Runs all nodes on the calling thread, in the order in which they are due.
+/// Runs all nodes on the calling thread, in the order of their due times.
 ///
-/// Virtual time jumps from one instant to the next, flat out or no faster than
-/// [`Speed`](crate::runtime::Speed) says, and stands still while the graph is
-/// paused. None of that changes what is computed: the same graph with the same
-/// commands at the same run times is the same run, bit for bit.
+/// Virtual time jumps from one instant to the next, at the set
+/// [`Speed`](crate::runtime::Speed), and stands still while the graph is paused. Speed
+/// and pauses leave the results unchanged: the same graph with the same commands at the
+/// same run times is the same run, bit for bit.
 ///
-/// A command that changes the graph takes effect between two instants. Given
-/// while an instant is only partly done, it first lets the rest of that instant
-/// run. Single steps leave such an instant; so does the real clock, whose late
-/// nodes all tick at the run time of the hand-over.
+/// A command that changes the graph takes effect between two instants. When an instant is
+/// only partly done, the rest of it runs first. Single steps can leave a partly done
+/// instant; so can the real clock, whose late nodes all tick at the run time of the
+/// handover.
 ///
 /// ```
 /// use ratelab::runtime::{Clock, ClockExit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
@@ -73,9 +73,9 @@ struct Scheduler<'a> {
     pacer: Pacer,
     /// The instant of the last tick, if there was one.
     last_tick: Option<Time>,
-    /// Ticks that were asked for one by one and are still to run.
+    /// Requested single ticks that are still to run.
     steps: u32,
-    /// Ticks that have started.
+    /// Number of ticks started.
     started: u64,
 }
 
@@ -91,7 +91,7 @@ impl<'a> Scheduler<'a> {
         let now = graph.now();
         let late = graph.nodes.iter().any(|node| node.due() < now);
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
-        // Late nodes tick now: this instant is partly done.
+        // Late nodes tick now, so this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
         Self {
             queue: EventQueue::new(&graph.nodes),
@@ -118,7 +118,7 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    /// Waits until the next event may happen, unless a command comes first.
+    /// Waits until the next event is due or a command arrives.
     fn take_turn(&mut self) -> Turn {
         if self.is_over() {
             return Turn::Proceed;
@@ -137,31 +137,31 @@ impl<'a> Scheduler<'a> {
         };
         match self.inbox.receive(wait) {
             Some(command) => Turn::Obey(command),
-            // Nobody is left who could end the pause.
+            // All senders are gone, so nothing can end the pause.
             None if matches!(wait, Wait::Forever) => Turn::Stop,
             None => Turn::Proceed,
         }
     }
 
-    /// Whether nodes are still to tick in the instant of the last tick.
+    /// Whether nodes have yet to tick in the instant of the last tick.
     fn mid_instant(&self) -> bool {
         self.last_tick
             .is_some_and(|last| self.queue.next_at() <= last)
     }
 
-    /// Whether the last instant has run. A command that arrives now would take
-    /// effect after the end, where a replay does not come.
+    /// Whether the last instant has run. A command that arrives now would take effect
+    /// after the end, which a replay does not reach.
     fn is_over(&self) -> bool {
         self.last_tick.is_some_and(|last| last >= self.until) && !self.mid_instant()
     }
 
-    /// The instant of the next tick or timed command, or the end.
+    /// Time of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
         let next = self.queue.next_at();
         next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
-    /// Obeys a command that arrived just now.
+    /// Carries out a live command.
     fn receive(&mut self, command: Command) -> Result<Option<ClockExit>, Fault> {
         if command.changes_graph() {
             while self.mid_instant() {
@@ -174,8 +174,8 @@ impl<'a> Scheduler<'a> {
         Ok(self.obey(&command, at))
     }
 
-    /// The run time now: after all that happened, before all that will. Within
-    /// an instant that is the instant: its other nodes are to tick at it too.
+    /// The run time now: after all past events, before all later ones. Within an instant
+    /// it is that instant, because its other nodes tick at it too.
     fn moment(&self) -> Time {
         let now = self.graph.now();
         if self.mid_instant() {
@@ -199,7 +199,7 @@ impl<'a> Scheduler<'a> {
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
         match command {
-            // Knobs by which a node is due at another time.
+            // Knobs that change a node's due time.
             Command::Set(
                 Knob::Rate { .. }
                 | Knob::Offset { .. }
@@ -217,7 +217,7 @@ impl<'a> Scheduler<'a> {
         exit
     }
 
-    /// Lets happen what is next: a timed command, a tick, or the end.
+    /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
         let next = self.queue.next_at();
         if self.inbox.next_timed(self.until) <= next
@@ -239,12 +239,12 @@ impl<'a> Scheduler<'a> {
         Ok(exit)
     }
 
-    /// Lets the next thing happen to a node: a tick is due, starts late, or is over.
+    /// Processes the next event of a node: a tick that is due, starts late, or ends.
     fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
         let Some(event) = self.queue.next() else {
             return Ok(None);
         };
-        // A node that comes late from the real clock does not turn time back.
+        // A node that is late from the real clock must not turn time back.
         let now = event.at.max(self.graph.now());
         self.last_tick = Some(now);
         self.graph.control.set_now(now);
@@ -271,14 +271,14 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    /// A tick is due: it starts, unless it is late or another is on its way.
+    /// Handles a due tick: starts it, unless it is late or another tick is unfinished.
     fn due(&mut self, index: usize, now: Time) -> Tick {
         let node = &mut self.graph.nodes[index];
         let (due, occupied) = (node.rate.due(), node.is_occupied());
         if occupied {
             node.overrun(now);
         } else if due < now {
-            // It comes late from the real clock: once, not in a burst.
+            // The node is late from the real clock: it ticks once, without a burst.
             node.advance_past(now);
         } else {
             node.rate.advance();
@@ -296,7 +296,7 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    /// Starts a tick, which is over at once unless it takes time.
+    /// Starts a tick, which ends at once unless it takes time.
     fn start(&mut self, index: usize, due: Time, now: Time) -> Tick {
         self.started += 1;
         let node = &mut self.graph.nodes[index];
@@ -333,7 +333,7 @@ mod tests {
         Hz::new(hz).expect("a rate")
     }
 
-    /// When somebody slows node `b` down.
+    /// The moment at which node `b` is slowed down.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Given {
         Never,
@@ -343,8 +343,8 @@ mod tests {
         Amid,
     }
 
-    /// A graph as the real clock may hand it over: run time has passed what `a` and
-    /// `b` are due at, and has come to what `c` is due at.
+    /// A graph as the real clock may hand it over: run time is past the due times of `a`
+    /// and `b`, and at that of `c`.
     fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
         let slower = Command::Set(Knob::Rate {
             node: "b".to_owned(),

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use crate::runtime::{sync::Instant, time::Time};
 
-/// Farther than any wait: a clock that is to wait longer looks again then.
+/// Longer than any wait: a clock with a longer wait wakes and waits again.
 const FAR: Duration = Duration::from_secs(365 * 24 * 3600);
 
-/// Ties run time to wall time at one moment, with a factor between them.
+/// The relation of run time to wall time: one common moment and a factor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wall {
     wall: Instant,
@@ -16,7 +16,7 @@ pub(crate) struct Wall {
 }
 
 impl Wall {
-    /// Run time is `run` now and passes as wall time does.
+    /// Run time is `run` now and passes as fast as wall time.
     pub(crate) fn starting_at(run: Time) -> Self {
         Self::with_factor(run, 1.0)
     }
@@ -41,7 +41,7 @@ impl Wall {
         self.wall.checked_add(wait.min(FAR)).unwrap_or(self.wall)
     }
 
-    /// Exact where no scaling is asked for.
+    /// Exact for a factor of one.
     fn scaled(&self, duration: Duration, factor: f64) -> Duration {
         if self.factor == 1.0 {
             duration

@@ -1,4 +1,4 @@
-//! The log of what changed a run: commands and ends, not messages.
+//! The log of commands and ends of a run.
 
 use std::fmt;
 
@@ -11,12 +11,12 @@ use crate::runtime::{
     time::Time,
 };
 
-/// Something worth telling that happened to a run.
+/// An event of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// Run time at which it took effect.
     pub at: Time,
-    /// What it was.
+    /// Kind of the event.
     pub what: EventKind,
 }
 
@@ -30,23 +30,23 @@ pub enum EventKind {
         /// The value it replaced, as text, where it replaced one.
         was: Option<String>,
     },
-    /// A command was not carried out.
+    /// A command was refused.
     Refused {
         /// The command.
         command: Command,
-        /// Why, and what to do instead.
+        /// The reason and a remedy.
         reason: String,
     },
     /// A node ended the run.
     Ended {
-        /// Its name.
+        /// Name of the node.
         node: String,
     },
     /// A node failed.
     Faulted {
-        /// Its name.
+        /// Name of the node.
         node: String,
-        /// What went wrong.
+        /// The error.
         cause: String,
     },
 }
@@ -67,8 +67,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// The events of a run in the order in which they happened. Touched by rare
-/// events only, never by a tick.
+/// The events of a run in order. Only rare events lock it, never a tick.
 #[derive(Debug, Default)]
 pub(crate) struct EventLog(Mutex<Vec<Event>>);
 
@@ -87,7 +86,8 @@ impl EventLog {
         self.note(at, EventKind::Refused { command, reason });
     }
 
-    /// A node did as `command` says, which replaced a value, or said why not.
+    /// Logs a node's answer to `command`: the replaced value, or the reason for its
+    /// refusal.
     pub(crate) fn answered(&self, at: Time, command: &Command, answer: Result<String, String>) {
         match answer {
             Ok(was) => self.applied(at, command, Some(was)),
@@ -102,7 +102,7 @@ impl EventLog {
 }
 
 impl Event {
-    /// The command that took effect, if one did.
+    /// The command, if it took effect.
     pub fn applied(&self) -> Option<&Command> {
         match &self.what {
             EventKind::Applied { command, .. } => Some(command),
@@ -110,7 +110,7 @@ impl Event {
         }
     }
 
-    /// The knob that was turned, and when, if one was.
+    /// The knob that was changed, with its time, if one was.
     pub fn knob(&self) -> Option<TimedKnob> {
         match self.applied()? {
             Command::Set(knob) => Some(TimedKnob {
@@ -121,9 +121,9 @@ impl Event {
         }
     }
 
-    /// The event as a command to give again, if it changed what the graph
-    /// computes: a run on the virtual clock with the same configuration and
-    /// these commands is the same run.
+    /// The event as a command that repeats it, if it changed the result of the graph: a
+    /// run on the virtual clock with the same configuration and these commands is the
+    /// same run.
     pub fn replayable(&self) -> Option<TimedCommand> {
         match &self.what {
             EventKind::Applied { command, .. }

@@ -1,4 +1,4 @@
-//! Distributions of durations, recorded without ever waiting.
+//! Distributions of durations, recorded without blocking.
 
 use std::{
     sync::{Arc, OnceLock},
@@ -7,17 +7,16 @@ use std::{
 
 use crate::runtime::sync::atomic::{AtomicU64, Ordering};
 
-/// Buckets in an octave: each is at most 1/1024 of its values wide.
+/// Buckets per octave: the width of each is at most 1/1024 of its values.
 const BUCKETS: usize = 1 << BUCKET_BITS;
-// Every bucket is a place where the model checker may switch threads: few do.
+// Every bucket is a point where the model checker may switch threads, so it uses few.
 const BUCKET_BITS: u32 = if cfg!(feature = "model") { 2 } else { 10 };
 
 /// Octaves in 64 bits: below [`BUCKETS`] there is one bucket per nanosecond.
 const OCTAVES: usize = (u64::BITS - BUCKET_BITS + 1) as usize;
 
-/// How some duration was distributed. Count, mean and maximum are exact,
-/// quantiles are true to 0.1 %, and exact where samples that close to each other
-/// are equal.
+/// The distribution of a duration. Count, mean and maximum are exact; quantiles are
+/// accurate to 0.1 %, and exact where all samples that close to each other are equal.
 #[derive(Clone, Debug)]
 pub struct Distribution {
     /// Durations (ns) in ascending order, each with the number of its samples.
@@ -28,7 +27,7 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// No samples.
+    /// A distribution without samples.
     pub fn empty() -> Self {
         Self {
             bars: Arc::default(),
@@ -38,7 +37,7 @@ impl Distribution {
         }
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -48,8 +47,7 @@ impl Distribution {
         Duration::from_nanos(self.sum)
     }
 
-    /// The mean in seconds, exact but for the last division; `None` without
-    /// samples.
+    /// The mean in seconds, exact except for the last division; `None` without samples.
     pub fn mean_s(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum as f64 / self.count as f64 / 1e9)
     }
@@ -59,8 +57,8 @@ impl Distribution {
         (self.count > 0).then(|| Duration::from_nanos(self.max))
     }
 
-    /// The duration that the share `quantile` (0 to 1) of samples does not
-    /// exceed; `None` without samples.
+    /// The duration that a share `quantile` (0 to 1) of the samples does not exceed;
+    /// `None` without samples.
     pub fn quantile(&self, quantile: f64) -> Option<Duration> {
         let rank = ((quantile * self.count as f64).ceil() as u64).max(1);
         if rank >= self.count {
@@ -75,8 +73,8 @@ impl Distribution {
         bar.map(|(duration, _)| duration)
     }
 
-    /// How many samples there are of which duration, in ascending order. Samples
-    /// within 0.1 % of each other count together, under their mean.
+    /// The durations in ascending order, each with its number of samples. Samples within
+    /// 0.1 % of each other are combined under their mean.
     pub fn bars(&self) -> impl Iterator<Item = (Duration, u64)> {
         let bars = self.bars.iter();
         bars.map(|(nanos, count)| (Duration::from_nanos(*nanos.min(&self.max)), *count))
@@ -87,28 +85,27 @@ impl Distribution {
 #[derive(Clone, Debug)]
 pub struct Meter(Arc<Counts>);
 
-/// A histogram that one thread writes while others read, without a lock: a
-/// lock costs more than all else that recording a sample does.
+/// A histogram that one thread writes while others read, without a lock: a lock would
+/// cost more than the rest of recording a sample.
 #[derive(Debug)]
 struct Counts {
-    /// Made when they are first needed: most meters see few octaves, and many
-    /// see none.
+    /// Allocated on first use: most meters see few octaves, and many see none.
     octaves: [OnceLock<Box<[Bucket]>>; OCTAVES],
     sum: AtomicU64,
     max: AtomicU64,
 }
 
-/// Samples that are counted together. Their mean stands for them: of equal
-/// samples it is their value, which neither end of the bucket is.
+/// Samples that are counted together, represented by their mean: for equal samples it is
+/// their exact value, unlike either end of the bucket.
 #[derive(Debug)]
 struct Bucket {
     count: AtomicU64,
-    /// By how much they exceed the least value of the bucket, in all.
+    /// The sum of their excess over the bucket's least value.
     excess: AtomicU64,
 }
 
 impl Meter {
-    /// An empty meter and the one recorder that writes to it.
+    /// Creates an empty meter and its only recorder.
     pub fn new() -> (MeterRecorder, Self) {
         let meter = Self(Arc::new(Counts {
             octaves: [const { OnceLock::new() }; OCTAVES],
@@ -118,8 +115,13 @@ impl Meter {
         (MeterRecorder(meter.clone()), meter)
     }
 
-    /// What was recorded so far. A sample that is being recorded meanwhile may
-    /// be in the count already and in the mean only next time.
+    /// A recorder in the place of the first one, which is gone.
+    pub(crate) fn recorder(&self) -> MeterRecorder {
+        MeterRecorder(self.clone())
+    }
+
+    /// Reads the samples so far. A sample recorded concurrently may be in the count
+    /// already and in the mean only at the next read.
     pub fn read(&self) -> Distribution {
         let counts = &*self.0;
         let bars: Arc<[(u64, u64)]> = counts.bars().collect();
@@ -150,7 +152,7 @@ impl Counts {
         }
     }
 
-    /// The buckets that are not empty: the mean of each, and its count.
+    /// The non-empty buckets: mean and count of each.
     fn bars(&self) -> impl Iterator<Item = (u64, u64)> {
         let octaves = self.octaves.iter().enumerate();
         let octaves = octaves.filter_map(|(octave, buckets)| Some((octave, buckets.get()?)));
@@ -161,27 +163,27 @@ impl Counts {
         buckets.filter_map(|(octave, bucket, samples)| {
             let count = samples.count.load(Ordering::Relaxed);
             let excess = samples.excess.load(Ordering::Relaxed).checked_div(count)?;
-            // A sample that is being recorded may be in the one and not the other.
+            // A sample recorded concurrently may be in one sum but not in the other.
             let excess = excess.min(width(octave) - 1);
             Some((least(octave, bucket) + excess, count))
         })
     }
 }
 
-/// Adds to a number that no other thread writes.
+/// Adds to a number with a single writer.
 fn add(sum: &AtomicU64, more: u64) {
     let sum_so_far = sum.load(Ordering::Relaxed);
     sum.store(sum_so_far.saturating_add(more), Ordering::Relaxed);
 }
 
-/// In which octave and bucket a value is counted.
+/// The octave and bucket of a value.
 fn place(value: u64) -> (usize, usize) {
     let octave = (value | (BUCKETS as u64 / 2)).ilog2() + 1 - BUCKET_BITS;
     let bucket = value >> octave.saturating_sub(1);
     (octave as usize, bucket as usize % BUCKETS)
 }
 
-/// The least value that is counted there.
+/// The least value of a bucket.
 fn least(octave: usize, bucket: usize) -> u64 {
     match octave {
         0 => bucket as u64,
@@ -189,13 +191,13 @@ fn least(octave: usize, bucket: usize) -> u64 {
     }
 }
 
-/// How many values a bucket of this octave counts.
+/// The width of the buckets of this octave.
 fn width(octave: usize) -> u64 {
     1 << octave.saturating_sub(1)
 }
 
-/// The writing side of a distribution, owned by the one thread that measures.
-/// Recording never waits, and neither does reading.
+/// The writing side of a distribution, owned by the one thread that measures. Neither
+/// recording nor reading ever blocks.
 #[derive(Debug)]
 pub struct MeterRecorder(Meter);
 

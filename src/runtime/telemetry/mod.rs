@@ -1,9 +1,9 @@
-//! What an observer may know about a running graph without slowing it.
+//! Observation of a running graph without slowing it.
 //!
-//! Counters are atomics with one writer, durations go through
-//! [`Meter`]s that never make the measuring thread wait. An [`Observer`] reads
-//! them from any thread at any time and returns a [`Snapshot`], a plain value
-//! that holds no lock. A [`ReplayCounters`] moves the same counters from a record.
+//! Counters are atomics with one writer; durations go through [`Meter`]s that never block
+//! the measuring thread. An [`Observer`] reads them from any thread at any time and
+//! returns a [`Snapshot`], a plain value without locks. A [`ReplayCounters`] updates the
+//! same counters from a record.
 
 mod counters;
 mod event_log;
@@ -15,6 +15,7 @@ mod replay_counters;
 mod topology;
 mod window;
 
+pub use counters::Flight;
 pub use event_log::{Event, EventKind};
 pub use lineage::{AgePart, AgeParts, Chain, Lineage, Push, Sent, Stage, Worked};
 pub use meter::{Distribution, Meter, MeterRecorder};

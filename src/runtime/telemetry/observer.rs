@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use super::{Distribution, Event, EventLog, Meter, PushAge, PushAgeView, ReadMark, TopicCounters};
+use super::{
+    Distribution, Event, EventLog, Flight, Meter, PushAge, PushAgeView, ReadMark, TopicCounters,
+};
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
@@ -13,18 +15,18 @@ use crate::runtime::{
     time::{Hz, Time},
 };
 
-/// How a graph is being run.
+/// The state of a graph's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
-    /// The clock that runs it, or ran it last.
+    /// The current clock, or the last one.
     pub clock: ClockKind,
-    /// Whether run time stands still by command.
+    /// Whether a command has paused run time.
     pub paused: bool,
-    /// How fast the virtual clock lets run time pass.
+    /// Speed of the virtual clock.
     pub speed: Speed,
 }
 
-/// State of a run that its clock writes and observers read.
+/// State of a run, written by its clock and read by observers.
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) now: AtomicU64,
@@ -33,13 +35,13 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    /// Run time has come to `now` at least.
+    /// Advances run time to at least `now`.
     pub(crate) fn advance_to(&self, now: Time) {
         self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
     }
 }
 
-/// A node as the graph and its observers know it.
+/// A node as shared by the graph and its observers.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeEntry {
     pub(crate) name: Arc<str>,
@@ -56,7 +58,7 @@ pub(crate) struct NodeEntry {
     pub(crate) push_age: Option<PushAge>,
 }
 
-/// A topic as the graph and its observers know it.
+/// A topic as shared by the graph and its observers.
 #[derive(Clone, Debug)]
 pub(crate) struct TopicEntry {
     pub(crate) name: Arc<str>,
@@ -65,7 +67,7 @@ pub(crate) struct TopicEntry {
     pub(crate) subscriptions: Vec<SubscriptionEntry>,
 }
 
-/// One subscription as the graph and its observers know it.
+/// A subscription as shared by the graph and its observers.
 #[derive(Clone, Debug)]
 pub(crate) struct SubscriptionEntry {
     pub(crate) node: usize,
@@ -100,16 +102,16 @@ pub struct Observer {
     pub(crate) topics: Vec<TopicEntry>,
 }
 
-/// A graph and its counters at one moment: shape and figures, no locks.
+/// A graph with its counters at one moment: structure and figures, without locks.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Run time: that of the last tick or command.
+    /// Run time of the last tick or command.
     pub now: Time,
-    /// How the graph is being run.
+    /// The state of the graph's clock.
     pub status: Status,
-    /// The nodes, in the order in which they were added.
+    /// The nodes, in the order of addition.
     pub nodes: Vec<NodeView>,
-    /// The topics, in the order in which nodes were given their ends.
+    /// The topics, in the order of their first connection.
     pub topics: Vec<TopicView>,
 }
 
@@ -118,37 +120,36 @@ pub struct Snapshot {
 pub struct NodeView {
     /// Its name.
     pub name: Arc<str>,
-    /// Its place among nodes that are due at the same instant, lowest first.
+    /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
     /// The rate in force.
     pub hz: Hz,
     /// Ticks so far.
     pub ticks: u64,
-    /// Periods that were skipped because the node was still busy.
+    /// Periods skipped because the node was still busy.
     pub overruns: u64,
-    /// Whether it is in a tick. In virtual time ticks take none unless asked to.
+    /// Whether it is in a tick. In virtual time ticks take no time unless a duration is
+    /// set.
     pub busy: bool,
-    /// Whether it crashed and was not restarted.
+    /// Whether it crashed without a restart since.
     pub crashed: bool,
-    /// How late ticks began. In virtual time they are not, unless asked to be.
+    /// Lateness of ticks. In virtual time it is measured only where a lateness is set.
     pub lateness: Distribution,
-    /// How long ticks took: in run time where they were asked to take some, else in
-    /// wall time. Else not measured while the virtual clock runs flat out, where
-    /// nobody waits for a tick.
+    /// Duration of ticks: in run time where a duration is set, otherwise in wall time.
+    /// The wall time is not measured while the virtual clock runs at unlimited speed.
     pub tick_time: Distribution,
-    /// How long after they were due ticks were over: lateness and tick time.
+    /// Response time: from the due time to the end of a tick, lateness plus tick time.
     pub response: Distribution,
-    /// What the node measures of its own.
+    /// The node's own measurements.
     pub meters: Vec<MeterView>,
-    /// How old the sensing is behind what the node does to the world, if it does
-    /// something to it.
+    /// Age of the sensing behind the node's pushes on the world, if it makes any.
     pub push_age: Option<PushAgeView>,
 }
 
 /// A node's own measurement in a [`Snapshot`].
 #[derive(Clone, Debug)]
 pub struct MeterView {
-    /// What is measured.
+    /// Name of the measurement.
     pub name: String,
     /// The figures.
     pub distribution: Distribution,
@@ -159,29 +160,32 @@ pub struct MeterView {
 pub struct TopicView {
     /// Its name.
     pub name: Arc<str>,
-    /// How many messages it keeps.
+    /// Queue depth.
     pub depth: usize,
     /// Messages published so far.
     pub published: u64,
-    /// Messages that its link lost.
+    /// Messages lost by its link.
     pub lost: u64,
-    /// Messages that its link delivered after a newer one: nobody reads them.
+    /// Messages that its link delivered after a newer one: these are never read.
     pub overtaken: u64,
-    /// Messages that were on their way when somebody last published or read, or when
-    /// the run ended.
+    /// Messages in flight at the last publication or reading, or at the end of the run.
     pub in_flight: u64,
+    /// Messages that its link lost within the last second.
+    pub lost_lately: u64,
+    /// Recent ways of messages through its link; empty without one.
+    pub flights: Vec<Flight>,
     /// Messages per second over the last second.
     pub per_second: f64,
-    /// When the newest message was published; `None` before the first.
+    /// Run time of the newest message; `None` before the first.
     pub newest: Option<Time>,
     /// The nodes that publish to it, as indices into [`Snapshot::nodes`].
     pub publishers: Vec<usize>,
-    /// Those who read from it.
+    /// The subscriptions.
     pub subscriptions: Vec<SubscriptionView>,
 }
 
 impl TopicView {
-    /// Messages per second of a run that has come to `now`.
+    /// Mean messages per second of a run up to `now`.
     pub fn average(&self, now: Time) -> f64 {
         let seconds = now.as_secs_f64();
         if seconds > 0.0 {
@@ -196,7 +200,7 @@ impl TopicView {
         self.subscriptions.iter().map(|s| s.dropped).sum()
     }
 
-    /// Those of them within the last second.
+    /// Of these, messages lost within the last second.
     pub fn dropped_lately(&self) -> u64 {
         self.subscriptions.iter().map(|s| s.dropped_lately).sum()
     }
@@ -205,13 +209,13 @@ impl TopicView {
 /// A subscription in a [`Snapshot`].
 #[derive(Clone, Debug)]
 pub struct SubscriptionView {
-    /// The node that reads, as an index into [`Snapshot::nodes`].
+    /// The reading node, as an index into [`Snapshot::nodes`].
     pub node: usize,
-    /// Messages evicted before it saw them.
+    /// Messages evicted before the subscription saw them.
     pub dropped: u64,
-    /// Those of them within the last second.
+    /// Of these, messages evicted within the last second.
     pub dropped_lately: u64,
-    /// How old messages were when it read them.
+    /// Ages of messages when the subscription read them.
     pub ages: Distribution,
 }
 
@@ -221,14 +225,14 @@ impl Snapshot {
         self.nodes.iter().find(|node| &*node.name == name)
     }
 
-    /// What the node called `node` measures of its own under `name`.
+    /// The measurement `name` of the node called `node`.
     pub fn meter(&self, node: &str, name: &str) -> Option<&Distribution> {
         let meters = &self.node(node)?.meters;
         let meter = meters.iter().find(|meter| meter.name == name)?;
         Some(&meter.distribution)
     }
 
-    /// One period of the node called `name`; zero if there is none.
+    /// The period of the node called `name`; zero if there is none.
     pub fn period(&self, name: &str) -> Duration {
         self.node(name)
             .map_or(Duration::ZERO, |node| node.hz.period())
@@ -241,14 +245,14 @@ impl Snapshot {
 }
 
 impl Observer {
-    /// Reads all counters. Those of one topic or node agree among each other
-    /// when the graph rests; while it runs each is the newest of its own.
+    /// Reads all counters. Those of one topic or node are consistent when the graph is at
+    /// rest; while it runs each is read independently.
     pub fn snapshot(&self) -> Snapshot {
         self.view(Meter::read)
     }
 
-    /// The same without distributions, which stay empty: reading those is most
-    /// of the work, and they change slowly.
+    /// The same with empty distributions: reading those is most of the work, and they
+    /// change slowly.
     pub fn read_counters(&self) -> Snapshot {
         self.view(|_| Distribution::empty())
     }
@@ -267,17 +271,17 @@ impl Observer {
         }
     }
 
-    /// Run time: that of the last tick or command.
+    /// Run time of the last tick or command.
     pub fn now(&self) -> Time {
         Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
     }
 
-    /// How the graph is being run.
+    /// The state of the graph's clock.
     pub fn status(&self) -> Status {
         *lock(&self.shared.status)
     }
 
-    /// Commands and ends of the run so far, from number `first` on.
+    /// Commands and ends of the run so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.shared.log.since(first)
     }
@@ -318,6 +322,8 @@ impl TopicEntry {
             lost: self.counters.lost.load(Ordering::Relaxed),
             overtaken: self.counters.overtaken.load(Ordering::Relaxed),
             in_flight: self.counters.in_flight.load(Ordering::Relaxed),
+            lost_lately: self.counters.losses.lately(now),
+            flights: self.counters.flights(),
             per_second: self.counters.window.per_second(now),
             newest: self.counters.newest(),
             publishers: self.publishers.clone(),

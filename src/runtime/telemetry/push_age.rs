@@ -1,4 +1,4 @@
-//! How old the sensing is behind what acts on the world, at any time.
+//! The age of the sensing behind the push in force, over time.
 
 use std::time::Duration;
 
@@ -7,15 +7,15 @@ use crate::runtime::{
     time::Time,
 };
 
-/// The age of the push in force: run time now, less that of the sensing behind it.
-/// It grows by itself and jumps when a fresher push is applied.
+/// The age of the push in force: run time now minus the run time of the sensing behind
+/// it. It grows with time and drops when a fresher push is applied.
 #[derive(Clone, Debug, Default)]
 pub struct PushAge(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
     in_force: Option<InForce>,
-    /// From which run time on there was a push.
+    /// Run time of the first push.
     first: Time,
     /// Twice the integral of the age up to the newest push (ns²): whole numbers.
     twice_area: u128,
@@ -28,7 +28,7 @@ struct InForce {
 }
 
 impl InForce {
-    /// Twice the integral of its age up to `now` (ns²).
+    /// Twice the integral of the age up to `now` (ns²).
     fn twice_area(self, now: Time) -> u128 {
         let square = |duration: Duration| duration.as_nanos().pow(2);
         let until = now.max(self.since);
@@ -36,22 +36,22 @@ impl InForce {
     }
 }
 
-/// The age of the push in force as it was at one moment.
+/// The age of the push in force at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PushAgeView {
-    /// Run time at which it was looked at.
+    /// Run time of this reading.
     pub at: Time,
     /// Run time of the first push.
     pub first: Time,
     /// The age.
     pub age: Duration,
-    /// The integral of the age since the first push (s²): between two looks it
-    /// grows by the mean age times the time that passed.
+    /// The integral of the age since the first push (s²): between two readings it grows
+    /// by the mean age times the elapsed time.
     pub area_s2: f64,
 }
 
 impl PushAge {
-    /// What was derived from a sensing at `sensed` is applied at run time `now`.
+    /// Records a push at run time `now` that was derived from a sensing at `sensed`.
     pub fn push(&self, now: Time, sensed: Time) {
         let mut state = lock(&self.0);
         match state.in_force {
@@ -66,7 +66,7 @@ impl PushAge {
         lock(&self.0).in_force.map(|push| push.sensed)
     }
 
-    /// How it is at run time `now`; `None` before the first push.
+    /// Reads the age at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
         let state = lock(&self.0);
         let push = state.in_force?;
@@ -101,8 +101,8 @@ mod tests {
         let age = PushAge::default();
         assert_eq!(age.view(ms(1)), None);
         age.push(ms(10), ms(0)); // 10 to 30 ms old for 20 ms,
-        age.push(ms(20), ms(0)); // which to apply it again does not change,
-        age.push(ms(30), ms(30)); // then fresh, for 10 ms.
+        age.push(ms(20), ms(0)); // unchanged by applying it again,
+        age.push(ms(30), ms(30)); // then 0 to 10 ms old for 10 ms.
         let view = age.view(ms(40)).expect("pushes");
         assert_eq!(view.age, Duration::from_millis(10));
         let mean = (20.0 * 20.0 + 10.0 * 5.0) / 30.0 / 1e3;

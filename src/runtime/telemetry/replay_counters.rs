@@ -1,34 +1,34 @@
-//! The counters of a run, replayed from a record for the same observers.
+//! The counters of a run, replayed from its record.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 use super::{
-    Event, EventKind, EventLog, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer, Shared,
-    Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
+    Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
+    Shared, Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,
     knob::Knob,
+    rows::Head,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
-        lock,
+        bump, lock,
     },
     tap::TickRecord,
     time::Time,
 };
 
-/// The counters of a run, moved by a record of it and not by nodes.
+/// The counters of a run, updated from its record.
 ///
-/// Given all ticks, messages and events in the order in which they happened, its
-/// [`Observer`] reads what that of the run itself did: at every moment of a run
-/// on the virtual clock, and but for microseconds in how old messages were when
-/// they were read on the real one, where a read is as exact as its tick.
+/// Given all ticks, messages and events in order, its [`Observer`] reads the same values
+/// as the run's own observer: exactly for a run on the virtual clock; on the real clock
+/// the ages of read messages differ by microseconds, because a read is recorded with the
+/// time of its tick.
 ///
-/// Among what happened at the same run time a tick comes before what was
-/// published in it, and nodes come by priority. What a queue lost when it was
-/// made shallower shows with the next message, or with what was [`lost`](Self::lost)
-/// at the end.
+/// At the same run time a tick comes before the messages published in it, and nodes are
+/// ordered by priority. Messages lost to a shallower queue appear with the next message,
+/// or with the total passed to [`lost`](Self::lost) at the end.
 pub struct ReplayCounters {
     shared: Arc<Shared>,
     nodes: Vec<ReplayNode>,
@@ -45,16 +45,20 @@ struct ReplayNode {
 
 struct ReplayTopic {
     entry: TopicEntry,
-    /// How old messages were when each subscription read them.
+    /// Ages of messages when each subscription read them.
     ages: Vec<MeterRecorder>,
-    /// Messages lost by the newest one; `None` before the first.
+    /// Stamps of the messages in flight, by delivery and sequence number.
+    in_flight: BTreeMap<(Time, u64), Time>,
+    /// Sequence number and stamp of the newest delivered message.
+    delivered: Option<(u64, Time)>,
+    /// Messages lost up to the newest one; `None` before the first.
     dropped: Option<u64>,
-    /// When the queue was last made shallower.
+    /// Run time of the last reduction of the queue depth.
     shrunk: Time,
 }
 
 impl ReplayCounters {
-    /// Counters at zero for a graph of this `topology`, run as `status` says.
+    /// Creates counters at zero for a graph with this `topology` and `status`.
     pub fn new(topology: &Topology, status: Status) -> Self {
         Self {
             shared: Arc::new(Shared {
@@ -67,7 +71,7 @@ impl ReplayCounters {
         }
     }
 
-    /// Reads the counters as they stand.
+    /// Returns an observer of the counters.
     pub fn observer(&self) -> Observer {
         Observer {
             shared: self.shared.clone(),
@@ -76,13 +80,13 @@ impl ReplayCounters {
         }
     }
 
-    /// Run time has come to `now`.
+    /// Advances run time to `now`.
     pub fn advance_to(&self, now: Time) {
         self.shared.advance_to(now);
     }
 
-    /// The node with index `node` ticked; it read the newest message of every
-    /// topic that it reads.
+    /// Records a tick of the node with index `node`, which read the newest message of
+    /// each of its topics.
     pub fn tick(&mut self, node: usize, tick: &TickRecord) {
         self.advance_to(tick.at);
         for topic in &mut self.topics {
@@ -93,24 +97,28 @@ impl ReplayCounters {
         }
     }
 
-    /// Message number `seq` was published to the topic with index `topic` at
-    /// `stamp`, when `dropped` of its messages had been lost unread.
-    pub fn message(&mut self, topic: usize, seq: u64, stamp: Time, dropped: u64) {
+    /// Records a message of the topic with index `topic`.
+    pub fn message(&mut self, topic: usize, head: &Head) {
         if let Some(topic) = self.topics.get_mut(topic) {
-            topic.publish(seq, stamp, dropped);
+            topic.publish(head);
         }
     }
 
-    /// The run is over, and `dropped` messages of the topic with index `topic` were
-    /// lost unread in all of it.
+    /// Delivers the messages that arrive by `now`.
+    pub fn deliver(&mut self, now: Time) {
+        self.topics.iter_mut().for_each(|topic| topic.deliver(now));
+    }
+
+    /// Records the total number of messages lost unread on the topic with index `topic`,
+    /// at the end of the run.
     pub fn lost(&mut self, topic: usize, dropped: u64) {
         if let Some(topic) = self.topics.get_mut(topic) {
-            // Without another message only a shallower queue loses one.
+            // After the last message only a shallower queue loses messages.
             topic.lose(topic.shrunk, dropped);
         }
     }
 
-    /// The node with index `node` measured `sample` under `meter`.
+    /// Records a `sample` of the measurement `meter` of the node with index `node`.
     pub fn sample(&mut self, node: usize, meter: &str, sample: Duration) {
         let Some(node) = self.nodes.get_mut(node) else {
             return;
@@ -121,7 +129,7 @@ impl ReplayCounters {
         }
     }
 
-    /// Something happened to the run.
+    /// Records an event of the run.
     pub fn event(&mut self, event: &Event) {
         self.advance_to(event.at);
         if let EventKind::Applied { command, .. } = &event.what {
@@ -227,25 +235,55 @@ impl ReplayTopic {
                 subscriptions,
             },
             ages,
+            in_flight: BTreeMap::new(),
+            delivered: None,
             dropped: None,
             shrunk: Time::ZERO,
         }
     }
 
-    fn publish(&mut self, seq: u64, stamp: Time, dropped: u64) {
+    fn publish(&mut self, head: &Head) {
+        let Head { at, arrives, .. } = *head;
         let counters = &self.entry.counters;
-        let published = seq.saturating_add(1);
+        let published = head.seq.saturating_add(1);
         counters.published.store(published, Ordering::Relaxed);
-        counters.note(stamp);
-        self.lose(stamp, dropped);
+        counters.note(at);
+        if arrives != Some(at) {
+            counters.fly(Flight {
+                released: at,
+                arrives,
+            });
+        }
+        if let Some(arrives) = arrives {
+            self.in_flight.insert((arrives, head.seq), head.stamp);
+        }
+        self.deliver(at);
+        self.lose(at, head.dropped);
     }
 
-    /// By `at` so many messages were lost.
+    /// Delivers the messages that arrive by `now`.
+    fn deliver(&mut self, now: Time) {
+        let counters = &self.entry.counters;
+        while let Some(next) = self.in_flight.first_entry()
+            && next.key().0 <= now
+        {
+            let ((_, seq), stamp) = next.remove_entry();
+            if self.delivered.is_some_and(|(newest, _)| seq < newest) {
+                bump(&counters.overtaken);
+            } else {
+                self.delivered = Some((seq, stamp));
+            }
+        }
+        let in_flight = self.in_flight.len() as u64;
+        counters.in_flight.store(in_flight, Ordering::Relaxed);
+    }
+
+    /// Sets the number of messages lost by `at`.
     fn lose(&mut self, at: Time, dropped: u64) {
-        // A record knows the losses of all readers together.
+        // A record has the total losses of all readers only.
         if let Some(reader) = self.entry.subscriptions.first() {
             reader.mark.dropped.store(dropped, Ordering::Relaxed);
-            // What was lost before the record begins, was lost then.
+            // Losses before the start of the record are not recent.
             let lost = dropped.saturating_sub(self.dropped.unwrap_or(dropped));
             let lost = u32::try_from(lost).unwrap_or(u32::MAX);
             reader.mark.drops.count_many(at, lost);
@@ -254,7 +292,8 @@ impl ReplayTopic {
     }
 
     fn read_by(&mut self, node: usize, now: Time) {
-        let Some(newest) = self.entry.counters.newest() else {
+        self.deliver(now);
+        let Some((_, newest)) = self.delivered else {
             return;
         };
         let subscriptions = self.entry.subscriptions.iter().zip(&mut self.ages);

@@ -5,13 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::Observer;
 use crate::runtime::{depth::Depth, sync::atomic::Ordering, time::Hz};
 
-/// Nodes and topics, and who publishes and reads what: enough to draw a graph
-/// or to replay its run.
+/// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Topology {
-    /// The nodes, in the order in which they were added.
+    /// The nodes, in the order of addition.
     pub nodes: Vec<NodeTopology>,
-    /// The topics, in the order in which nodes were given their ends.
+    /// The topics, in the order of their first connection.
     pub topics: Vec<TopicTopology>,
 }
 
@@ -20,11 +19,11 @@ pub struct Topology {
 pub struct NodeTopology {
     /// Its name.
     pub name: String,
-    /// Its place among nodes that are due at the same instant, lowest first.
+    /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
     /// Its rate.
     pub hz: Hz,
-    /// Names of what it measures of its own.
+    /// Names of its own measurements.
     pub meters: Vec<String>,
 }
 
@@ -33,16 +32,16 @@ pub struct NodeTopology {
 pub struct TopicTopology {
     /// Its name.
     pub name: String,
-    /// How many messages it keeps.
+    /// Queue depth.
     pub depth: Depth,
     /// The nodes that publish to it, as indices into [`Topology::nodes`].
     pub publishers: Vec<usize>,
-    /// Those that read from it.
+    /// The nodes that read from it, as indices.
     pub readers: Vec<usize>,
 }
 
 impl Observer {
-    /// The graph as it stands now.
+    /// The current topology of the graph.
     pub fn topology(&self) -> Topology {
         let nodes = self.nodes.iter().map(|node| NodeTopology {
             name: node.name.to_string(),

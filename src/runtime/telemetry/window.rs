@@ -11,8 +11,8 @@ const SLICE_NANOS: u64 = 100_000_000;
 /// Slices in the window: one second.
 const WINDOW: u64 = 10;
 
-/// Slices kept: more than the window, so that a reader that looks a little
-/// into the past or the future still finds whole ones.
+/// Slices kept: more than the window, so that a reader slightly in the past or the future
+/// still finds complete ones.
 const KEPT: usize = 16;
 
 /// Counts events per slice of run time; one writer, any number of readers, no
@@ -31,13 +31,13 @@ impl RateWindow {
         self.count_many(stamp, 1);
     }
 
-    /// Counts so many events at `stamp`, which may be earlier than another one.
+    /// Counts several events at `stamp`, which may be earlier than the last one.
     pub(crate) fn count_many(&self, stamp: Time, events: u32) {
         let number = slice_number(stamp);
         let slice = &self.slices[node(number)];
         let word = slice.load(Ordering::Relaxed);
         let before = match word >> 32 {
-            held if held > number => return, // Too long ago to be kept.
+            held if held > number => return, // Older than all kept slices.
             held if held == number => word as u32,
             _ => 0,
         };
@@ -45,8 +45,8 @@ impl RateWindow {
         slice.store(count, Ordering::Relaxed);
     }
 
-    /// Events per second in the last second of whole slices before `now`; in
-    /// the first second of a run, in what there is of it.
+    /// Events per second in the last second of complete slices before `now`; in the first
+    /// second of a run, over the elapsed part.
     pub(crate) fn per_second(&self, now: Time) -> f64 {
         let current = slice_number(now);
         let first = current.saturating_sub(WINDOW).max(1);
@@ -57,7 +57,7 @@ impl RateWindow {
         events as f64 * 1e9 / ((current - first) * SLICE_NANOS) as f64
     }
 
-    /// Events within the last second, the slice that is not yet over included.
+    /// Events within the last second, including the current slice.
     pub(crate) fn lately(&self, now: Time) -> u64 {
         let current = slice_number(now);
         let first = current.saturating_sub(WINDOW).max(1);
@@ -74,7 +74,7 @@ impl RateWindow {
     }
 }
 
-/// Slices are numbered from one, so that an empty word belongs to none.
+/// The number of a slice; numbers start at one, so that zero marks an empty word.
 fn slice_number(time: Time) -> u64 {
     time.as_nanos() / SLICE_NANOS + 1
 }

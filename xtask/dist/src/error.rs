@@ -1,4 +1,4 @@
-//! Why there is no package, and what to do then.
+//! Errors of packaging, with remedies.
 
 use std::{
     io,
@@ -9,7 +9,7 @@ use std::{
 use thiserror::Error as ThisError;
 use zip::result::ZipError;
 
-/// Why there is no package.
+/// An error of packaging.
 #[derive(Debug, ThisError)]
 pub enum Error {
     /// A tool is not installed.
@@ -17,35 +17,35 @@ pub enum Error {
     Missing {
         /// The tool's command.
         tool: &'static str,
-        /// How to get it, or do without.
+        /// How to install it, or do without.
         remedy: &'static str,
     },
-    /// A program did not succeed.
+    /// A program failed.
     #[error("{what} ended with {status}")]
     Ended {
-        /// What was run.
+        /// The program.
         what: String,
-        /// How it ended.
+        /// Its exit status.
         status: ExitStatus,
     },
-    /// A file, a folder or a program refused.
+    /// An error with a file, a folder or a program.
     #[error("{what}: {why}")]
     Io {
-        /// What was tried, and with what.
+        /// The attempted action and its object.
         what: String,
-        /// The system's reason.
+        /// The error of the operating system.
         why: io::Error,
     },
-    /// cargo describes the workspace in an unknown way.
+    /// The output of cargo's metadata is invalid.
     #[error("cargo metadata: {0}")]
     Metadata(#[from] cargo_metadata::Error),
-    /// A wheel cannot hold a file.
+    /// A wheel cannot contain a file.
     #[error("the wheel cannot be written: {0}")]
     Wheel(#[from] ZipError),
-    /// MuJoCo's library or its licences are not there.
+    /// MuJoCo's library or its licences are missing.
     #[error("{0}")]
     Mujoco(#[from] xtask::mujoco::Error),
-    /// A file names a folder of this machine.
+    /// A file contains the path of a folder of this machine.
     #[error("{file} names {folder}, a folder of this machine: nothing was written")]
     NamesFolder {
         /// The file in the package.
@@ -53,34 +53,34 @@ pub enum Error {
         /// The folder.
         folder: String,
     },
-    /// The program asks for a newer glibc than it was linked for.
+    /// The program needs a newer glibc than the one it was linked for.
     #[error("the program needs glibc 2.{needs}, and was to be linked for 2.{wanted}")]
     Glibc {
-        /// N of 2.N.
+        /// The minor version it needs, N in 2.N.
         needs: u32,
-        /// N of 2.N.
+        /// The intended minor version, N in 2.N.
         wanted: u32,
     },
-    /// A crate comes without a licence text, and with none that is known.
+    /// A crate without a licence text, whose licence is unknown.
     #[error("{name}: no licence text is in the crate, and {expression:?} is not known by SPDX")]
     Licence {
         /// The crate.
         name: String,
-        /// What it says of its licence.
+        /// Its licence expression.
         expression: String,
     },
-    /// A tool says nothing that can be used.
+    /// The output of a tool is unusable.
     #[error("{tool} does not say its {what}")]
     Silent {
         /// The tool's command.
         tool: &'static str,
-        /// What it was asked for.
+        /// The expected output.
         what: &'static str,
     },
 }
 
 impl Error {
-    /// An error of the system while trying `what` with `path`.
+    /// An error of the operating system during the action `what` on `path`.
     pub fn io(what: &str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let what = format!("cannot {what} {}", PathBuf::from(path).display());
         move |why| Self::Io { what, why }

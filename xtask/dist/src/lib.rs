@@ -1,7 +1,7 @@
-//! What is handed out to those who build nothing: a tarball and a Python wheel.
+//! Packages for users who build nothing: a tarball and a Python wheel.
 //!
-//! A [`Tree`] of files in memory is written as both. Everything that could differ
-//! from one time to the next is fixed: order, dates, owners, modes.
+//! A [`Tree`] of files in memory is written as both. Everything that could vary between
+//! builds is fixed: order, dates, owners, modes.
 
 pub mod licences;
 

@@ -8,28 +8,27 @@ use std::{
 
 use crate::Error;
 
-/// What the build is told of the machine, and what it must not hand on.
+/// The inputs of a build from this machine, and the paths that must not leave it.
 #[derive(Clone, Debug)]
 pub struct Machine {
-    /// The clone.
+    /// Folder of the clone.
     pub root: PathBuf,
-    /// The toolchain.
+    /// Folder of the toolchain.
     pub sysroot: PathBuf,
     /// cargo's folder, with the sources of all crates.
     pub cargo_home: PathBuf,
-    /// What rustc calls this platform.
+    /// The target triple of rustc.
     pub target: String,
-    /// The date of what is packed, in seconds since 1970: that of the commit.
+    /// The date for packed files, in seconds since 1970: that of the commit.
     pub time: u64,
 }
 
 impl Machine {
-    /// Asks rustc and git; `root` is the clone. `SOURCE_DATE_EPOCH` in the
-    /// environment replaces the date of the commit.
+    /// Reads the machine's properties from rustc and git; `root` is the clone.
+    /// `SOURCE_DATE_EPOCH` in the environment replaces the date of the commit.
     ///
     /// # Errors
-    ///
-    /// When there is no rustc.
+    /// If there is no rustc.
     pub fn ask(root: &Path) -> Result<Self, Error> {
         let silent = |what| Error::Silent {
             tool: "rustc",
@@ -48,7 +47,7 @@ impl Machine {
         })
     }
 
-    /// Folders of this machine, which nothing that leaves it may name.
+    /// Folders of this machine, whose paths must not appear in a package.
     #[must_use]
     pub fn folders(&self) -> Vec<String> {
         let known = [&self.root, &self.sysroot, &self.cargo_home, &home()];
@@ -57,19 +56,19 @@ impl Machine {
         known.into_iter().filter(|name| name.len() > 1).collect()
     }
 
-    /// The folder in which set-up keeps MuJoCo.
+    /// The folder of the fetched MuJoCo.
     #[must_use]
     pub fn mujoco(&self) -> PathBuf {
         self.root.join("xtask/mujoco")
     }
 
-    /// The folder for what is built and packed.
+    /// The folder for builds and packages.
     #[must_use]
     pub fn packages(&self) -> PathBuf {
         self.root.join("target/packages")
     }
 
-    /// Whether git finds nothing that is not in the commit.
+    /// Whether git finds no changes since the commit.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         let mut git = Command::new("git");
@@ -82,7 +81,7 @@ fn home() -> PathBuf {
     env::home_dir().unwrap_or_default()
 }
 
-/// A copy without history has the first date that a zip file knows.
+/// A copy without history gets the earliest date of a zip file.
 fn time(root: &Path) -> u64 {
     const ZIP_BEGINS: u64 = 315_532_800;
     let mut git = Command::new("git");
@@ -93,7 +92,7 @@ fn time(root: &Path) -> u64 {
     time.unwrap_or(ZIP_BEGINS)
 }
 
-/// What `command` prints, if it can be run and succeeds.
+/// The output of `command`, if it runs and succeeds.
 pub(crate) fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

@@ -25,7 +25,7 @@ all licences. The first time takes a quarter of an hour.
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = env::args_os().skip(1).collect();
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time: the clone may have moved since compilation.
     let package = env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default();
     let linker = match arguments.as_slice() {
         [] if OS == "linux" => Linker::Zig,
@@ -73,7 +73,7 @@ fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
     write(&machine.packages(), &files)
 }
 
-/// All that is handed out, and what pip calls the platform that it is for.
+/// All files of a package, and pip's name for their platform.
 fn tree(machine: &Machine, linker: Linker) -> Result<(Tree, String), Error> {
     let (platform, folder) = (Platform::host()?, machine.mujoco());
     mujoco::ensure(&folder, platform)?;
@@ -108,7 +108,7 @@ fn write(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes a file that appears whole or not at all.
+/// Writes a file atomically.
 fn publish(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let staged = path.with_added_extension("part");
     fs::write(&staged, bytes).map_err(Error::io("write", &staged))?;

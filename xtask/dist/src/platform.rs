@@ -2,13 +2,13 @@
 
 use std::env::consts::{ARCH, OS};
 
-/// The oldest macOS that MuJoCo's library is built for, and so the program.
+/// The oldest macOS supported by MuJoCo's library, and so by the program.
 pub(crate) const MACOS: &str = "11.0";
 
-/// N of 2.N: the oldest glibc that pip knows.
+/// The oldest glibc known to pip, as N in 2.N.
 const OLDEST_GLIBC: u32 = 17;
 
-/// What pip calls the platform that `files` run on.
+/// pip's name for the platform of `files`.
 #[must_use]
 pub fn wheel_tag(files: &[&[u8]]) -> String {
     if OS == "macos" {
@@ -20,8 +20,8 @@ pub fn wheel_tag(files: &[&[u8]]) -> String {
     format!("manylinux_2_{newest}_{ARCH}")
 }
 
-/// The glibc that a program or library needs: N of 2.N, the newest version of a
-/// symbol that is named in it, or the oldest that pip knows when none is newer.
+/// The glibc that a program or library needs, as N in 2.N: the newest version of any
+/// symbol in it, and at least the oldest known to pip.
 #[must_use]
 pub fn glibc(file: &[u8]) -> u32 {
     const VERSION: &[u8] = b"GLIBC_2.";
@@ -31,7 +31,7 @@ pub fn glibc(file: &[u8]) -> u32 {
     newest.unwrap_or_default().max(OLDEST_GLIBC)
 }
 
-/// The number that `bytes` begin with, if it is one of two digits at the most.
+/// The number at the start of `bytes`, if it has one or two digits.
 fn number(bytes: &[u8]) -> Option<u32> {
     let digits = bytes.iter().take_while(|byte| byte.is_ascii_digit());
     let digits: String = digits.map(|&byte| char::from(byte)).collect();

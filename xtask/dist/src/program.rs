@@ -1,4 +1,4 @@
-//! Builds the program that is handed out.
+//! Builds the program for a package.
 
 use std::{
     env,
@@ -12,13 +12,13 @@ use xtask::mujoco::{DYNAMIC_LINK_DIR, STATIC_LINK_DIR};
 
 use crate::{Error, Machine, glibc, machine::said, platform::MACOS};
 
-/// N of 2.N: RHEL 8, Debian 10 and all that is younger.
+/// N of 2.N: RHEL 8, Debian 10 and later.
 const GLIBC: u32 = 28;
 
-/// What links the program.
+/// The linker of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Linker {
-    /// zig, on Linux: for glibc 2.28, whichever this machine has.
+    /// zig, on Linux: for glibc 2.28, independent of this machine's version.
     Zig,
     /// The linker of this machine: for its glibc, or for macOS.
     Native,
@@ -28,8 +28,7 @@ impl Linker {
     /// Checks that its tools are installed.
     ///
     /// # Errors
-    ///
-    /// Names the one that is missing, and how to get it.
+    /// With the missing tool, and how to install it.
     pub fn check(self) -> Result<(), Error> {
         if self == Self::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
             return Err(Error::Missing {
@@ -42,20 +41,19 @@ impl Linker {
     }
 }
 
-/// A program that was built.
+/// A finished program.
 #[derive(Clone, Debug)]
 pub struct Program {
-    /// What is in the file.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
 impl Program {
-    /// Builds `ratelab` in a folder of its own, since the flags differ from those
-    /// of other builds. The first time takes minutes.
+    /// Builds `ratelab` in a separate folder, because its flags differ from other builds.
+    /// The first time takes minutes.
     ///
     /// # Errors
-    ///
-    /// Says how cargo ended, and what is wrong with the program that it built.
+    /// If cargo fails, or the program it built is unsuitable.
     pub fn build(machine: &Machine, linker: Linker) -> Result<Self, Error> {
         let folder = machine.packages().join("build");
         succeed("cargo", build(machine, linker, &folder).status())?;
@@ -89,14 +87,13 @@ fn build(machine: &Machine, linker: Linker, folder: &PathBuf) -> Command {
         .env("MACOSX_DEPLOYMENT_TARGET", MACOS)
         .env("RATELAB_DIST", "1")
         .env("SOURCE_DATE_EPOCH", machine.time.to_string())
-        // The library that is packed is the pinned one, so that is linked.
+        // The packed library is the pinned one, so the program must link that.
         .env_remove(DYNAMIC_LINK_DIR)
         .env_remove(STATIC_LINK_DIR);
     command
 }
 
-/// Gives the folders of this machine the same names on all machines. The last
-/// that fits a path is the one that counts.
+/// Maps the folders of this machine to fixed names. The last matching one has precedence.
 fn flags(machine: &Machine) -> OsString {
     let names = [
         (&machine.root, "/ratelab"),
@@ -110,11 +107,11 @@ fn flags(machine: &Machine) -> OsString {
         flag.push(name);
         flag
     });
-    // What cargo takes for the end of a flag.
+    // The separator of flags in cargo.
     flags.join(&OsString::from("\x1f"))
 }
 
-/// Turns the end of the program `what` into an error, unless it succeeded.
+/// Returns an error unless the program `what` succeeded.
 pub(crate) fn succeed(what: &str, ended: std::io::Result<ExitStatus>) -> Result<(), Error> {
     match ended {
         Ok(status) if status.success() => Ok(()),

@@ -1,4 +1,4 @@
-//! What is handed out beside the program: recordings, manual pages, completions.
+//! Files beside the program: recordings, manual pages, completions.
 
 use std::{
     fs,
@@ -8,8 +8,7 @@ use std::{
 
 use crate::{Error, Tree, program::succeed};
 
-/// The recordings of the clone that are worth a look, and the changes that one of
-/// them was made with.
+/// The recordings of the clone for users, and the knobs file of one of them.
 const RECORDINGS: [&str; 4] = [
     "balanced-50hz.rrd",
     "fall-5hz.rrd",
@@ -17,20 +16,19 @@ const RECORDINGS: [&str; 4] = [
     "rescued.rrd",
 ];
 
-/// Shells, and where each looks for completions.
+/// Shells, and the folder of each for completions.
 const COMPLETIONS: [(&str, &str); 3] = [
     ("bash", "share/bash-completion/completions/ratelab"),
     ("fish", "share/fish/vendor_completions.d/ratelab.fish"),
     ("zsh", "share/zsh/site-functions/_ratelab"),
 ];
 
-/// Adds to `tree`, in which program and library are already. The program itself
-/// writes its pages, from a copy in `scratch`: so it has run once, away from the
-/// clone's library, before anybody gets it.
+/// Adds the files to `tree`, which contains program and library already. The program
+/// itself writes its pages, from a copy in `scratch`: so it has run once, without the
+/// clone's library, before it is published.
 ///
 /// # Errors
-///
-/// When the program does not run, or a file cannot be read or written.
+/// If the program does not run, or a file cannot be read or written.
 pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> {
     let program = unpack(tree, scratch)?;
     let pages = scratch.join("man");
@@ -52,7 +50,7 @@ pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> 
     Ok(())
 }
 
-/// The program, which is to find its library by itself: cargo would help it.
+/// The program, without cargo's help for finding its library.
 fn ratelab(program: &Path) -> Command {
     let mut command = Command::new(program);
     command.env_remove("LD_LIBRARY_PATH");
@@ -60,7 +58,7 @@ fn ratelab(program: &Path) -> Command {
     command
 }
 
-/// Writes all files into `folder`, and returns the path of the program.
+/// Writes all files into `folder`; returns the path of the program.
 fn unpack(tree: &Tree, folder: &Path) -> Result<PathBuf, Error> {
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(Error::io("remove", folder))?;
@@ -95,7 +93,7 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(names)
 }
 
-/// What is in `file`.
+/// The content of `file`.
 pub(crate) fn read(file: &Path) -> Result<Vec<u8>, Error> {
     fs::read(file).map_err(Error::io("read", file))
 }

@@ -7,12 +7,11 @@ use tar::{Builder, EntryType, Header};
 
 use crate::{File, Tree};
 
-/// Packs `tree` below a folder called `name`; each file has the date `time`, in
-/// seconds since 1970.
+/// Packs `tree` below a folder called `name`; each file has the date `time`, in seconds
+/// since 1970.
 ///
 /// # Errors
-///
-/// When a path is not one that a tarball can hold.
+/// If a path is invalid for a tarball.
 pub fn tarball(tree: &Tree, name: &str, time: u64) -> io::Result<Vec<u8>> {
     let gzip = GzBuilder::new().write(Vec::new(), Compression::best());
     let mut archive = Builder::new(gzip);
@@ -23,7 +22,7 @@ pub fn tarball(tree: &Tree, name: &str, time: u64) -> io::Result<Vec<u8>> {
     archive.into_inner()?.finish()
 }
 
-/// The owner is root, as number 0: whoever unpacks it is the owner then.
+/// The owner is root, number 0: on unpacking, the current user becomes the owner.
 fn header(file: &File, time: u64) -> Header {
     let mut header = Header::new_ustar();
     header.set_entry_type(EntryType::Regular);

@@ -1,15 +1,15 @@
-//! The files that are handed out, by their paths.
+//! The files of a package, by path.
 
 use std::collections::BTreeMap;
 
 use crate::Error;
 
-/// A file that is handed out.
+/// A file of a package.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct File {
-    /// What is in it.
+    /// Content of the file.
     pub bytes: Vec<u8>,
-    /// Whether it can be run.
+    /// Whether it is executable.
     pub is_program: bool,
 }
 
@@ -21,18 +21,17 @@ impl File {
     }
 }
 
-/// Files by their paths, in the order of these. A path is relative and is written
-/// with `/`.
+/// Files sorted by path. A path is relative and uses `/`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tree(BTreeMap<String, File>);
 
 impl Tree {
-    /// Adds a file to be read.
+    /// Adds an ordinary file.
     pub fn add(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
         self.insert(path.into(), bytes.into(), false);
     }
 
-    /// Adds a file to be run.
+    /// Adds an executable file.
     pub fn add_program(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
         self.insert(path.into(), bytes.into(), true);
     }
@@ -46,13 +45,12 @@ impl Tree {
         self.0.iter().map(|(path, file)| (path.as_str(), file))
     }
 
-    /// Checks that no file names one of `folders`: those of the machine that built
-    /// it are nobody else's business, and make the bytes differ. Libraries are left
-    /// out: they are as their makers built them, whose folders may have such names.
+    /// Checks that no file contains the path of one of `folders`: those of the build
+    /// machine are private, and make the bytes differ. Libraries are excluded: they are
+    /// unchanged from their makers, whose folders may have the same paths.
     ///
     /// # Errors
-    ///
-    /// Names the first file that does, and the folder.
+    /// With the first such file, and the folder.
     pub fn check_names_none_of(&self, folders: &[String]) -> Result<(), Error> {
         let built_here = |path: &str| !path.starts_with("lib/");
         for (path, file) in self.files().filter(|(path, _)| built_here(path)) {
@@ -67,7 +65,7 @@ impl Tree {
     }
 }
 
-/// Whether `folder` is in `bytes`, with something below it or as a whole word.
+/// Whether `bytes` contain `folder`, alone or as the start of a longer path.
 fn names(bytes: &[u8], folder: &str) -> bool {
     let ends = |rest: &[u8]| !rest.first().is_some_and(|b| b.is_ascii_alphanumeric());
     let found = bytes.windows(folder.len()).enumerate();

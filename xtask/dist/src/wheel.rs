@@ -1,9 +1,9 @@
-//! The tree as a Python wheel: no Python code, a program and what it needs.
+//! The tree as a Python wheel: no Python code, only a program and its files.
 //!
-//! pip puts what is in a wheel's `data` at the prefix of the environment. So the
-//! tree comes out as it is, and the program finds MuJoCo's library in
-//! `../lib/ratelab`. Tools that "repair" wheels would move the library elsewhere,
-//! and put a Python script in the program's place.
+//! pip installs the `data` of a wheel at the prefix of the environment. So the tree is
+//! unpacked unchanged, and the program finds MuJoCo's library in `../lib/ratelab`. Tools
+//! that "repair" wheels would move the library elsewhere, and replace the program by a
+//! Python script.
 
 use std::io::{Cursor, Write};
 
@@ -13,19 +13,19 @@ use zip::{CompressionMethod, DateTime, ZipWriter, result::ZipResult, write::Simp
 
 use crate::{File, Tree, licences::FOLDER};
 
-/// What a wheel tells pip.
+/// Metadata of a wheel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wheel {
-    /// The version of ratelab.
+    /// Version of ratelab.
     pub version: String,
-    /// The platform, in pip's words.
+    /// Platform, as named by pip.
     pub platform: String,
-    /// The version of the rerun viewer, which the extra `viewer` brings.
+    /// Version of the rerun viewer, which the extra `viewer` installs.
     pub viewer: String,
 }
 
 impl Wheel {
-    /// The file's name, from which pip learns what it fits.
+    /// Name of the file, from which pip reads its compatibility.
     #[must_use]
     pub fn file_name(&self) -> String {
         format!("{}-{}.whl", self.name(), self.tag())
@@ -35,12 +35,12 @@ impl Wheel {
         format!("ratelab-{}", self.version)
     }
 
-    /// Any Python 3, none of its interfaces, one platform.
+    /// Any Python 3, without any of its interfaces, on one platform.
     fn tag(&self) -> String {
         format!("py3-none-{}", self.platform)
     }
 
-    /// Where a file of the tree is in the wheel.
+    /// Path of a file of the tree in the wheel.
     fn place(&self, path: &str) -> String {
         let name = self.name();
         if let Some(program) = path.strip_prefix("bin/") {
@@ -89,8 +89,7 @@ impl Wheel {
 /// Packs `tree` as the wheel that `about` describes.
 ///
 /// # Errors
-///
-/// When a path is not one that a zip file can hold.
+/// If a path is invalid for a zip file.
 pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     let mut packed = Tree::default();
     for (path, file) in tree.files() {
@@ -112,8 +111,8 @@ pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     zipped(&packed)
 }
 
-/// What pip checks and later uninstalls: each file, its hash and its size. That of
-/// the listing itself cannot be in it.
+/// The list that pip checks and uses to uninstall: each file with its hash and its size,
+/// except for the hash of the list itself.
 fn listing(tree: &Tree, itself: &str) -> String {
     let line = |(path, file): (&str, &File)| {
         let hash = URL_SAFE_NO_PAD.encode(Sha256::digest(&file.bytes));
@@ -126,7 +125,7 @@ fn listing(tree: &Tree, itself: &str) -> String {
 fn zipped(tree: &Tree) -> ZipResult<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     for (path, file) in tree.files() {
-        // The date is the first that a zip file can hold; pip does not keep it.
+        // The earliest date of a zip file; pip ignores it.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .compression_level(Some(9))

@@ -1,10 +1,10 @@
-//! `cargo xtask dist` from outside, as far as it goes without building anything.
+//! `cargo xtask dist`, run from outside, up to the point of building.
 
 #![allow(clippy::unwrap_used)]
 
 use std::process::{Command, Output};
 
-/// Without any tool on the search path.
+/// Runs it without any tool on the search path.
 fn dist(options: &[&str]) -> Output {
     let mut dist = Command::new(env!("CARGO_BIN_EXE_dist"));
     dist.env("PATH", "").args(options).output().unwrap()
@@ -28,7 +28,7 @@ fn an_unknown_option_prints_the_usage_and_returns_2() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn without_zig_it_names_the_tool_and_both_ways_out_before_it_builds() {
+fn without_zig_it_names_the_tool_and_both_remedies_before_it_builds() {
     let output = dist(&[]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");

@@ -7,7 +7,7 @@ use std::path::Path;
 use dist::{Machine, licences};
 
 fn machine() -> Machine {
-    // Read while running: the clone may have moved since this was compiled.
+    // Read at run time: the clone may have moved since compilation.
     let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap();
     Machine::ask(&Path::new(&package).join("../..")).unwrap()
 }
@@ -60,7 +60,7 @@ fn a_crate_without_a_text_gets_the_standard_ones_of_all_licences_it_names() {
 }
 
 #[test]
-fn the_viewer_is_that_of_the_recordings() {
+fn the_viewer_has_the_version_of_the_recordings() {
     let manifest = include_str!("../../../lab/Cargo.toml");
     let version = licences::viewer(&machine()).unwrap();
     let pinned = format!("rerun = {{ version = \"={version}\"");

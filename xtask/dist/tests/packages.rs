@@ -1,5 +1,5 @@
-//! What a tarball and a wheel hold, and that they are the same bytes each time. Small
-//! files stand in for the program: building it takes a quarter of an hour.
+//! The contents of tarball and wheel, and their reproducibility. Small files stand in for
+//! the program, because building it takes a quarter of an hour.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
@@ -25,11 +25,11 @@ const TIME: u64 = 1_700_000_000;
 const PROGRAM: &str = "#!/bin/sh\nls \"$(dirname \"$0\")/../lib/ratelab\"\n";
 const LICENCES: &str = "share/licenses/ratelab";
 
-/// A tree as it is handed out, its files added in the order that `seed` gives.
+/// A tree as in a package, with files added in an order given by `seed`.
 fn tree(seed: u64) -> Tree {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut library = vec![0; 100_000];
-    // The same library whatever the order is.
+    // The library is the same for any order.
     SmallRng::seed_from_u64(0).fill_bytes(&mut library);
     let mut files = vec![
         ("bin/ratelab", PROGRAM.as_bytes()),
@@ -71,7 +71,7 @@ fn unzipped(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     (0..count).map(&mut file).collect()
 }
 
-/// The text of the file in a wheel whose name ends with `end`.
+/// The text of the file in a wheel whose name ends in `end`.
 fn text(files: &[(String, Vec<u8>)], end: &str) -> String {
     let (_, bytes) = files.iter().find(|(name, _)| name.ends_with(end)).unwrap();
     String::from_utf8(bytes.clone()).unwrap()
@@ -138,7 +138,7 @@ fn a_wheel_lists_each_of_its_files_with_hash_and_size() {
 }
 
 #[test]
-fn pip_installs_the_wheel_as_the_tree_that_it_was() {
+fn pip_installs_the_wheel_as_the_original_tree() {
     let folder = tempfile::tempdir().unwrap();
     let (file, prefix) = (
         folder.path().join(about().file_name()),

@@ -1,5 +1,6 @@
-//! What the program adds to a package by itself, with a shell script in its place. A
-//! single test: while another one starts a program, none that was just written starts.
+//! The files that the program adds to a package, with a shell script in its place. A
+//! single test, because a newly written program cannot start while another thread starts
+//! one.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
@@ -8,7 +9,7 @@ use std::path::Path;
 
 use dist::{Tree, share};
 
-/// Runs only beside its library, as the program does.
+/// Runs only beside its library, like the program.
 const PROGRAM: &str = r#"#!/bin/sh
 set -e
 read -r library < "$(dirname "$0")/../lib/ratelab/libmujoco.so"
@@ -19,7 +20,7 @@ esac
 "#;
 
 #[test]
-fn the_program_writes_its_pages_from_where_it_is_unpacked_and_recordings_come_along() {
+fn the_unpacked_program_writes_its_pages_and_recordings_are_included() {
     let scratch = tempfile::tempdir().unwrap();
     let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap();
     let root = Path::new(&package).join("../..");

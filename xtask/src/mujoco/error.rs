@@ -1,4 +1,4 @@
-//! Why set-up failed, and what to do then.
+//! Errors of set-up, with remedies.
 
 use std::error;
 use std::fmt;
@@ -7,25 +7,25 @@ use std::path::{Path, PathBuf};
 
 use super::{DYNAMIC_LINK_DIR, VERSION};
 
-/// Why set-up failed. Shown, it tells the cause and the way out, a line each.
+/// An error of set-up. Its text is the cause and the remedy, a line each.
 #[derive(Debug)]
 pub enum Error {
     /// No wheel is pinned for this platform.
     Platform(String),
-    /// None of these programs is a Python that starts.
+    /// None of these programs is a working Python.
     NoPython(String),
     /// This Python has no pip.
     NoPip(String),
-    /// The wheel that came is not the pinned one.
+    /// The downloaded wheel is not the pinned one.
     Hash {
         /// The file with the pin.
         requirements: PathBuf,
-        /// What pip said.
+        /// The output of pip.
         said: String,
     },
-    /// pip brought no wheel; what it said.
+    /// pip downloaded no wheel; contains its output.
     Download(String),
-    /// The library could not be taken out of the wheel; what Python said.
+    /// Unpacking the wheel failed; contains Python's output.
     Unpack(String),
     /// The unpacked library has an unexpected size.
     Size {
@@ -34,13 +34,13 @@ pub enum Error {
         /// The expected size in bytes.
         wanted: u64,
     },
-    /// A file or folder refused.
+    /// An error with a file or folder.
     Io {
-        /// What was tried, as in "cannot write".
+        /// The attempted action, as in "cannot write".
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// The system's reason.
+        /// The error of the operating system.
         source: io::Error,
     },
 }

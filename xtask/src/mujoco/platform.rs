@@ -1,20 +1,20 @@
-//! The platforms for which a wheel is pinned, and what each wheel holds.
+//! The platforms with a pinned wheel, and the content of each wheel.
 
 use std::env;
 use std::env::consts::{ARCH, OS};
 
 use super::Error;
 
-/// One platform's wheel, and where its library goes.
+/// The wheel of one platform, and the places of its library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
-    /// What pip calls the platform.
+    /// pip's name for the platform.
     pub tag: &'static str,
-    /// The library's path in the wheel.
+    /// Path of the library in the wheel.
     pub member: &'static str,
-    /// The library's size in bytes.
+    /// Size of the library in bytes.
     pub size: u64,
-    /// Where linker and loader look for it, relative to the set-up's folder.
+    /// Paths where linker and loader search for it, relative to the folder of set-up.
     pub places: &'static [&'static str],
 }
 
@@ -31,8 +31,8 @@ const LINUX_AARCH64: Platform = Platform {
     ..LINUX_X86_64
 };
 
-/// One library for both processors. The linker wants the plain name; the loader
-/// wants the path that the library was built to be found under.
+/// One library for both processors. The linker needs the plain name; the loader needs the
+/// path for which the library was built.
 const MACOS: Platform = Platform {
     tag: "macosx_11_0_arm64",
     member: "mujoco/libmujoco.3.17.0.dylib",
@@ -44,12 +44,11 @@ const MACOS: Platform = Platform {
 };
 
 impl Platform {
-    /// The platform for a target's operating system, processor and C library, in
-    /// cargo's words.
+    /// The platform for a target's operating system, processor and C library, in cargo's
+    /// terms.
     ///
     /// # Errors
-    ///
-    /// When no wheel is pinned for it.
+    /// If no wheel is pinned for it.
     pub fn of(os: &str, arch: &str, libc: &str) -> Result<&'static Self, Error> {
         match (os, arch, libc) {
             ("linux", "x86_64", "gnu") => Ok(&LINUX_X86_64),
@@ -59,21 +58,19 @@ impl Platform {
         }
     }
 
-    /// The platform this program runs on.
+    /// The platform of this program.
     ///
     /// # Errors
-    ///
-    /// When no wheel is pinned for it.
+    /// If no wheel is pinned for it.
     pub fn host() -> Result<&'static Self, Error> {
         let libc = if cfg!(target_env = "gnu") { "gnu" } else { "" };
         Self::of(OS, ARCH, libc)
     }
 
-    /// The platform a build script builds for, which need not be the host.
+    /// The target platform of a build script, which may differ from the host.
     ///
     /// # Errors
-    ///
-    /// When no wheel is pinned for it.
+    /// If no wheel is pinned for it.
     pub fn of_build() -> Result<&'static Self, Error> {
         let cfg = |name| env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
         Self::of(&cfg("OS"), &cfg("ARCH"), &cfg("ENV"))

@@ -1,4 +1,4 @@
-//! The user's Python, which brings pip and unpacks wheels.
+//! The user's Python, which includes pip and unpacks wheels.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -7,15 +7,15 @@ use std::process::{Command, Stdio};
 
 use super::Error;
 
-/// A Python that starts.
+/// A working Python.
 pub(super) struct Python<'a> {
     program: OsString,
     scratch: &'a Path,
 }
 
 impl<'a> Python<'a> {
-    /// Takes `$PYTHON` if that is set, else `python3`, else `python`. Whatever it
-    /// writes meanwhile goes to `scratch`.
+    /// Takes `$PYTHON` if that is set, else `python3`, else `python`. Its temporary files
+    /// go to `scratch`.
     pub(super) fn find(scratch: &'a Path) -> Result<Self, Error> {
         let candidates = candidates();
         let tried = candidates.join(OsStr::new(", "));
@@ -26,7 +26,7 @@ impl<'a> Python<'a> {
             .ok_or(Error::NoPython(tried.to_string_lossy().into()))
     }
 
-    /// Runs it to its end; on failure returns what it said.
+    /// Runs it to its end; returns its output on failure.
     pub(super) fn run<I, S>(&self, arguments: I) -> Result<(), String>
     where
         I: IntoIterator<Item = S>,
@@ -35,7 +35,7 @@ impl<'a> Python<'a> {
         let output = Command::new(&self.program)
             .args(arguments)
             .env("TMPDIR", self.scratch)
-            // Downloading installs nothing, so it needs no virtual environment.
+            // A download installs nothing, so it needs no virtual environment.
             .env("PIP_REQUIRE_VIRTUALENV", "0")
             .stdin(Stdio::null())
             .output()

@@ -1,4 +1,4 @@
-//! The folder in which a fetch happens, gone whatever comes of it.
+//! The temporary folder of a download, which is always removed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,19 +8,19 @@ use super::Error;
 
 const PREFIX: &str = "partial-";
 
-/// A temporary folder beside the target, so that moving the result there is one
-/// atomic rename. Removed on drop.
+/// A temporary folder beside the target, so that moving the result there is one atomic
+/// rename. Removed on drop.
 pub(super) struct Scratch(PathBuf);
 
 impl Scratch {
-    /// Creates the folder, after removing what killed set-ups left behind: the
-    /// caller holds the lock, so whatever is there belongs to nobody. What resists,
-    /// because a killed set-up's pip still writes to it, goes the next time.
+    /// Creates the folder, after removing leftovers of killed set-ups: the caller holds
+    /// the lock, so no other set-up uses them. A leftover that resists, because pip of a
+    /// killed set-up still writes to it, is removed the next time.
     pub(super) fn new(beside: &Path) -> Result<Self, Error> {
         for stale in leftovers(beside) {
             let _ = fs::remove_dir_all(stale);
         }
-        // A name of its own keeps clear of that pip, too.
+        // A unique name avoids conflicts with that pip.
         let path = beside.join(format!("{PREFIX}{}", process::id()));
         fs::create_dir(&path).map_err(Error::io("create", &path))?;
         Ok(Self(path))
@@ -33,7 +33,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // Nothing to tell anyone: the next set-up removes what stays.
+        // An error is ignored, because the next set-up removes leftovers.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

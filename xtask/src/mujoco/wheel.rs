@@ -1,4 +1,4 @@
-//! The wheel: pip brings it and checks its hash, Python unpacks one file of it.
+//! The wheel: downloaded and checked by pip, unpacked by Python.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -8,13 +8,13 @@ use super::Error;
 use super::python::Python;
 use super::scratch::Scratch;
 
-/// The wheel is the same for every Python, so the newest one the release was
-/// built for is named, whatever the user's own is.
+/// The wheel is the same for every Python version, so this names the newest one of the
+/// release, regardless of the user's.
 const DOWNLOAD: &str = "-m pip download --quiet --no-input --disable-pip-version-check \
     --retries 2 --no-deps --only-binary=:all: --require-hashes \
     --python-version 3.12 --implementation cp --abi cp312";
 
-/// Takes the wheel, the file in it, and the folder to write to.
+/// Arguments: the wheel, the file in it, and the target folder.
 const UNPACK: &str = "import sys, zipfile; \
     zipfile.ZipFile(sys.argv[1]).extract(sys.argv[2], sys.argv[3])";
 
@@ -39,7 +39,7 @@ pub(super) fn download(
     find_wheel(scratch.path()).ok_or_else(|| Error::Download("no wheel came".into()))
 }
 
-/// Unpacks the file `member`, whose checksum Python verifies as it goes.
+/// Unpacks the file `member`; Python checks its checksum.
 pub(super) fn unpack(
     python: &Python,
     wheel: &Path,
@@ -66,7 +66,7 @@ fn find_wheel(folder: &Path) -> Option<PathBuf> {
         .find(|path| path.extension().is_some_and(|extension| extension == "whl"))
 }
 
-/// Tells apart the failures that need different remedies.
+/// Distinguishes failures with different remedies.
 fn download_error(python: &Python, requirements: &Path, said: &str) -> Error {
     if said.contains("No module named pip") {
         Error::NoPip(python.name())
@@ -76,14 +76,14 @@ fn download_error(python: &Python, requirements: &Path, said: &str) -> Error {
             said: last_line(said),
         }
     } else if said.contains("connection broken by") {
-        // pip's own last line would blame the version: "No matching distribution".
+        // pip's own last line would name the wrong cause: "No matching distribution".
         Error::Download("no connection to the package index".into())
     } else {
         Error::Download(last_line(said))
     }
 }
 
-/// pip and Python put the point last.
+/// The last line, in which pip and Python give the cause.
 fn last_line(said: &str) -> String {
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     let words: Vec<_> = last

@@ -1,5 +1,5 @@
-//! One exercise with a learner: objective, prediction, measurement, and what
-//! became of the prediction. Nothing is revealed before there is one.
+//! One exercise with a learner: objective, prediction, measurement, and the result of the
+//! prediction. The measurement is shown only after a prediction.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -21,7 +21,7 @@ pub fn learn(exercise: &dyn Exercise, args: &ExerciseArgs, file: &Path) -> Resul
     let known = answers.get(brief).filter(|_| !args.redo).cloned();
     let asks = known.is_none() && given.is_none() && io::stdin().is_terminal();
     if asks {
-        // What was thought about and typed shall not be lost.
+        // Checks that the file is writable before the learner types a prediction.
         Answers::try_place(file)?;
         print_line(&introduction(brief))?;
     }
@@ -64,14 +64,14 @@ fn introduction(brief: &Brief) -> String {
     )
 }
 
-/// Asks until there is a prediction, a person who types it and not a script.
+/// Asks for a prediction until it is valid; input from a script gets one attempt.
 fn ask(brief: &Brief) -> Result<Prediction, Error> {
     let unit = brief.unit;
     let typed = io::stdin().is_terminal();
     loop {
         if typed {
             print!("Your prediction{}, and why: ", in_unit(unit));
-            // What cannot be printed is not asked, and the answer says so.
+            // A failure is ignored here: printing the answer reports it.
             let _ = io::stdout().flush();
         }
         let mut line = String::new();
@@ -100,7 +100,7 @@ fn in_unit(unit: &str) -> String {
     }
 }
 
-/// What to do when this is done.
+/// The next step after this exercise.
 fn next(brief: &Brief) -> Option<String> {
     if brief.number == RESCUE {
         let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
@@ -114,7 +114,7 @@ fn next(brief: &Brief) -> Option<String> {
     ))
 }
 
-/// `text` in lines that can be read.
+/// Wraps `text` to a readable width.
 fn wrapped(text: &str) -> String {
     textwrap::fill(text, WIDTH)
 }

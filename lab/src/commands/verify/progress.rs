@@ -1,4 +1,4 @@
-//! Progress of a verification, for those who wait for it.
+//! Progress of a verification.
 
 use std::{
     io::{IsTerminal, stderr},
@@ -12,18 +12,17 @@ use std::{
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ratelab::runtime::Time;
 
-/// What is shown, at most ten times a second.
+/// Template of the line, which is drawn at most ten times per second.
 const TEMPLATE: &str = "{wide_bar} {percent} % of {msg}  {eta} left";
 
-/// A bar on standard error over the run time of a recording; hidden where nobody
-/// looks.
+/// A bar on standard error over the run time of a recording; hidden without a terminal.
 pub struct Progress {
     bar: ProgressBar,
     stop: Arc<AtomicBool>,
 }
 
 impl Progress {
-    /// Of a recording that ends at `until`.
+    /// Creates the bar for a recording that ends at `until`.
     pub fn new(until: Time, stop: &Arc<AtomicBool>) -> Self {
         let bar = if stderr().is_terminal() {
             let target = ProgressDrawTarget::stderr_with_hz(10);
@@ -38,7 +37,7 @@ impl Progress {
         Self { bar, stop }
     }
 
-    /// Run time has come to `now`: go on, unless a signal asked for the end.
+    /// Shows run time `now`; breaks after a signal to stop.
     pub fn look(&self, now: Time) -> ControlFlow<()> {
         self.bar.set_position(now.as_nanos());
         if self.stop.load(Ordering::Relaxed) {

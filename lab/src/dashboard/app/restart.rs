@@ -19,8 +19,8 @@ use crate::{
     recording::RecordError,
 };
 
-/// How long a key waits for a session to end, or for run time to stand still. A
-/// node that is still in its tick then is waited for frame by frame.
+/// Time that a key waits for the end of a session, or for a pause. After that, the
+/// dashboard waits for a busy node frame by frame.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The step after the end of a session.
@@ -76,8 +76,8 @@ impl App {
         self.follow_end(PATIENCE)
     }
 
-    /// Sees whether a session that is to end has ended, for as long as `patience`,
-    /// and goes on to what comes next; until then says what it waits for.
+    /// Waits up to `patience` for the end of a session that is to end, and takes the
+    /// next step; until then a notice names the busy nodes.
     pub(super) fn follow_end(&mut self, patience: Duration) -> Result<(), LabError> {
         let Some(next) = self.next.take() else {
             return Ok(());
@@ -144,9 +144,9 @@ impl App {
         }
     }
 
-    /// Has run time stand still while the program is stopped: under either clock it
-    /// would else jump ahead afterwards by as much wall time, and every period in
-    /// between be an overrun that is no node's fault.
+    /// Pauses run time while the program is stopped: under either clock it would
+    /// otherwise jump ahead afterwards, and every period in between would count as an
+    /// overrun.
     pub(super) fn stand_still(&mut self) {
         if self.pause || self.resting || self.ended() {
             return;

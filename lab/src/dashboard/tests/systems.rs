@@ -50,15 +50,16 @@ impl System for Drone {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let thrust = builder.internal_topic::<f64>("/thrust");
         let flight = builder.topic::<Flight>("/flight");
-        builder.node("pilot", 20.0, 0, |wiring| {
-            let (thrust, mut flight) = (wiring.publisher(&thrust), wiring.subscription(&flight));
+        let (thrusts, flights) = (thrust.clone(), flight.clone());
+        builder.node("pilot", 20.0, 0, move |wiring| {
+            let (thrust, mut flight) = (wiring.publisher(&thrusts), wiring.subscription(&flights));
             move |now| {
                 let seen = flight.latest(now);
                 thrust.publish(0.5, now, seen.map(|message| message.stamp));
                 GO_ON
             }
         })?;
-        builder.node("rotors", 50.0, 1, |wiring| {
+        builder.node("rotors", 50.0, 1, move |wiring| {
             let (mut thrust, flight) = (wiring.subscription(&thrust), wiring.publisher(&flight));
             let mut height = 2.0;
             move |now| {
@@ -140,15 +141,16 @@ impl System for Counter {
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let count = builder.internal_topic("/count");
-        builder.node("counter", 10.0, 0, |wiring| {
-            let (count, mut number) = (wiring.publisher(&count), 0_u64);
+        let counted = count.clone();
+        builder.node("counter", 10.0, 0, move |wiring| {
+            let (count, mut number) = (wiring.publisher(&counted), 0_u64);
             move |now| {
                 number += 1;
                 count.publish(number, now, None);
                 GO_ON
             }
         })?;
-        builder.node("reader", 2.0, 1, |wiring| {
+        builder.node("reader", 2.0, 1, move |wiring| {
             let mut count = wiring.subscription(&count);
             move |now| {
                 let _ = count.latest(now);

@@ -17,13 +17,13 @@ const ROOMY: Size = Size::new(120, 36);
 const TALL: u16 = 40;
 const LANES: u16 = 9;
 
-/// Which part of the screen is whose.
+/// The parts of the screen.
 #[derive(Debug)]
 pub struct ScreenLayout {
     /// Top line: clock, time, seed.
     pub status: Rect,
-    /// The age of what acts on the world, below it, and where there is little room
-    /// why it is lost; empty where there is none.
+    /// The push age below it, and on small screens the reasons of a lost run; empty
+    /// without an age.
     pub age: Rect,
     /// The verdict, where its pane is not shown.
     pub verdict: Option<Rect>,
@@ -31,16 +31,16 @@ pub struct ScreenLayout {
     pub panes: Vec<(Pane, Rect)>,
     /// All between status and footer.
     pub body: Rect,
-    /// Where in a recording we are, above the bottom line.
+    /// The position in a recording, above the bottom line.
     pub scrubber: Option<Rect>,
     /// Bottom line: keys.
     pub footer: Rect,
 }
 
 impl ScreenLayout {
-    /// Divides `area`, which [is enough](is_enough), between the panes that `exist`,
-    /// of which the one in focus has it all if it is zoomed, or where there is little
-    /// room; with so many lines for the age and for a scrubber.
+    /// Divides `area`, which [is enough](is_enough), between the panes that `exist`. The
+    /// pane in focus has it all if it is zoomed or if there is little room. The lines
+    /// are those for the age and for a scrubber.
     pub fn of(
         area: Rect,
         (focus, zoomed): (Pane, bool),
@@ -135,7 +135,7 @@ fn all_panes(
         (true, true) => (Constraint::Length(11), rest),
         (true, false) => (Constraint::Length(7), rest),
     };
-    // Where there is an age, figures are worth less than the signal.
+    // With an age, the signal is more important than the figures.
     let (middle, bottom) = match (aged && middle == rest, roomy) {
         (true, false) => (Constraint::Fill(4), Constraint::Fill(3)),
         _ => (middle, rest),

@@ -15,8 +15,8 @@ const GAP: usize = 2;
 /// The parts of the top line beside a frame.
 #[derive(Clone, Debug, Default)]
 pub struct StatusExtra {
-    /// Which frame is being looked at, and how many are kept, both counted
-    /// from one; `None` if it is the newest.
+    /// Number of the frame in sight, from one, and the number of frames; `None` for the
+    /// newest.
     pub back: Option<(usize, usize)>,
     /// Whether the run is over.
     pub ended: bool,
@@ -26,8 +26,8 @@ pub struct StatusExtra {
     pub replay: bool,
 }
 
-/// Draws the top line, the name of the system first. Where it is too narrow, parts are left out from the
-/// right; a loss of measurements is said before all else.
+/// Draws the top line, the name of the system first. Where it is too narrow, parts are
+/// left out from the right; a loss of measurements has priority.
 pub fn render_status(
     name: &str,
     frame: &FrameData,

@@ -17,7 +17,7 @@ pub struct Column {
     pub head: &'static str,
     /// Its width, which neither head nor figures may exceed.
     pub width: usize,
-    /// Which columns go when there is no room: those with the largest rank.
+    /// Without room, columns with the largest rank are left out first.
     pub rank: u8,
 }
 
@@ -27,8 +27,8 @@ pub type TableCell = (String, Style);
 /// A row: its name, and a figure for each column.
 pub type TableRow = (String, Vec<TableCell>);
 
-/// Draws a table called `name`: names to the left, figures to the right. Where
-/// rows are left out, the last line says so.
+/// Draws a table called `name`: names to the left, figures to the right. If rows are
+/// left out, the last line gives their number.
 pub fn render(
     name: &str,
     columns: &[Column],

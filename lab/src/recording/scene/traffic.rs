@@ -82,9 +82,9 @@ impl Traffic {
             let messages = messages.iter();
             topic
                 .messages
-                .extend(messages.map(|head| (head.stamp, head.dropped)));
+                .extend(messages.map(|head| (head.at, head.dropped)));
         }
-        let first = messages.first().map(|head| head.stamp);
+        let first = messages.first().map(|head| head.at);
         if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
             self.begun = Some(first);
             self.next = Time::ZERO + PERIOD * (periods(first) + 1);
@@ -170,12 +170,12 @@ mod tests {
     fn the_second_before_is_counted() {
         let mut traffic = Traffic::new(std::iter::once("/obs".to_owned()));
         let head = |k| Head {
+            at: ms(20 * k),
             stamp: ms(20 * k),
             seq: k,
             origin: None,
-            dropped: k / 2,
-            released: ms(20 * k),
             arrives: Some(ms(20 * k)),
+            dropped: k / 2,
         };
         let messages: Vec<_> = (0..500).map(head).collect();
         traffic.count("/obs", &messages);

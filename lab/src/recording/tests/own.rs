@@ -64,8 +64,9 @@ impl System for Ball {
         let fall = builder.topic::<Fall>("/the ball/fall");
         let blink = builder.topic::<Blink>("/blink");
         let internal = builder.internal_topic::<String>("/internal");
-        builder.node("the ball", 100.0, 0, |wiring| {
-            let (fall, mut state) = (wiring.publisher(&fall), [5.0, 0.0]);
+        let falls = fall.clone();
+        builder.node("the ball", 100.0, 0, move |wiring| {
+            let (fall, mut state) = (wiring.publisher(&falls), [5.0, 0.0]);
             move |now| {
                 state[1] -= 0.0981;
                 state[0] += state[1] / 100.0;
@@ -73,7 +74,7 @@ impl System for Ball {
                 if state[0] > 0.0 { GO_ON } else { END }
             }
         })?;
-        builder.node("eye", 30.0, 1, |wiring| {
+        builder.node("eye", 30.0, 1, move |wiring| {
             let (mut seen, blink) = (wiring.subscription(&fall), wiring.publisher(&blink));
             let internal = wiring.publisher(&internal);
             move |now| {

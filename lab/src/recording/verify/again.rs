@@ -147,14 +147,13 @@ fn compare<'scope>(
 /// A comparison that is under way.
 type Check<'scope> = ScopedJoinHandle<'scope, Option<Difference>>;
 
-/// What a comparison found. One that broke off found nothing, which must not pass
-/// for no difference.
+/// The result of a comparison. A panic is passed on: it must not count as no difference.
 fn found(check: Check<'_>) -> Option<Difference> {
     check.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
-/// What to run: no longer than there is something to compare with, and what
-/// ended early may not end at all now.
+/// The configuration of the new run: no longer than the recording, as a run that ended
+/// early may not end now.
 fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
     let messages = recording

@@ -97,11 +97,10 @@ fn thousands(number: usize) -> String {
     groups.join(",")
 }
 
-/// Runs what `recording` says was run of `system`, with the commands that were
-/// given, and compares the graph, every message, every tick, every event and how the
-/// run ended. What is the wall's is not compared: how long a tick or the run took,
-/// when it was paused and how fast it went. `watch` is given the run time now and
-/// then, and ends it if it breaks.
+/// Runs the recorded run of `system` again with its commands, and compares the graph,
+/// every message, every tick, every event and the end. Wall time is not compared:
+/// durations of ticks and of the run, pauses and speeds. `watch` gets the run time now
+/// and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.

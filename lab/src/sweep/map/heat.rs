@@ -1,4 +1,4 @@
-//! A line per group, a cell per value of what changes fastest.
+//! A map with a line per group and a cell per value of the fastest knob.
 
 use super::{MapStyle, growth_text, level, paint};
 use crate::{
@@ -16,19 +16,19 @@ const CELL: usize = 2;
 /// Blanks between the name of a group and its cells.
 const GAP: usize = 2;
 
-/// What a cell says.
+/// The legend of the cells.
 pub fn key(summary: &SweepSummary, theme: &Theme) -> String {
     let key = SurvivalLevel::key(&summary.good, theme);
     format!("{key}; the digit is the share in tenths")
 }
 
-/// The map, in several pieces if it is too wide for one.
+/// The map, split into several parts if it is too wide.
 pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     let cell = |row: &RowSummary| paint(&cell(row, &style.theme), level(row), &style.theme);
     pieces(summary, style, CELL, cell)
 }
 
-/// What linear theory says of each cell, beside the map and not in it.
+/// The growth by linear theory for each cell, beside the map.
 pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     let texts = summary.rows().iter().map(|row| growth_text(row.growth));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
@@ -36,7 +36,7 @@ pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     pieces(summary, style, widest + 1, cell)
 }
 
-/// A glyph, and where there are some and not all of them, tenths.
+/// A glyph, followed by tenths if some but not all runs were successful.
 fn cell(row: &RowSummary, theme: &Theme) -> String {
     let level = level(row);
     let glyph = level.glyph(theme);
@@ -86,7 +86,7 @@ fn pieces(
     lines
 }
 
-/// The values over their cells, downwards where they are too long.
+/// The values above their cells, written vertically if they are too long.
 fn axis(heading: &str, labels: &[&str], wide: usize, cell: usize) -> Vec<String> {
     let labels = aligned(labels);
     let longest = labels.iter().map(String::len).max().unwrap_or(0);
@@ -111,7 +111,7 @@ fn axis(heading: &str, labels: &[&str], wide: usize, cell: usize) -> Vec<String>
     lines.collect()
 }
 
-/// The same with their points, or where those would be, in one place.
+/// The same, aligned at their decimal points.
 fn aligned(labels: &[&str]) -> Vec<String> {
     let whole = |label: &str| label.find('.').unwrap_or(label.len());
     let most = labels.iter().map(|label| whole(label)).max().unwrap_or(0);
@@ -119,7 +119,7 @@ fn aligned(labels: &[&str]) -> Vec<String> {
     labels.iter().map(pad).collect()
 }
 
-/// A group by what sets it apart from the others.
+/// The values that distinguish a group from the others.
 fn name(summary: &SweepSummary, rows: &[RowSummary]) -> String {
     let sweep = &summary.sweep;
     let Some(cell) = rows.first().map(|row| &row.cell) else {

@@ -1,4 +1,4 @@
-//! One line per value: a bar and figures.
+//! A line per value, with a bar and figures.
 
 use super::{growth_text, level, paint};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     sweep::summary::{RowSummary, SweepSummary},
 };
 
-/// Columns of a bar.
+/// Width of a bar (columns).
 const BAR: usize = 24;
 
 /// The rows of one group.
@@ -53,7 +53,7 @@ fn figure(row: &RowSummary) -> String {
     }
 }
 
-/// As long as the share; only none is empty, and only all is full.
+/// A bar in proportion to the share; empty only for none, and full only for all.
 fn bar(row: &RowSummary, theme: &Theme) -> String {
     let share = row.share().unwrap_or(0.0);
     let full = match row.held {

@@ -1,85 +1,85 @@
-//! Errors of a file of weights.
+//! Errors in a file of weights.
 
 use thiserror::Error;
 
-/// A file that holds no actor for this robot. Texts from the file are quoted, so
-/// that the message stays one line whatever they are.
+/// An invalid file of weights for this robot. Texts from the file are quoted, so that the
+/// message always stays one line.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WeightsError {
-    /// It is no kind of file that is read.
+    /// An unknown file format.
     #[error("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {0}")]
     Format(String),
-    /// A checkpoint of the time before PyTorch wrote zips.
+    /// A checkpoint in the format before PyTorch used zips.
     #[error(
         "expected a PyTorch checkpoint that is a zip, found a bare pickle, as PyTorch wrote before \
          1.6: load it there and save it again"
     )]
     Legacy,
-    /// A zip, but no checkpoint, or a damaged one.
+    /// A zip that is no checkpoint, or is damaged.
     #[error("expected a PyTorch checkpoint, found a zip that is none: {0}")]
     Zip(String),
-    /// The pickle asks for more than tensors.
+    /// The pickle names something other than tensors.
     #[error(
         "only tensors are read from a checkpoint, never code; this one asks for {0}: \
          save the state_dict alone"
     )]
     Forbidden(String),
-    /// The pickle makes no sense.
-    #[error("expected a PyTorch checkpoint, found a pickle that makes no sense: {0}")]
+    /// The pickle is invalid.
+    #[error("expected a PyTorch checkpoint, found an invalid pickle: {0}")]
     Pickle(String),
-    /// A tensor is not there.
+    /// A missing tensor.
     #[error("expected a tensor {name:?}, found {found}")]
     Missing {
-        /// Its name.
+        /// Name of the tensor.
         name: &'static str,
-        /// What there is.
+        /// The tensors in the file.
         found: String,
     },
-    /// A tensor has another shape.
+    /// A tensor of the wrong shape.
     #[error("expected {name:?} of shape {expected}, found {found:?}")]
     Shape {
-        /// Its name.
+        /// Name of the tensor.
         name: &'static str,
-        /// The shape that it must have.
+        /// The expected shape.
         expected: String,
-        /// The shape that it has.
+        /// The shape found.
         found: Vec<usize>,
     },
-    /// A tensor of numbers that are not read.
+    /// A tensor with an unsupported element type.
     #[error("expected {name:?} of float16, float32 or float64, found {found}")]
     Kind {
-        /// Its name.
+        /// Name of the tensor.
         name: &'static str,
-        /// The kind of its numbers.
+        /// The type found.
         found: String,
     },
-    /// A tensor whose numbers are not all there.
+    /// A truncated tensor.
     #[error("expected all numbers of {name:?}, found {found}")]
     Short {
-        /// Its name.
+        /// Name of the tensor.
         name: &'static str,
-        /// What there is.
+        /// The size found.
         found: String,
     },
-    /// A weight that is no number to compute with.
+    /// A weight that is NaN or infinite.
     #[error("expected finite numbers, found {value} in {name:?} at {index}")]
     NotFinite {
-        /// The tensor.
+        /// Name of the tensor.
         name: &'static str,
-        /// Where in it, row by row.
+        /// Index of the weight, row by row.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: f32,
     },
 }
 
 impl WeightsError {
-    /// A tensor is missing among `names`.
+    /// An error for a tensor missing among `names`.
     pub(super) fn missing<'n>(
         name: &'static str,
         names: impl ExactSizeIterator<Item = &'n str>,
     ) -> Self {
-        /// How many names are told.
+        /// Maximum number of names in a message.
         const TOLD: usize = 6;
         let count = names.len();
         let mut told: Vec<String> = names.take(TOLD).map(quoted).collect();
@@ -94,9 +94,9 @@ impl WeightsError {
     }
 }
 
-/// A text from a file, safe to print and not too long.
+/// Quotes a text from a file, safe to print and shortened if necessary.
 pub(super) fn quoted(text: &str) -> String {
-    /// Longest text that is told whole (characters).
+    /// Longest text that is printed in full (characters).
     const WHOLE: usize = 80;
     if text.chars().count() <= WHOLE {
         return format!("{text:?}");

@@ -11,15 +11,15 @@ use crate::{
 /// Numbers in an observation.
 const INPUTS: usize = 5;
 
-/// The most units in a hidden layer.
+/// Maximum number of units in a hidden layer.
 pub const LARGEST_WIDTH: usize = 1_024;
 
 /// The weights of an actor: observation → `width` tanh → `width` tanh → mean
 /// action, in single precision as PyTorch computes it.
 ///
-/// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a
-/// `weight` of shape `[out, in]` and a `bias` of shape `[out]`. The width is that of
-/// the file, [`LARGEST_WIDTH`] at most.
+/// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a `weight` of
+/// shape `[out, in]` and a `bias` of shape `[out]`. The width comes from the file, up to
+/// [`LARGEST_WIDTH`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
     layers: [Layer; 3],
@@ -28,14 +28,14 @@ pub struct Mlp {
 /// `y = W·x + b`.
 #[derive(Clone, Debug, PartialEq)]
 struct Layer {
-    /// W column by column: all outputs of one input lie side by side, so that
-    /// they are added to at once.
+    /// W column by column: all outputs of one input are adjacent, which allows vectorised
+    /// addition.
     columns: Vec<f32>,
     bias: Vec<f32>,
 }
 
 impl Mlp {
-    /// The actor among the tensors that `read` finds by name.
+    /// Builds the actor from the tensors that `read` returns by name.
     pub(super) fn from_tensors(
         mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
     ) -> Result<Self, WeightsError> {
@@ -72,7 +72,7 @@ impl Mlp {
     }
 }
 
-/// The numbers of `tensor`, if it has this shape and they are all finite.
+/// The numbers of `tensor`, if it has this shape and all are finite.
 fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
     if tensor.shape != shape {
         return Err(WeightsError::Shape {
@@ -89,7 +89,7 @@ fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f3
 }
 
 impl Layer {
-    /// A layer of weights that come row by row.
+    /// Creates a layer from weights in row order.
     fn new(rows: &[f32], bias: Vec<f32>) -> Self {
         let outputs = bias.len();
         let inputs = rows.len() / outputs;
@@ -103,7 +103,7 @@ impl Layer {
         }
     }
 
-    /// Puts the layer's answer to `inputs` in `outputs`, which has its size.
+    /// Computes the layer's `outputs` for `inputs`; their length is that of the layer.
     fn apply(&self, inputs: &[f32], outputs: &mut [f32]) {
         outputs.copy_from_slice(&self.bias);
         let columns = self.columns.chunks_exact(self.bias.len());
@@ -115,8 +115,8 @@ impl Layer {
     }
 }
 
-/// A policy that answers with the network's mean action, as the course deploys
-/// its agent. Deciding allocates nothing.
+/// A policy that returns the network's mean action, as the course deploys its agent. A
+/// decision allocates no memory.
 pub struct Network {
     name: String,
     weights: Arc<Mlp>,
@@ -125,7 +125,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// The policy called `name` with these weights.
+    /// Creates a policy called `name` with these weights.
     pub fn new(name: &str, weights: Arc<Mlp>) -> Self {
         let layer = vec![0.0; weights.width()];
         Self {

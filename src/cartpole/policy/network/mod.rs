@@ -1,7 +1,7 @@
-//! Policies that were learned: the actor of the course's PPO agent, from a file.
+//! Learned policies: the actor of the course's PPO agent, from a file.
 //!
-//! Of a file only the six tensors of the actor's mean are read; whatever else
-//! it holds (the critic, the deviation of exploration) is left alone.
+//! Only the six tensors of the actor's mean are read; all others (the critic, the
+//! deviation of exploration) are ignored.
 
 mod checkpoint;
 mod error;
@@ -18,14 +18,14 @@ const ZIP: &[u8] = b"PK\x03\x04";
 /// The first byte of a pickle of protocol 2 or later.
 const PICKLE: u8 = 0x80;
 
-/// The weights in the content of a PyTorch checkpoint or of a safetensors file;
-/// which of the two it is, is seen from the content.
+/// Reads the weights from a PyTorch checkpoint or a safetensors file; the content
+/// determines the format.
 ///
-/// Whatever the content, this ends soon, takes less than 64 MB for files of up
-/// to [`LARGEST_FILE`](super::LARGEST_FILE), and runs no code.
+/// For any content, time is bounded, memory stays below 64 MB for files of up to
+/// [`LARGEST_FILE`](super::LARGEST_FILE), and no code is run.
 ///
 /// # Errors
-/// [`WeightsError`] names what was expected and what was found.
+/// [`WeightsError`] with the expected and the actual content.
 pub fn read_weights(content: &[u8]) -> Result<Mlp, WeightsError> {
     if content.starts_with(ZIP) {
         checkpoint::Checkpoint::open(content)?.mlp()

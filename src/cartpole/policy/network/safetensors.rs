@@ -7,10 +7,10 @@ use super::{
     tensor::{Float, LARGEST_TENSOR, Tensor},
 };
 
-/// The longest header that is read (bytes): a thousand tensors or two.
+/// The longest header accepted (bytes): enough for one or two thousand tensors.
 const LONGEST_HEADER: u64 = 1 << 18;
 
-/// The actor in a safetensors file.
+/// Reads the actor from a safetensors file.
 pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
     check_header(content)?;
     let file = SafeTensors::deserialize(content).map_err(|why| {
@@ -22,7 +22,7 @@ pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
     Mlp::from_tensors(|name| tensor(&file, name))
 }
 
-/// A header is JSON, which takes many times its length in memory.
+/// Checks the length of the header: as JSON it takes many times its length in memory.
 fn check_header(content: &[u8]) -> Result<(), WeightsError> {
     let refuse = |why: String| Err(WeightsError::Format(why));
     let Some((length, header)) = content.split_first_chunk() else {
@@ -61,7 +61,7 @@ fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, WeightsError
             found: view.shape().to_vec(),
         });
     }
-    // The reader has seen to it that data and shape agree.
+    // The safetensors reader has checked that data and shape agree.
     let values = (0..count).filter_map(|index| float.at(view.data(), index));
     Ok(Tensor {
         shape: view.shape().to_vec(),

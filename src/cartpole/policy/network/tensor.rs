@@ -1,6 +1,6 @@
-//! Tensors as they are read from files.
+//! Tensors from files.
 
-/// The most numbers in a tensor that is read: a square of the largest width.
+/// Maximum number of elements in a tensor: a square of the largest width.
 pub(super) const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;
 
 /// A tensor, its numbers row by row.
@@ -40,7 +40,7 @@ impl Float {
     }
 }
 
-/// The number that these bits are in half precision (IEEE 754 binary16).
+/// Converts half precision (IEEE 754 binary16).
 fn half(bits: u16) -> f32 {
     let (exponent, fraction) = (bits >> 10 & 0x1f, bits & 0x3ff);
     let magnitude = match exponent {
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_precision_is_read_as_ieee_754_has_it() {
+    fn half_precision_follows_ieee_754() {
         let cases = [
             (0x0000, 0.0),
             (0x8000, -0.0),

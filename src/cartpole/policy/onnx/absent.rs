@@ -1,9 +1,9 @@
-//! No ONNX Runtime: the feature `onnx` is off.
+//! A placeholder without ONNX Runtime, for builds without the feature `onnx`.
 
 use super::OnnxError;
 use crate::cartpole::policy::Policy;
 
-/// There is none.
+/// A type without values.
 #[derive(Clone, Debug)]
 pub(in crate::cartpole::policy) enum Model {}
 

@@ -19,10 +19,11 @@ use crate::{
     policy::Policy,
 };
 
-/// Where the library is, if the system does not know.
+/// Environment variable with the path of the library, if it is outside of the system's
+/// search path.
 const LIBRARY: &str = "ORT_DYLIB_PATH";
 
-/// A graph that is ready to run; copies share it.
+/// A graph that is ready to run; clones share it.
 #[derive(Clone)]
 pub(in crate::cartpole::policy) struct Model(Arc<Mutex<Session>>);
 
@@ -33,7 +34,7 @@ impl fmt::Debug for Model {
 }
 
 impl Model {
-    /// The graph in `content`.
+    /// Loads the graph in `content`.
     pub(in crate::cartpole::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
         let session = session(environment()?, content);
         let session = session.map_err(|why| OnnxError::Refused(one_line(&why)))?;
@@ -45,7 +46,7 @@ impl Model {
         Ok(Self(Arc::new(Mutex::new(session))))
     }
 
-    /// The policy called `name` that answers as the graph does.
+    /// Creates a policy called `name` that runs the graph.
     pub(in crate::cartpole::policy) fn policy(&self, name: &str) -> Box<dyn Policy> {
         Box::new(Onnx {
             name: name.to_owned(),
@@ -61,7 +62,7 @@ impl Model {
     }
 }
 
-/// The runtime, once it is loaded.
+/// Loads the runtime on first use.
 fn environment() -> Result<&'static Environment, OnnxError> {
     static LOADED: OnceLock<Environment> = OnceLock::new();
     if let Some(loaded) = LOADED.get() {
@@ -73,19 +74,20 @@ fn environment() -> Result<&'static Environment, OnnxError> {
     let loaded = loaded.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
     let built = loaded.with_telemetry(false).build();
     let built = built.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
-    // It speaks to the terminal otherwise, which belongs to the dashboard.
+    // By default it logs to the terminal, which belongs to the dashboard.
     built.set_log_level(LogLevel::Fatal);
     Ok(LOADED.get_or_init(|| built))
 }
 
-/// One thread, so that sums are added up in the same order every time.
+/// Uses one thread, so that sums are always added in the same order.
 fn session(environment: &Environment, content: &[u8]) -> ort::Result<Session> {
     Session::builder(environment)?
         .with_intra_threads(1)?
         .commit_from_memory(content)
 }
 
-/// Whether this is one matrix of one row, or of any number, and `columns`.
+/// Whether there is exactly one matrix, with one row or a variable number, and `columns`
+/// columns.
 fn takes(outlets: &[Outlet], columns: i64) -> bool {
     let [outlet] = outlets else { return false };
     match outlet.dtype() {
@@ -118,7 +120,7 @@ impl Policy for Onnx {
         &self.name
     }
 
-    /// No number if the runtime fails, which ends the run with a fault.
+    /// Returns NaN if the runtime fails, which ends the run with a fault.
     fn act(&mut self, observation: &Observation) -> Action {
         let answer = self.model.answer(&observation.to_array());
         Action(answer.unwrap_or(f32::NAN))

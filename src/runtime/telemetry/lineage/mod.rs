@@ -123,7 +123,7 @@ impl Lineage {
         if let Some(topic) = self.topics.get_mut(topic) {
             topic.sent.push_back(Sent {
                 seq: head.seq,
-                released: head.released,
+                released: head.at,
                 arrives: head.arrives,
                 sensed: head.origin.unwrap_or(head.stamp),
                 derived: head.origin.is_some(),

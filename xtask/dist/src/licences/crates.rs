@@ -1,4 +1,4 @@
-//! The crates that are linked into the program, with their licences in one file.
+//! The crates linked into the program, with their licences in one file.
 
 use std::{
     collections::BTreeSet,
@@ -14,14 +14,14 @@ use cargo_metadata::{Metadata, MetadataCommand, Package};
 use super::standard;
 use crate::{Error, Machine, machine::said, share::names};
 
-/// How deep below a crate's folder texts are looked for: C libraries that crates
-/// bring are there, with licences of their own.
+/// Depth of the search below a crate's folder: some crates contain C libraries with
+/// licences of their own.
 const DEPTH: usize = 4;
 
-/// What is shorter, in bytes, names a licence and is none.
+/// Minimum length of a licence text (bytes): shorter files only name a licence.
 const SHORTEST: usize = 400;
 
-/// What names of files with licences begin with, in small letters.
+/// Beginnings of names of licence files, in lower case.
 const NAMES: [&str; 6] = [
     "license",
     "licence",
@@ -38,12 +38,11 @@ texts that a crate brings are here, also those of parts of it that the program l
 out. A text is a standard one where the crate brings none.
 ";
 
-/// The list of all crates in the program for this machine, and after it each text
-/// once.
+/// The list of all crates in the program for this machine, followed by the licence texts,
+/// without duplicates.
 ///
 /// # Errors
-///
-/// When cargo fails, or a crate has no licence.
+/// If cargo fails, or a crate has no licence.
 pub fn list(machine: &Machine) -> Result<String, Error> {
     let mut texts: Vec<String> = Vec::new();
     let mut page = format!("{HEAD}\n");
@@ -80,11 +79,10 @@ fn entry(package: &Package, numbers: &BTreeSet<usize>) -> String {
     )
 }
 
-/// The version of the rerun viewer that recordings are made for: that of the crate.
+/// The version of the rerun viewer for the recordings: that of the crate.
 ///
 /// # Errors
-///
-/// When cargo fails.
+/// If cargo fails.
 pub fn viewer(machine: &Machine) -> Result<String, Error> {
     let metadata = metadata(machine)?;
     let rerun = metadata.packages.iter().find(|p| p.name == "rerun");
@@ -103,8 +101,8 @@ fn metadata(machine: &Machine) -> Result<Metadata, Error> {
     Ok(command.exec()?)
 }
 
-/// Metadata know of all crates that any part of the workspace asks for, on any
-/// account; the tree knows of those in this program.
+/// The metadata covers all crates of the workspace; the tree covers those of this
+/// program.
 fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
     let silent = Error::Silent {
         tool: "cargo tree",
@@ -118,7 +116,8 @@ fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
     Ok(packages)
 }
 
-/// What is compiled for the program only to be run by the compiler is not in it.
+/// Crates that only run during compilation are excluded, because they are not part of the
+/// program.
 fn tree(machine: &Machine) -> Option<String> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut tree = Command::new(cargo);
@@ -129,13 +128,13 @@ fn tree(machine: &Machine) -> Option<String> {
     said(&mut tree)
 }
 
-/// Of a line such as `serde v1.0.0 (*)`.
+/// Parses a line such as `serde v1.0.0 (*)`.
 fn name_and_version(line: &str) -> Option<(&str, &str)> {
     let mut words = line.split_whitespace();
     Some((words.next()?, words.next()?.strip_prefix('v')?))
 }
 
-/// The texts that `package` brings, else standard ones. Our own have one in common.
+/// The texts in `package`, or else standard ones. The crates of this workspace share one.
 fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
     let mut files = Vec::new();
     match (&package.source, package.manifest_path.parent()) {
@@ -159,7 +158,7 @@ fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
     Ok(texts)
 }
 
-/// The same text, whichever ends of lines it has.
+/// The text with normalised line endings.
 fn plain(text: &str) -> String {
     text.replace("\r\n", "\n")
         .trim_matches('\n')
@@ -167,7 +166,7 @@ fn plain(text: &str) -> String {
         .to_owned()
 }
 
-/// Collects the files with licences below `folder`.
+/// Collects the licence files below `folder`.
 fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Error> {
     for name in names(folder)? {
         let path = folder.join(&name);

@@ -1,4 +1,4 @@
-//! The licences of all that is handed out, as texts.
+//! The licence texts of everything in a package.
 
 mod crates;
 mod standard;
@@ -11,15 +11,14 @@ use xtask::mujoco::{self, Platform};
 
 use crate::{Error, Linker, Machine, Tree, share::read};
 
-/// Where they are in the tree.
+/// Their folder in the tree.
 pub const FOLDER: &str = "share/licenses/ratelab";
 
-/// Adds the licences of ratelab, of each crate in it, of MuJoCo, and of what the
-/// compiler and the linker add by themselves.
+/// Adds the licences of ratelab, of each crate in it, of MuJoCo, and of the parts added
+/// by the compiler and the linker.
 ///
 /// # Errors
-///
-/// When one of them is not found: without its licence nothing is handed out.
+/// If one of them is missing: a package must contain all licences.
 pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Error> {
     let mut add = |path: &str, text: Vec<u8>| tree.add(format!("{FOLDER}/{path}"), text);
     add("LICENSE", read(&machine.root.join("LICENSE"))?);

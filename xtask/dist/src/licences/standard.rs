@@ -1,9 +1,9 @@
-//! The text of a licence that a crate names and does not bring.
+//! Standard texts for crates that name a licence without including it.
 
 use spdx::{Expression, LicenseItem, ParseMode};
 
-/// The texts of all licences in `expression`, those of which one may choose among
-/// them; none, if one of them is not known.
+/// The texts of all licences in `expression`, including alternatives; `None` if one of
+/// them is unknown.
 #[must_use]
 pub fn standard(expression: &str) -> Option<Vec<&'static str>> {
     let parsed = Expression::parse_mode(expression, ParseMode::LAX).ok()?;

@@ -1,14 +1,14 @@
-//! What the compiler and the linker put into each program: Rust's standard library,
-//! and with zig the unwinder and the beginning of glibc.
+//! Parts of every program from the compiler and the linker: Rust's standard library, and
+//! with zig the unwinder and the startup code of glibc.
 
 use std::{path::Path, process::Command};
 
 use crate::{Error, machine::said, share::read};
 
-/// Files by their names.
+/// Files with their names.
 type Texts = Vec<(&'static str, Vec<u8>)>;
 
-/// Those of Rust's standard library, as the toolchain in `sysroot` brings them.
+/// The licences of Rust's standard library, from the toolchain in `sysroot`.
 pub(super) fn rust(sysroot: &Path) -> Result<Texts, Error> {
     const TEXTS: [&str; 5] = [
         "COPYRIGHT-library.html",
@@ -20,7 +20,7 @@ pub(super) fn rust(sysroot: &Path) -> Result<Texts, Error> {
     texts(&sysroot.join("share/doc/rust"), &TEXTS)
 }
 
-/// Those of what zig links in.
+/// The licences of the parts linked by zig.
 pub(super) fn zig(root: &Path) -> Result<Texts, Error> {
     const TEXTS: [&str; 2] = ["libunwind/LICENSE.TXT", "libc/glibc/LICENSES"];
     let silent = Error::Silent {
@@ -33,7 +33,7 @@ pub(super) fn zig(root: &Path) -> Result<Texts, Error> {
     Ok(all)
 }
 
-/// zig's folder `lib`, relative to `root` or not. pip calls zig `python-zig`.
+/// zig's folder `lib`, absolute or relative to `root`. pip calls zig `python-zig`.
 fn library(root: &Path) -> Option<String> {
     let env = |zig| said(Command::new(zig).arg("env").current_dir(root));
     let about = env("python-zig").or_else(|| env("zig"))?;

@@ -7,16 +7,16 @@ use super::super::WeightsError;
 /// The result of one step through a pickle.
 pub(super) type PickleResult<T = ()> = Result<T, WeightsError>;
 
-/// A pickle that makes no sense, and why.
+/// An error for an invalid pickle, with the reason.
 pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
     Err(WeightsError::Pickle(why.to_string()))
 }
 
-/// Bytes that are still to be read.
+/// The unread bytes.
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The next `count`.
+    /// The next `count` bytes.
     pub(super) fn take(&mut self, count: usize) -> PickleResult<&'a [u8]> {
         match self.0.split_at_checked(count) {
             Some((taken, rest)) => {
@@ -27,12 +27,12 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// The next one.
+    /// The next byte.
     pub(super) fn byte(&mut self) -> PickleResult<u8> {
         self.array().map(|[byte]| byte)
     }
 
-    /// The next `N`.
+    /// The next `N` bytes.
     pub(super) fn array<const N: usize>(&mut self) -> PickleResult<[u8; N]> {
         let taken = self.take(N)?;
         taken
@@ -40,7 +40,7 @@ impl<'a> Bytes<'a> {
             .or_else(|_| nonsense("it ends in the middle"))
     }
 
-    /// A text to the end of its line.
+    /// The text up to the end of the line.
     pub(super) fn line(&mut self) -> PickleResult<&'a str> {
         let end = self.0.iter().position(|byte| *byte == b'\n');
         let line = self.take(end.map_or(usize::MAX, |end| end + 1))?;

@@ -1,9 +1,8 @@
-//! Weights from a PyTorch checkpoint: a zip with a pickle that describes the
-//! tensors, and a file for the numbers of each storage.
+//! Weights from a PyTorch checkpoint: a zip with a pickle that describes the tensors, and
+//! a file for the numbers of each storage.
 //!
-//! The pickle is read by a machine that knows tensors and what holds them, and
-//! nothing else ([`pickle`], [`value`]); it calls no code because it has none to
-//! call.
+//! The pickle interpreter supports tensors and their containers only ([`pickle`],
+//! [`value`]); it cannot call any code.
 
 mod bytes;
 mod pickle;
@@ -26,24 +25,24 @@ use super::{
 /// The signature of an entry in a zip's table of contents.
 const ENTRY: &[u8] = b"PK\x01\x02";
 
-/// The most entries in a zip that is read; a tensor or two take one each.
+/// The maximum number of entries in a zip; each storage takes one.
 const MOST_ENTRIES: usize = 1_024;
 
-/// The longest pickle that is read (bytes): some hundred tensors.
+/// The longest pickle accepted (bytes): enough for some hundred tensors.
 const LONGEST_PICKLE: u64 = 1 << 18;
 
 /// Name of the pickle in the zip's one folder.
 const PICKLE: &str = "data.pkl";
 
-/// A checkpoint that is open.
+/// An open checkpoint.
 pub(super) struct Checkpoint<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
-    /// The folder that everything is in, with its slash.
+    /// The folder of all entries, with its slash.
     folder: String,
 }
 
 impl<'a> Checkpoint<'a> {
-    /// Opens the zip that `content` is.
+    /// Opens `content` as a zip.
     pub(super) fn open(content: &'a [u8]) -> Result<Self, WeightsError> {
         let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
         if entries.count() > MOST_ENTRIES {
@@ -61,7 +60,7 @@ impl<'a> Checkpoint<'a> {
         Ok(Self { archive, folder })
     }
 
-    /// The actor in it.
+    /// The actor in the checkpoint.
     pub(super) fn mlp(mut self) -> Result<Mlp, WeightsError> {
         self.check_byte_order()?;
         let pickle = self.entry(PICKLE, LONGEST_PICKLE)?;
@@ -72,8 +71,8 @@ impl<'a> Checkpoint<'a> {
         })
     }
 
-    /// Checkpoints say since PyTorch 2.0 in which order the bytes of a number
-    /// are; before that it was always this one.
+    /// Checkpoints contain their byte order since PyTorch 2.0; before that it was always
+    /// this one.
     fn check_byte_order(&mut self) -> Result<(), WeightsError> {
         match self.entry("byteorder", 16) {
             Ok(order) if order != b"little" => {
@@ -91,7 +90,7 @@ impl<'a> Checkpoint<'a> {
         let path = format!("{}{name}", self.folder);
         let entry = self.archive.by_name(&path);
         let entry = entry.map_err(|why| about(&zip_text(&why)))?;
-        // What the entry says of its size may be wrong, so it is only a hint.
+        // The size in the entry may be wrong, so it is only a hint.
         let hint = entry.size().min(longest) as usize;
         let mut content = Vec::with_capacity(hint);
         let read = entry.take(longest + 1).read_to_end(&mut content);
@@ -102,7 +101,7 @@ impl<'a> Checkpoint<'a> {
         Ok(content)
     }
 
-    /// The numbers that `view` shows of its storage.
+    /// Reads the numbers of `view` from its storage.
     fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
         let ElementType::Float(float) = view.storage.kind else {
             let found = view.storage.kind.to_string();

@@ -1,10 +1,10 @@
-//! A pickle machine that can make tensors and nothing else.
+//! A pickle interpreter that can create tensors only.
 //!
-//! Python's pickle is a program for a small stack machine, and among its
-//! instructions is "call this function". This machine knows four things to call,
-//! all of them tensors and what holds them; whatever else is asked for is refused
-//! by name. It has no recursion, and it makes one value per instruction at most,
-//! so that what it takes is bounded by the length of the pickle.
+//! Python's pickle is a program for a small stack machine, which includes the instruction
+//! "call this function". This interpreter knows four functions, all of them for tensors
+//! and their containers; any other is refused by name. It has no recursion and creates at
+//! most one value per instruction, so its time and memory are bounded by the length of
+//! the pickle.
 //!
 //! Source of the instructions: Python's `pickletools`.
 
@@ -24,7 +24,7 @@ pub(super) struct Pickle<'a> {
 }
 
 impl<'a> Pickle<'a> {
-    /// Carries out the pickle `bytes`, which is to make a dictionary.
+    /// Runs the pickle `bytes`, which must create a dictionary.
     pub(super) fn read(bytes: &'a [u8]) -> Result<Self, WeightsError> {
         let machine = Machine {
             rest: Bytes(bytes),
@@ -36,7 +36,7 @@ impl<'a> Pickle<'a> {
         machine.run()
     }
 
-    /// The tensor called `name`. As in Python, of several the last counts.
+    /// The tensor called `name`; the last one of several, as in Python.
     pub(super) fn tensor(&self, name: &'static str) -> Result<&TensorView<'a>, WeightsError> {
         let named = |place: &ValueIndex| match self.values.get(*place) {
             Some(Value::Text(text)) => Some(*text),
@@ -62,11 +62,11 @@ impl<'a> Pickle<'a> {
 }
 
 struct Machine<'a> {
-    /// Instructions to come.
+    /// The remaining instructions.
     rest: Bytes<'a>,
     values: Vec<Value<'a>>,
     stack: Vec<ValueIndex>,
-    /// How high the stack was at each mark.
+    /// The height of the stack at each mark.
     marks: Vec<usize>,
     memo: HashMap<u32, ValueIndex>,
 }
@@ -193,7 +193,7 @@ impl<'a> Machine<'a> {
         self.push(Value::Int(value))
     }
 
-    /// An integer of a given number of bytes, with its sign in the last.
+    /// An integer of a given number of bytes, in two's complement.
     fn long(&mut self) -> PickleResult<i64> {
         let size = usize::from(self.rest.byte()?);
         let given = self.rest.take(size)?;
@@ -220,7 +220,7 @@ impl<'a> Machine<'a> {
         self.push(Value::Text(text))
     }
 
-    /// GLOBAL, STACK_GLOBAL: the only way to name something to call.
+    /// GLOBAL, STACK_GLOBAL: the only instructions that name a function.
     fn name(&mut self, instruction: u8) -> PickleResult {
         let (module, name) = match instruction {
             b'c' => (self.rest.line()?, self.rest.line()?),
@@ -252,7 +252,7 @@ impl<'a> Machine<'a> {
             ..,
         ] = parts[..]
         else {
-            return forbidden("something from outside that is no storage of numbers");
+            return forbidden("an external object other than a storage");
         };
         let storage = Storage { kind: *kind, key };
         self.push(Value::Storage(storage))
@@ -271,7 +271,7 @@ impl<'a> Machine<'a> {
         let made = match (callable, &values[..]) {
             (Callable::OrderedDict, []) => Value::Dict(Vec::new()),
             (Callable::RebuildParameter, [Value::Tensor(_), ..]) => {
-                // A parameter is its tensor.
+                // A parameter is represented by its tensor.
                 let tensor = arguments[0];
                 self.stack.push(tensor);
                 return Ok(());
@@ -296,8 +296,8 @@ impl<'a> Machine<'a> {
         self.push(made)
     }
 
-    /// BUILD: gives an object its attributes. Dictionaries of tensors have some
-    /// that say nothing about the tensors; nothing else may have any.
+    /// BUILD: sets the attributes of an object. Dictionaries of tensors may have some,
+    /// which are irrelevant to the tensors; other objects may have none.
     fn build(&mut self) -> PickleResult {
         self.pop()?;
         let object = self.top()?;
@@ -353,7 +353,7 @@ fn size(number: i64) -> PickleResult<usize> {
     usize::try_from(number).or_else(|_| nonsense(format!("{number} for a size")))
 }
 
-/// The instructions that harmful pickles are made of by name, others by number.
+/// Names the instructions typical of harmful pickles, and gives the others as numbers.
 fn instruction_name(instruction: u8) -> String {
     match instruction {
         b'i' => "INST".to_owned(),

@@ -4,8 +4,8 @@ use std::fmt;
 
 use super::super::tensor::Float;
 
-/// Where in the pickle's own list a value is. Values name each other by their
-/// places, so that one which contains itself, or itself twice, harms nobody.
+/// Index of a value in the interpreter's list. Values refer to each other by index, so
+/// that cyclic and shared values are harmless.
 pub(super) type ValueIndex = usize;
 
 /// A value of the pickle.
@@ -25,7 +25,7 @@ pub(super) enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// Its kind, for messages.
+    /// Kind of the value, for messages.
     pub(super) fn name(&self) -> &'static str {
         match self {
             Self::None => "None",
@@ -43,7 +43,7 @@ impl Value<'_> {
     }
 }
 
-/// All that a pickle may name.
+/// Everything that a pickle may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Callable {
     OrderedDict,
@@ -53,7 +53,7 @@ pub(super) enum Callable {
 }
 
 impl Callable {
-    /// What this name stands for, if it may be named.
+    /// Looks up a name; `None` if it is forbidden.
     pub(super) fn named(module: &str, name: &str) -> Option<Self> {
         match (module, name) {
             ("collections", "OrderedDict") => Some(Self::OrderedDict),
@@ -69,7 +69,7 @@ impl Callable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ElementType {
     Float(Float),
-    /// Not read, but no harm in a tensor that nobody asks for.
+    /// Unsupported, but harmless in tensors that are never read.
     Other(&'static str),
 }
 
@@ -110,7 +110,7 @@ pub(super) struct Storage<'a> {
     pub(super) key: &'a str,
 }
 
-/// The part of a storage that a tensor shows.
+/// The part of a storage that belongs to a tensor.
 #[derive(Clone, Debug)]
 pub(super) struct TensorView<'a> {
     pub(super) storage: Storage<'a>,
@@ -120,15 +120,14 @@ pub(super) struct TensorView<'a> {
 }
 
 impl TensorView<'_> {
-    /// How many numbers it shows; `None` if they are too many to count.
+    /// Number of elements; `None` on overflow.
     pub(super) fn count(&self) -> Option<usize> {
         self.shape
             .iter()
             .try_fold(1, |count: usize, size| count.checked_mul(*size))
     }
 
-    /// Where in the storage its number `index` is, counted row by row; `None` if
-    /// that is beyond all storages.
+    /// Index in the storage of element `index`, counted row by row; `None` on overflow.
     pub(super) fn place(&self, index: usize) -> Option<usize> {
         let mut rest = index;
         let mut dimensions = self.shape.iter().zip(&self.strides).rev();
