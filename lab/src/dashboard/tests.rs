@@ -169,6 +169,41 @@ fn every_size_shows_the_same_run() {
     insta::assert_snapshot!("too_small_39x12", screen(&app, &PLAIN, 39, 12));
 }
 
+/// A healthy run, one that is warned of, and one that fell.
+#[test]
+fn the_default_terminal_shows_angle_age_and_cause_uncut() {
+    for (knobs, verdict) in [
+        (
+            "0 control-hz 50",
+            "each push is based on a reading at most 20 ms old",
+        ),
+        (
+            "0 control-hz 9",
+            "decides every 111 ms. ] raises control-hz",
+        ),
+        ("0 control-hz 5", "FELL at"),
+        ("0 sensor-hz 5", "it looks only 5 times a second"),
+        ("0 link /action delay:100", "link /action none mends it"),
+        ("0 send policy zero", "the zero policy"),
+    ] {
+        let app = ended(Config {
+            knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+            ..Config::default()
+        });
+        let drawn = screen(&app, &PLAIN, 80, 24);
+        for part in [
+            "pole angle",
+            "age of the push",
+            " of 90",
+            "this push is",
+            verdict,
+        ] {
+            assert!(drawn.contains(part), "{knobs}: no {part:?} in\n{drawn}");
+        }
+        assert!(!drawn.contains('…'), "{knobs}:\n{drawn}");
+    }
+}
+
 #[test]
 fn the_events_blame_the_slow_node_and_its_setting() {
     let fallen = |knobs: &str, width, height| {

@@ -85,8 +85,8 @@ pub fn render(
     let edges = [labelled, labelled && !two];
     let chart = columns.chart(rows(inner, 0, upper), edges, signal_levels, range);
     chart.axes(buf);
+    let marks = chart.texts(&marks, buf);
     chart.marks(&marks, buf);
-    chart.texts(&marks, buf);
     chart.ghost(&trace.ghost.points, buf);
     chart.curve(past, |value| trace.signal.is_lost_at(value), buf);
     if two {
@@ -342,28 +342,41 @@ impl Chart<'_> {
         }
     }
 
-    /// Texts of marks from the newest to the oldest, if they do not touch.
-    fn texts(&self, marks: &[&(f64, String)], buf: &mut Buffer) {
+    /// Texts of marks from the newest to the oldest, each at its own mark, if they do not
+    /// touch. Returns the marks that have one; the others are dots in the same row.
+    fn texts<'m>(&self, marks: &[&'m (f64, String)], buf: &mut Buffer) -> Vec<&'m (f64, String)> {
         let theme = self.columns.theme;
-        let mut free = usize::from(self.text_row.width);
-        for (time, text) in marks.iter().rev() {
+        let room = usize::from(self.text_row.width);
+        let (mut free, mut named) = (room, Vec::new());
+        for mark in marks.iter().rev() {
+            let (time, text) = mark;
             let Some(column) = self.canvas.column(*time).filter(|_| free > 0) else {
                 continue;
             };
-            let text = clip(text, usize::from(self.text_row.width), theme);
+            let text = clip(text, room, theme);
             let wide = pane::width(&text);
             let column = usize::from(column - self.plot.x);
             // To the right of the line; to the left where the screen ends.
-            let start = if column + wide <= free {
-                Some(column)
-            } else {
-                (column + 1).checked_sub(wide)
+            let start = match column + wide <= free {
+                true => Some(column),
+                false if free == room => (column + 1).checked_sub(wide),
+                false => None,
             };
-            if let Some(start) = start.filter(|start| start + wide <= free) {
+            if let Some(start) = start {
                 put(&text, theme.strong(), start, self.text_row, buf);
                 free = start.saturating_sub(2);
+                named.push(*mark);
+            } else if column < free {
+                put(
+                    theme.glyph("·", "."),
+                    theme.faint(),
+                    column,
+                    self.text_row,
+                    buf,
+                );
             }
         }
+        named
     }
 
     /// The run before this one, also ahead of the present.
