@@ -15,13 +15,9 @@ use super::{
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
     rate::Rate,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, AtomicU64, Ordering},
-        bump,
-    },
+    sync::{Arc, atomic::Ordering, bump},
     tap::{TickRecord, TickTaps},
-    telemetry::{Meter, MeterRecorder, NodeEntry, PushAge},
+    telemetry::{Meter, NodeEntry, PushAge, TickMeters},
     time::{Hz, Time},
     timing::{Running, Timing, Waiting},
 };
@@ -35,9 +31,7 @@ pub(crate) struct ScheduledNode {
     pub(crate) again: Option<Again>,
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
-    lateness: MeterRecorder,
-    tick_time: MeterRecorder,
-    response: MeterRecorder,
+    meters: TickMeters,
     pub(crate) taps: Arc<TickTaps>,
     /// The seed of the run.
     pub(crate) seed: u64,
@@ -79,31 +73,15 @@ impl ScheduledNode {
         node: Box<dyn Node>,
         wired: Wired,
     ) -> Self {
-        let (lateness, lateness_meter) = Meter::new();
-        let (tick_time, tick_time_meter) = Meter::new();
-        let (response, response_meter) = Meter::new();
+        let (entry, meters) =
+            NodeEntry::new(name, priority, rate.hz(), wired.meters, wired.push_age);
         Self {
-            entry: NodeEntry {
-                name: name.into(),
-                priority,
-                ticks: Arc::default(),
-                overruns: Arc::default(),
-                busy: Arc::new(AtomicBool::new(false)),
-                crashed: Arc::default(),
-                micro_hz: Arc::new(AtomicU64::new(rate.hz().as_micro())),
-                lateness: lateness_meter,
-                tick_time: tick_time_meter,
-                response: response_meter,
-                meters: wired.meters,
-                push_age: wired.push_age,
-            },
+            entry,
             rate,
             node,
             again: None,
             panicked: None,
-            lateness,
-            tick_time,
-            response,
+            meters,
             taps: Arc::default(),
             seed: 0,
             timing: None,
@@ -155,8 +133,8 @@ impl ScheduledNode {
         if let Some(timing) = &mut self.timing {
             (timing.waiting, timing.running, timing.hang) = (None, None, None);
         }
-        self.entry.busy.store(false, Ordering::Relaxed);
-        let crashed = self.entry.crashed.swap(true, Ordering::Relaxed);
+        self.entry.counters.busy.store(false, Ordering::Relaxed);
+        let crashed = self.entry.counters.crashed.swap(true, Ordering::Relaxed);
         state(crashed).to_owned()
     }
 
@@ -173,7 +151,7 @@ impl ScheduledNode {
         }
         self.panicked = None;
         self.rate.resume(at);
-        self.entry.crashed.store(false, Ordering::Relaxed);
+        self.entry.counters.crashed.store(false, Ordering::Relaxed);
         Ok(was)
     }
 
@@ -192,7 +170,7 @@ impl ScheduledNode {
 
     /// Whether the node crashed without a restart since.
     pub(crate) fn is_crashed(&self) -> bool {
-        self.entry.crashed.load(Ordering::Relaxed)
+        self.entry.counters.crashed.load(Ordering::Relaxed)
     }
 
     /// Sets the error of the node's own clock from run time `at` on.
@@ -242,7 +220,10 @@ impl ScheduledNode {
         let before = self.rate.hz();
         let free = self.free_at(at);
         self.rate.set_hz_while_busy(hz, at, free);
-        self.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+        self.entry
+            .counters
+            .micro_hz
+            .store(hz.as_micro(), Ordering::Relaxed);
         before
     }
 
@@ -268,7 +249,7 @@ impl ScheduledNode {
             let flow = node.tick(now)?;
             Ok(end_of(flow, node.apply(now)?))
         });
-        bump(&self.entry.ticks);
+        bump(&self.entry.counters.ticks);
         outcome
     }
 
@@ -289,7 +270,7 @@ impl ScheduledNode {
     /// Duration of the next tick, if one is set.
     pub(crate) fn cost(&mut self) -> Option<Duration> {
         let timing = self.timing.as_mut()?;
-        let number = self.entry.ticks.load(Ordering::Relaxed);
+        let number = self.entry.counters.ticks.load(Ordering::Relaxed);
         timing.cost(self.seed, &self.entry.name, number)
     }
 
@@ -303,7 +284,7 @@ impl ScheduledNode {
     /// can start now.
     pub(crate) fn wait(&mut self, due: Time, now: Time) -> Option<Time> {
         let timing = self.timing.as_mut()?;
-        let number = self.entry.ticks.load(Ordering::Relaxed);
+        let number = self.entry.counters.ticks.load(Ordering::Relaxed);
         let starts = now + timing.lateness(self.seed, &self.entry.name, number);
         timing.waiting = (starts > now).then_some(Waiting { due, starts });
         timing.waiting.map(|waiting| waiting.starts)
@@ -326,7 +307,7 @@ impl ScheduledNode {
         self.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
         self.outbox.hold(false);
-        bump(&self.entry.ticks);
+        bump(&self.entry.counters.ticks);
         let running = Running {
             began: now,
             ends: now + cost,
@@ -335,7 +316,7 @@ impl ScheduledNode {
             flow: outcome?,
             noted: false,
         };
-        self.entry.busy.store(true, Ordering::Relaxed);
+        self.entry.counters.busy.store(true, Ordering::Relaxed);
         let ends = running.ends;
         self.timing().running = Some(running);
         Ok(ends)
@@ -346,7 +327,7 @@ impl ScheduledNode {
         let Some(running) = self.timing().running.take() else {
             return GO_ON;
         };
-        self.entry.busy.store(false, Ordering::Relaxed);
+        self.entry.counters.busy.store(false, Ordering::Relaxed);
         self.outbox.release(now);
         let applied = self.guarded(|node| node.apply(now));
         self.overrun_until(passed);
@@ -432,7 +413,10 @@ impl ScheduledNode {
     }
 
     fn count_overruns(&self, count: u64) {
-        self.entry.overruns.fetch_add(count, Ordering::Relaxed);
+        self.entry
+            .counters
+            .overruns
+            .fetch_add(count, Ordering::Relaxed);
     }
 
     /// Records the measurements of the tick that began at `at` and acted at `ends`, after
@@ -444,21 +428,15 @@ impl ScheduledNode {
         lateness: Option<Duration>,
         took: Option<Duration>,
     ) {
-        if let Some(lateness) = lateness {
-            self.lateness.record(lateness);
-        }
-        if let Some(took) = took {
-            self.tick_time.record(took);
-            self.response.record(lateness.unwrap_or_default() + took);
-        }
-        let entry = &self.entry;
+        self.meters.record(lateness, took);
+        let counters = &self.entry.counters;
         self.taps.offer(|| TickRecord {
-            number: entry.ticks.load(Ordering::Relaxed).saturating_sub(1),
+            number: counters.ticks.load(Ordering::Relaxed).saturating_sub(1),
             at,
             ends,
             lateness,
             took,
-            overruns: entry.overruns.load(Ordering::Relaxed),
+            overruns: counters.overruns.load(Ordering::Relaxed),
         });
     }
 

@@ -403,22 +403,27 @@ impl<T: Payload> Publisher<T> {
     /// [`Tap`] blocks under the virtual clock only. In a tick that takes time the message
     /// waits for the end of the tick, and is stamped then.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
-        match self.outbox.as_ref().filter(|outbox| outbox.is_needed()) {
-            None => self.bus.publish(data, stamp, stamp, origin),
-            Some(outbox) => {
-                let (bus, began) = (self.bus.clone(), outbox.shows(stamp));
-                let publish = move |now, shown| {
-                    let sensed = (shown != began).then_some(began);
-                    bus.publish(data, now, shown, origin.or(sensed));
-                };
-                outbox.put(stamp, Box::new(publish));
-            }
+        match &self.outbox {
+            Some(outbox) if outbox.is_needed() => self.put(outbox, data, stamp, origin),
+            _ => self.bus.publish(data, stamp, stamp, origin),
         }
+    }
+
+    /// Publishes through the outbox, which few nodes need.
+    #[cold]
+    fn put(&self, outbox: &Outbox, data: T, stamp: Time, origin: Option<Time>) {
+        let (bus, began) = (self.bus.clone(), outbox.shows(stamp));
+        let publish = move |now, shown| {
+            let sensed = (shown != began).then_some(began);
+            bus.publish(data, now, shown, origin.or(sensed));
+        };
+        outbox.put(stamp, Box::new(publish));
     }
 }
 
 impl<T: Payload> Bus<T> {
     /// Publishes at run time `now`, with the stamp of the publisher's clock.
+    #[inline]
     fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         let mut queue = lock(&self.queue);
         let seq = queue.next_seq;

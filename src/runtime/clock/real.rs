@@ -310,9 +310,13 @@ impl Worker<'_> {
                 Err(cause) => Some(Report::Failed(self.node.fault(began, cause))),
             };
         }
-        self.node.entry.busy.store(true, Ordering::Relaxed);
+        self.node.entry.counters.busy.store(true, Ordering::Relaxed);
         let outcome = self.node.tick(began);
-        self.node.entry.busy.store(false, Ordering::Relaxed);
+        self.node
+            .entry
+            .counters
+            .busy
+            .store(false, Ordering::Relaxed);
         let ended = wall.now();
         self.node.overrun_until(self.passed(began, ended));
         let took = Some(ended.since(began));

@@ -1,4 +1,4 @@
-//! The counters of a topic and of its subscriptions.
+//! The counters of a node, of a topic and of its subscriptions.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -7,10 +7,10 @@ use crate::runtime::{
     depth::Depth,
     sync::{
         Mutex,
-        atomic::{AtomicU64, AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
         bump, lock,
     },
-    time::Time,
+    time::{Hz, Time},
 };
 
 /// The most flights that are kept.
@@ -26,6 +26,29 @@ pub struct Flight {
     pub released: Time,
     /// Run time of its delivery; `None` if it is lost.
     pub arrives: Option<Time>,
+}
+
+/// The counters of a node, readable without a lock. They share one allocation,
+/// because each tick writes some of them.
+#[derive(Debug)]
+pub(crate) struct NodeCounters {
+    pub(crate) ticks: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    pub(crate) micro_hz: AtomicU64,
+    pub(crate) busy: AtomicBool,
+    pub(crate) crashed: AtomicBool,
+}
+
+impl NodeCounters {
+    pub(crate) fn new(hz: Hz) -> Self {
+        Self {
+            ticks: AtomicU64::new(0),
+            overruns: AtomicU64::new(0),
+            micro_hz: AtomicU64::new(hz.as_micro()),
+            busy: AtomicBool::new(false),
+            crashed: AtomicBool::new(false),
+        }
+    }
 }
 
 /// The counters of a topic, readable without a lock.
@@ -67,6 +90,7 @@ impl TopicCounters {
     }
 
     /// Counts a message published at run time `now`.
+    #[inline]
     pub(crate) fn note(&self, now: Time) {
         self.window.count(now);
         let newest = now.as_nanos().saturating_add(1);

@@ -24,7 +24,7 @@ pub use push_age::{PushAge, PushAgeView};
 pub use replay_counters::ReplayCounters;
 pub use topology::{NodeTopology, TopicTopology, Topology};
 
-pub(crate) use counters::{ReadMark, TopicCounters};
+pub(crate) use counters::{NodeCounters, ReadMark, TopicCounters};
 pub(crate) use event_log::EventLog;
-pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TopicEntry};
+pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TickMeters, TopicEntry};
 pub(crate) use window::RateWindow;

@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use super::{
-    Distribution, Event, EventLog, Flight, Meter, PushAge, PushAgeView, ReadMark, TopicCounters,
+    Distribution, Event, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
+    PushAgeView, ReadMark, TopicCounters,
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
         Arc, Mutex,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicU64, Ordering},
         lock,
     },
     time::{Hz, Time},
@@ -46,16 +47,33 @@ impl Shared {
 pub(crate) struct NodeEntry {
     pub(crate) name: Arc<str>,
     pub(crate) priority: u32,
-    pub(crate) ticks: Arc<AtomicU64>,
-    pub(crate) overruns: Arc<AtomicU64>,
-    pub(crate) busy: Arc<AtomicBool>,
-    pub(crate) crashed: Arc<AtomicBool>,
-    pub(crate) micro_hz: Arc<AtomicU64>,
-    pub(crate) lateness: Meter,
-    pub(crate) tick_time: Meter,
-    pub(crate) response: Meter,
+    pub(crate) counters: Arc<NodeCounters>,
+    lateness: Meter,
+    tick_time: Meter,
+    response: Meter,
     pub(crate) meters: Vec<(String, Meter)>,
     pub(crate) push_age: Option<PushAge>,
+}
+
+/// The writing side of the meters of a node's ticks.
+#[derive(Debug)]
+pub(crate) struct TickMeters {
+    lateness: MeterRecorder,
+    tick_time: MeterRecorder,
+    response: MeterRecorder,
+}
+
+impl TickMeters {
+    /// Adds a tick: how late it began and how long it took, where that was measured.
+    pub(crate) fn record(&mut self, lateness: Option<Duration>, took: Option<Duration>) {
+        if let Some(lateness) = lateness {
+            self.lateness.record(lateness);
+        }
+        if let Some(took) = took {
+            self.tick_time.record(took);
+            self.response.record(lateness.unwrap_or_default() + took);
+        }
+    }
 }
 
 /// A topic as shared by the graph and its observers.
@@ -288,15 +306,43 @@ impl Observer {
 }
 
 impl NodeEntry {
+    /// A node that has not ticked, with `meters` of its own.
+    pub(crate) fn new(
+        name: &str,
+        priority: u32,
+        hz: Hz,
+        meters: Vec<(String, Meter)>,
+        push_age: Option<PushAge>,
+    ) -> (Self, TickMeters) {
+        let [lateness, tick_time, response] = std::array::from_fn(|_| Meter::new());
+        let entry = Self {
+            name: name.into(),
+            priority,
+            counters: Arc::new(NodeCounters::new(hz)),
+            lateness: lateness.1,
+            tick_time: tick_time.1,
+            response: response.1,
+            meters,
+            push_age,
+        };
+        let recorders = TickMeters {
+            lateness: lateness.0,
+            tick_time: tick_time.0,
+            response: response.0,
+        };
+        (entry, recorders)
+    }
+
     fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
+        let counters = &*self.counters;
         NodeView {
             name: self.name.clone(),
             priority: self.priority,
-            hz: Hz::from_micro(self.micro_hz.load(Ordering::Relaxed)),
-            ticks: self.ticks.load(Ordering::Relaxed),
-            overruns: self.overruns.load(Ordering::Relaxed),
-            busy: self.busy.load(Ordering::Relaxed),
-            crashed: self.crashed.load(Ordering::Relaxed),
+            hz: Hz::from_micro(counters.micro_hz.load(Ordering::Relaxed)),
+            ticks: counters.ticks.load(Ordering::Relaxed),
+            overruns: counters.overruns.load(Ordering::Relaxed),
+            busy: counters.busy.load(Ordering::Relaxed),
+            crashed: counters.crashed.load(Ordering::Relaxed),
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
             response: read(&self.response),

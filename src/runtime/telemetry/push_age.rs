@@ -30,9 +30,8 @@ struct InForce {
 impl InForce {
     /// Twice the integral of the age up to `now` (ns²).
     fn twice_area(self, now: Time) -> u128 {
-        let square = |duration: Duration| duration.as_nanos().pow(2);
-        let until = now.max(self.since);
-        square(until.since(self.sensed)).saturating_sub(square(self.since.since(self.sensed)))
+        let age = |at: Time| u128::from(at.as_nanos().saturating_sub(self.sensed.as_nanos()));
+        age(now.max(self.since)).pow(2) - age(self.since).pow(2)
     }
 }
 

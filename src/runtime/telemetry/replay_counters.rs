@@ -4,7 +4,8 @@ use std::{collections::BTreeMap, time::Duration};
 
 use super::{
     Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
-    Shared, Status, SubscriptionEntry, TopicCounters, TopicEntry, TopicTopology, Topology,
+    Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry, TopicTopology,
+    Topology,
 };
 use crate::runtime::{
     command::Command,
@@ -37,9 +38,7 @@ pub struct ReplayCounters {
 
 struct ReplayNode {
     entry: NodeEntry,
-    lateness: MeterRecorder,
-    tick_time: MeterRecorder,
-    response: MeterRecorder,
+    tick_meters: TickMeters,
     meters: Vec<MeterRecorder>,
 }
 
@@ -144,14 +143,20 @@ impl ReplayCounters {
             Command::Set(Knob::Rate { node, hz }) => {
                 let known = self.nodes.iter().find(|n| *n.entry.name == **node);
                 if let Some(node) = known {
-                    node.entry.micro_hz.store(hz.as_micro(), Ordering::Relaxed);
+                    node.entry
+                        .counters
+                        .micro_hz
+                        .store(hz.as_micro(), Ordering::Relaxed);
                 }
             }
             Command::Set(Knob::Crash { node } | Knob::Restart { node }) => {
                 let known = self.nodes.iter().find(|n| *n.entry.name == **node);
                 if let Some(node) = known {
                     let crashed = matches!(command, Command::Set(Knob::Crash { .. }));
-                    node.entry.crashed.store(crashed, Ordering::Relaxed);
+                    node.entry
+                        .counters
+                        .crashed
+                        .store(crashed, Ordering::Relaxed);
                 }
             }
             Command::Set(Knob::Depth { topic, depth }) => {
@@ -175,47 +180,30 @@ impl ReplayCounters {
 
 impl ReplayNode {
     fn new(topology: &NodeTopology) -> Self {
-        let (lateness, lateness_meter) = Meter::new();
-        let (tick_time, tick_time_meter) = Meter::new();
-        let (response, response_meter) = Meter::new();
         let meters = topology.meters.iter().map(|name| (name, Meter::new()));
         let (entries, meters) = meters
             .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
             .unzip();
+        let (entry, tick_meters) = NodeEntry::new(
+            &topology.name,
+            topology.priority,
+            topology.hz,
+            entries,
+            None,
+        );
         Self {
-            entry: NodeEntry {
-                name: topology.name.as_str().into(),
-                priority: topology.priority,
-                ticks: Arc::default(),
-                overruns: Arc::default(),
-                busy: Arc::default(),
-                crashed: Arc::default(),
-                micro_hz: Arc::new(AtomicU64::new(topology.hz.as_micro())),
-                lateness: lateness_meter,
-                tick_time: tick_time_meter,
-                response: response_meter,
-                meters: entries,
-                push_age: None,
-            },
-            lateness,
-            tick_time,
-            response,
+            entry,
+            tick_meters,
             meters,
         }
     }
 
     fn tick(&mut self, tick: &TickRecord) {
         let ticks = tick.number.saturating_add(1);
-        self.entry.ticks.store(ticks, Ordering::Relaxed);
-        self.entry.overruns.store(tick.overruns, Ordering::Relaxed);
-        if let Some(lateness) = tick.lateness {
-            self.lateness.record(lateness);
-        }
-        if let Some(took) = tick.took {
-            self.tick_time.record(took);
-            let lateness = tick.lateness.unwrap_or_default();
-            self.response.record(lateness + took);
-        }
+        let counters = &self.entry.counters;
+        counters.ticks.store(ticks, Ordering::Relaxed);
+        counters.overruns.store(tick.overruns, Ordering::Relaxed);
+        self.tick_meters.record(tick.lateness, tick.took);
     }
 }
 

@@ -46,7 +46,7 @@ impl Observer {
         let nodes = self.nodes.iter().map(|node| NodeTopology {
             name: node.name.to_string(),
             priority: node.priority,
-            hz: Hz::from_micro(node.micro_hz.load(Ordering::Relaxed)),
+            hz: Hz::from_micro(node.counters.micro_hz.load(Ordering::Relaxed)),
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {

@@ -27,11 +27,13 @@ pub(crate) struct RateWindow {
 
 impl RateWindow {
     /// Counts one event at `stamp`.
+    #[inline]
     pub(crate) fn count(&self, stamp: Time) {
         self.count_many(stamp, 1);
     }
 
     /// Counts several events at `stamp`, which may be earlier than the last one.
+    #[inline]
     pub(crate) fn count_many(&self, stamp: Time, events: u32) {
         let number = slice_number(stamp);
         let slice = &self.slices[node(number)];
