@@ -282,6 +282,30 @@ proptest! {
         sums_are_exact(&plan, seed, true)?;
     }
 
+    /// Günzel and others, On the Equivalence of Maximum Reaction Time and Maximum Data
+    /// Age for Cause-Effect Chains, ECRTS 2023.
+    #[test]
+    fn the_greatest_reaction_time_is_the_greatest_age(plan in plans(1), seed in 0..100u64) {
+        let (lineage, applied, _) = played(&plan, seed);
+        let (Some(first), Some(last)) = (applied.first(), applied.last()) else {
+            return Ok(());
+        };
+        // From a sensing, as something changes right after it, to the first action that
+        // is derived from a later one.
+        let sensings = lineage.ticks(0).map(|worked| worked.tick.at);
+        let sensings = sensings.filter(|at| (first.1..last.1).contains(at));
+        let reaction = sensings.filter_map(|sensed| {
+            let answer = applied.iter().find(|(_, later, _)| *later > sensed)?;
+            Some(answer.0.since(sensed))
+        });
+        let answered = applied.iter().find(|(_, sensed, _)| *sensed == last.1);
+        let until = answered.expect("the last sensing").0;
+        let acts = plan.nodes.len() - 1;
+        if let Some(reaction) = reaction.max() {
+            prop_assert_eq!(lineage.greatest_age(acts, first.0, until), reaction);
+        }
+    }
+
     #[test]
     fn the_parts_sum_to_the_age_where_readings_meet(plan in plans(3), seed in 0..100u64) {
         sums_are_exact(&plan, seed, false)?;

@@ -12,6 +12,9 @@ use super::sameness::RunDigest;
 /// makes some thousands in the time of one.
 const BACKLOG: usize = 16_384;
 
+/// Messages and ticks kept of each topic and node: twenty minutes at 50 Hz.
+const KEPT: usize = 1 << 16;
+
 /// Follows who reads what in a graph, in what its taps hand out.
 pub struct LineageTaps {
     lineage: Lineage,
@@ -29,7 +32,7 @@ impl LineageTaps {
     pub fn new(experiment: &Experiment) -> Self {
         let observer = experiment.observer();
         let (taps, setup) = (experiment.taps(), &experiment.config().setup);
-        let mut lineage = Lineage::new(observer.topology());
+        let mut lineage = Lineage::new(observer.topology()).keeping(KEPT);
         begin(&mut lineage, setup);
         Self {
             topics: topics(&taps, &lineage),

@@ -120,50 +120,61 @@ impl Facts<'_> {
             Owner::Rate(node) => self.blame_rate(node, explained),
             Owner::Cost(node) => {
                 let (name, every) = (self.node(node), ms(explained.interval(node)));
-                let busy = explained.busy(node).as_secs_f64() * 100.0;
-                let busy = busy / explained.to.since(explained.from).as_secs_f64();
+                let time = explained.to.since(explained.from).as_secs_f64();
+                let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
                 format!(
                     "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
-                     come every {every}. takes {name} none mends it"
+                     come every {every}. {}",
+                    self.mended_by(&format!("takes {name} none"))
                 )
             }
             Owner::Late(node) => {
                 let name = self.node(node);
-                format!("the age arose in the {name}: it wakes late. wakes {name} none mends it")
+                let cure = self.mended_by(&format!("wakes {name} none"));
+                format!("the age arose in the {name}: it wakes late. {cure}")
             }
             Owner::Crash(node) => {
                 let name = self.node(node);
-                format!("the {name} crashed: its last message stays in use. restart {name}")
+                let cure = self.mended_by(&format!("restart {name}"));
+                format!("the {name} crashed: its last message stays in use. {cure}")
             }
             Owner::Clock(node) => {
                 let (name, every) = (self.node(node), ms(explained.interval(node)));
+                let cure = self.mended_by(&format!("clock {name} 0 0"));
                 format!(
-                    "the age arose in the {name}: by its wrong clock it ticks every {every}. \
-                     clock {name} 0 0 mends it"
+                    "the age arose in the {name}: by its wrong clock it ticks every {every}. {cure}"
                 )
             }
             Owner::Phase(node) => {
-                let name = self.node(node);
-                format!("the age arose as messages wait for ticks: offset {name} 0 mends it")
+                let cure = self.mended_by(&format!("offset {} 0", self.node(node)));
+                format!("the age arose as messages wait for ticks. {cure}")
             }
             Owner::Link(topic) => {
                 let name = self.topic(topic);
-                let (loss, delay) = (explained.loss(topic), explained.delay(topic));
-                let what = match (loss > 0.0, !delay.is_zero()) {
-                    (true, false) => format!("loses {:.0} % of the messages", loss * 100.0),
-                    (true, true) => format!("takes {} and loses {:.0} %", ms(delay), loss * 100.0),
-                    _ => format!("takes {}", ms(delay)),
+                let (loss, delay) = (explained.loss(topic) * 100.0, ms(explained.delay(topic)));
+                let what = match (loss > 0.0, explained.delay(topic).is_zero()) {
+                    (true, true) => format!("loses {loss:.0} % of the messages"),
+                    (true, false) => format!("takes {delay} and loses {loss:.0} %"),
+                    _ => format!("takes {delay}"),
                 };
-                format!("the age arose on {name}: its link {what}. link {name} none mends it")
+                let cure = self.mended_by(&format!("link {name} none"));
+                format!("the age arose on {name}: its link {what}. {cure}")
             }
             Owner::Order(topic) => {
                 let (name, depth) = (self.topic(topic), self.graph.topics[topic].depth);
+                let cure = self.mended_by(&format!("read {name} newest"));
                 format!(
                     "the age arose in the queue of {name}: it is read from the old end, {depth} \
-                     deep. read {name} newest mends it"
+                     deep. {cure}"
                 )
             }
         }
+    }
+
+    /// That `knob` is the cure; where keys turn knobs, with the key that lets one type.
+    fn mended_by(&self, knob: &str) -> String {
+        let key = if self.live { ": " } else { "" };
+        format!("{key}{knob} mends it")
     }
 
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {

@@ -18,9 +18,6 @@ use crate::runtime::{
     depth::Depth, knob::Knob, read_order::ReadOrder, rows::Head, tap::TickRecord, time::Time,
 };
 
-/// Messages and ticks that are kept of each topic and node.
-const KEPT: usize = 1 << 16;
-
 /// The messages and ticks of a run, and who read what.
 ///
 /// Fed with all messages and ticks in the order of each topic and node, it finds the
@@ -31,6 +28,8 @@ pub struct Lineage {
     topology: Topology,
     topics: Vec<TopicRecord>,
     nodes: Vec<NodeRecord>,
+    /// Messages and ticks that are kept of each topic and node.
+    kept: usize,
 }
 
 /// A topic and its messages.
@@ -110,7 +109,14 @@ impl Lineage {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
+            kept: usize::MAX,
         }
+    }
+
+    /// The same, with so many of the newest messages and ticks of each topic and node.
+    #[must_use]
+    pub fn keeping(self, kept: usize) -> Self {
+        Self { kept, ..self }
     }
 
     /// The graph.
@@ -128,7 +134,7 @@ impl Lineage {
                 sensed: head.origin.unwrap_or(head.stamp),
                 derived: head.origin.is_some(),
             });
-            if topic.sent.len() > KEPT {
+            if topic.sent.len() > self.kept {
                 topic.sent.pop_front();
             }
         }
@@ -139,7 +145,7 @@ impl Lineage {
         if let Some(node) = self.nodes.get_mut(node) {
             let reads = Vec::new();
             node.ticks.push_back(Worked { tick, reads });
-            if node.ticks.len() > KEPT {
+            if node.ticks.len() > self.kept {
                 node.ticks.pop_front();
                 node.settled = node.settled.saturating_sub(1);
             }
