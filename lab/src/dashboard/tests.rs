@@ -173,10 +173,7 @@ fn every_size_shows_the_same_run() {
 #[test]
 fn the_default_terminal_shows_angle_age_and_cause_uncut() {
     for (knobs, verdict) in [
-        (
-            "0 control-hz 50",
-            "each push is based on a reading at most 20 ms old",
-        ),
+        ("0 control-hz 50", "BALANCED"),
         (
             "0 control-hz 9",
             "decides every 111 ms. ] raises control-hz",
@@ -416,7 +413,7 @@ fn a_run_that_falls_is_warned_of_before_it_falls() {
         let mut warned_at = None;
         frames(config, |app, buf| {
             let frame = app.screen().map(|shown| shown.frame.clone());
-            if frame.is_some_and(|frame| frame.verdict.standing == Standing::Good)
+            if frame.is_some_and(|frame| frame.verdict.standing == Standing::Warned)
                 && !warned(buf).is_empty()
             {
                 warned_at = warned_at.or(app.screen().map(|shown| shown.frame.now));

@@ -67,7 +67,7 @@ const WAYS: [Way; 25] = [
     way(OWN, &["takes policy 60..110"], &["Cost policy"]),
     way(OWN, &["takes sensor 90"], &["Cost sensor"]),
     way(OWN, &["takes actuator 80"], &["Cost actuator"]),
-    way(OWN, &["wakes policy 120"], &["Late policy"]),
+    way(OWN, &["wakes policy 190"], &["Late policy"]),
     way(
         OWN,
         &["rate policy 8", "offset policy 100", "rate sensor 8"],
@@ -96,7 +96,7 @@ const WAYS: [Way; 25] = [
     ),
     fault(&[(1.0, "crash policy")], &["Crash policy"]),
     fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
-    fault(&[(1.0, "hang policy 400")], &["Cost policy"]),
+    fault(&[(1.0, "hang policy 900")], &["Cost policy"]),
 ];
 
 fn knob(text: &str) -> Knob {
@@ -255,11 +255,6 @@ fn where_age_is_not_to_blame_no_node_is() {
         assert!(summary.verdict.is_lost(), "{setup}");
         assert_eq!(cause.owners, [], "{setup}");
         assert!(cause.lines[0].contains(why), "{:?}", cause.lines);
-        assert!(
-            cause.lines[0].starts_with("age is not to blame"),
-            "{:?}",
-            cause.lines
-        );
     }
 }
 

@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn keys_are_in_one_column_over_everything() {
         insta::assert_snapshot!(text(&help(40, 7, 0, &RICH)), @r"
-            ┌keys (any key closes)─────────┐
+            ┌keys──────────────────────────┐
         xxxx│ [ ]    control rate down, up │xxxx
             │ < >    depth of the topic    │
             │ space  pause or go on        │
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn keys_are_in_two_columns_where_one_is_too_high() {
         insta::assert_snapshot!(text(&help(70, 5, 0, &POOR)), @r"
-           +keys (any key closes)-----------------------------------------+
+           +keys----------------------------------------------------------+
         xxx| [ ]    control rate down, up    <- ->  look back             |xxx
            | < >    depth of the topic       q      quit                  |
            | space  pause or go on                                        |

@@ -101,6 +101,25 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     (Some(verdict), vec![(focus, pane)])
 }
 
+/// The graph, and below it on the left the plant and the figures, on the right all that
+/// is over time.
+fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
+    let rest = Constraint::Fill(1);
+    let [graph, below] = rows(body, [Constraint::Length(11), rest]);
+    let [left, right] = columns(below, [Constraint::Percentage(50), rest]);
+    let [plant, figures] = rows(left, [rest, Constraint::Length(19)]);
+    let lengths = [rest, Constraint::Length(LANES), Constraint::Length(10)];
+    let [signal, timeline, events] = rows(right, lengths);
+    vec![
+        (Pane::Graph, graph),
+        (Pane::Plant, plant),
+        (Pane::Signal, signal),
+        (Pane::Figures, figures),
+        (Pane::Events, events),
+        (Pane::Timeline, timeline),
+    ]
+}
+
 /// The graph, and below it the plant and the signal, or the pane in focus instead.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
@@ -140,9 +159,7 @@ fn all_panes(
         (true, false) => (Constraint::Fill(4), Constraint::Fill(3)),
         _ => (middle, rest),
     };
-    let tall = exist(Pane::Timeline) && roomy && body.height >= TALL;
-    let lanes = Constraint::Length(if tall { LANES } else { 0 });
-    let [graph, middle, lanes, bottom] = rows(body, [graph, middle, lanes, bottom]);
+    let [graph, middle, bottom] = rows(body, [graph, middle, bottom]);
     let left = match (plant, signal) {
         (true, true) => 42,
         (true, false) => 100,
@@ -150,8 +167,8 @@ fn all_panes(
     };
     let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
     let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
-    // Where it has no room of its own, the timeline takes that of the figures.
-    let instead = !tall && focus == Pane::Timeline;
+    // The timeline has no room of its own: it takes that of the figures.
+    let instead = focus == Pane::Timeline;
     let panes = [
         (Pane::Graph, graph),
         (Pane::Plant, left),
@@ -165,10 +182,8 @@ fn all_panes(
             figures,
         ),
         (Pane::Events, events),
-        (Pane::Timeline, lanes),
     ];
-    let shown = |(pane, area): &(Pane, Rect)| exist(*pane) && !area.is_empty();
-    panes.into_iter().filter(shown).collect()
+    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
 }
 
 fn rows<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {

@@ -97,7 +97,7 @@ impl ScreenState<'_> {
         if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
             return Vec::new();
         }
-        let room = usize::from(area.width).saturating_sub(2);
+        let room = usize::from(area.width).saturating_sub(1);
         let verdict = &self.frame.verdict;
         let why = verdict.why.iter();
         let why = why.flat_map(|why| pane::broken(&pane::plain(why, theme), room));

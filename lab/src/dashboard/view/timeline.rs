@@ -59,7 +59,7 @@ pub fn render(
     let names = timeline.lanes.iter().map(|lane| width(&lane.name));
     let margin = names.max().unwrap_or(0) + 2;
     let height = usize::from(inner.height);
-    let lanes = height.saturating_sub(usize::from(height > timeline.lanes.len()));
+    let lanes = timeline.lanes.len().min(height.saturating_sub(1));
     for (number, lane) in timeline.lanes.iter().take(lanes).enumerate() {
         let place = row(inner, number);
         put(&clip(&lane.name, room, theme), Style::new(), 1, place, buf);
