@@ -179,6 +179,8 @@ pub struct AgeData {
 pub struct PushData {
     /// The parts of its age now, in a sentence.
     pub sentence: String,
+    /// The same for a screen of 80 columns.
+    pub short: String,
     /// The mean parts of late, from the sensing on.
     pub mean: Vec<(PartKind, Duration)>,
 }

@@ -425,6 +425,9 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
     )]
 }
 
+/// Columns of a short sentence.
+const SHORT: usize = 78;
+
 /// What the age of the push in force is spent on.
 fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
@@ -441,6 +444,7 @@ fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     });
     Some(PushData {
         sentence: parts.sentence(lineage.topology()),
+        short: parts.sentence_within(lineage.topology(), SHORT),
         mean: mean.to_vec(),
     })
 }

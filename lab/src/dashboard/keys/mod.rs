@@ -53,10 +53,10 @@ const fn row<A>(
     Binding { keys, help, footer }
 }
 
-/// The keys of a screen with panes: help and quit first, then its own rows, and those
-/// of the panes last.
+/// The keys of a screen with panes, those first that are needed most: help and quit, its
+/// own rows before the `;`, those of the panes, and its other rows.
 macro_rules! screen_with_panes {
-    ($Action:ident; $($row:expr),+ $(,)?) => {
+    ($Action:ident; $($first:expr),+; $($row:expr),+ $(,)?) => {
         $crate::dashboard::keys::KeyTable(&[
             row(&[(Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
             row(
@@ -65,7 +65,7 @@ macro_rules! screen_with_panes {
                 Some("explain"),
             ),
             row(&[(Char('q'), $Action::Quit), (Ctrl('c'), $Action::Quit)], "quit", Some("quit")),
-            $($row,)+
+            $($first,)+
             row(
                 &[
                     (TAB, $Action::NextPane),
@@ -94,6 +94,7 @@ macro_rules! screen_with_panes {
                 "give the focused pane the whole screen, or take it back",
                 Some("zoom"),
             ),
+            $($row,)+
         ])
     };
 }

@@ -54,7 +54,9 @@ pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect,
         }
     }
     if let Some(push) = push {
-        let text = clip(&push.sentence, room.saturating_sub(1), theme);
+        let whole = pane::width(&push.sentence) < room;
+        let text = if whole { &push.sentence } else { &push.short };
+        let text = clip(text, room.saturating_sub(1), theme);
         put(&text, Style::new(), 1, pane::row(area, 1), buf);
     }
 }
@@ -142,6 +144,7 @@ mod tests {
         PushData {
             sentence: "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
                 .to_owned(),
+            short: "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
             mean: PartKind::ALL.into_iter().zip(parts).collect(),
         }
     }

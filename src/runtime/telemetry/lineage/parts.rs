@@ -96,13 +96,26 @@ impl AgeParts {
     /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
     /// sum to the age.
     pub fn sentence(&self, topology: &Topology) -> String {
+        self.sentence_within(topology, usize::MAX)
+    }
+
+    /// The same in so many characters, if that can be: the smallest parts are one.
+    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
         let age = (self.sum_ns() as f64 / 1e6).round() as i64;
-        let mut sentence = format!("this push is {age} ms old");
-        for (number, (ms, words)) in self.in_words(topology).iter().enumerate() {
-            let sign = if number == 0 { ": " } else { " + " };
-            sentence += &format!("{sign}{ms} {words}");
+        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        loop {
+            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
+            let mut sentence = format!("this push is {age} ms old");
+            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
+                let sign = if number == 0 { ": " } else { " + " };
+                sentence += &format!("{sign}{ms} {words}");
+            }
+            let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
+            match smallest.filter(|_| sentence.chars().count() > room && parts.len() > 1) {
+                Some(smallest) => elsewhere += parts.remove(smallest).0,
+                None => return sentence,
+            }
         }
-        sentence
     }
 
     /// The parts of a millisecond or more, each with its words.
