@@ -173,7 +173,7 @@ impl Facts<'_> {
 
     /// That `knob` is the cure; where keys turn knobs, with the key that lets one type.
     fn mended_by(&self, knob: &str) -> String {
-        let key = if self.live { ": " } else { "" };
+        let key = if self.live { ":" } else { "" };
         format!("{key}{knob} mends it")
     }
 

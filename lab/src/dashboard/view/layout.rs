@@ -56,6 +56,8 @@ impl ScreenLayout {
             one_pane(body, focus)
         } else if lines > 0 && !is_roomy(area) {
             (None, few_panes(body, focus, exist))
+        } else if body.height >= TALL && Pane::ALL.into_iter().all(&exist) {
+            (None, two_columns(body))
         } else {
             (
                 None,
