@@ -71,7 +71,7 @@ fn write(out: &mut impl Write, tap: &RowTap, table: Option<Table>) -> io::Result
     let mut rows = tap.rows();
     while tap.wait(&mut rows) {
         for (head, values) in rows.iter() {
-            writeln!(out, "{}", row(head.stamp, values))?;
+            writeln!(out, "{}", row(head.at, values))?;
         }
         rows.clear();
         out.flush()?; // So that `tail -f` shows the current run.

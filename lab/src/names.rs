@@ -15,9 +15,9 @@ pub fn key(name: &str) -> String {
     words.join("_")
 }
 
-/// What is turned by the knob called `name`: `control` of `control-hz`, `queue
-/// depth` of `queue-depth`, `pilot` of `rate pilot`, `pilot cost` of `takes pilot`,
-/// `/obs delay` of `link /obs delay:{}`.
+/// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
+/// `queue-depth`, `pilot` for `rate pilot`, `pilot cost` for `takes pilot`, `/obs delay`
+/// for `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
     if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
         let of_link = filled.strip_prefix("link ");
@@ -62,7 +62,7 @@ pub fn paced_node(system: &dyn System) -> Option<&'static str> {
     Some(node)
 }
 
-/// The first alias for the rate of a node that is `wanted`.
+/// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
     let mut aliases = system.aliases().iter();
     aliases.find(|alias| {

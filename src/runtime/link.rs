@@ -59,6 +59,30 @@ impl Link {
         reliable: None,
     };
 
+    /// The delay (ms), if it is always the same.
+    pub fn delay_ms(&self) -> Option<f64> {
+        match self.delay {
+            Draw::Constant(delay) => Some(millis::to_millis(delay)),
+            _ => None,
+        }
+    }
+
+    /// The share of messages that is lost, bursts aside.
+    pub fn loss(&self) -> f64 {
+        self.loss
+    }
+
+    /// The same link with another `part`, such as `delay:30`.
+    ///
+    /// # Errors
+    /// The accepted values, if there is no such part, or no such link.
+    pub fn with(&self, part: &str) -> Result<Self, String> {
+        let mut link = self.clone();
+        let (name, value) = part.split_once(':').unwrap_or((part, ""));
+        link.add(name, value)?;
+        link.to_string().parse()
+    }
+
     /// Adds the part called `name`. Returns an error message for an invalid part.
     fn add(&mut self, name: &str, value: &str) -> Result<(), String> {
         match name {

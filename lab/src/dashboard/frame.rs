@@ -71,10 +71,44 @@ pub struct NodeData {
     pub overruns: u64,
     /// Whether it ticked a moment ago.
     pub lit: bool,
+    /// Whether it works.
+    pub health: Health,
     /// How late its ticks began (real clock only).
     pub lateness: Quantiles,
     /// How long its ticks took.
     pub tick_time: Quantiles,
+}
+
+/// Whether a node works.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Health {
+    /// It ticks.
+    #[default]
+    Works,
+    /// It crashed, and its last messages are held.
+    Crashed,
+    /// It is in a tick that was told to take long.
+    Hangs,
+}
+
+impl Health {
+    /// It in a word, where it is not well.
+    pub fn word(self) -> Option<&'static str> {
+        match self {
+            Self::Works => None,
+            Self::Crashed => Some("crashed"),
+            Self::Hangs => Some("hangs"),
+        }
+    }
+}
+
+/// A message on its way through a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dot {
+    /// How far it is, from 0 at the publisher to 1 at the readers.
+    pub way: f64,
+    /// Whether it was lost there.
+    pub lost: bool,
 }
 
 /// A topic.
@@ -94,6 +128,14 @@ pub struct TopicData {
     pub dropped: u64,
     /// Messages lost unread in the last second or so of run time.
     pub dropped_lately: u64,
+    /// Messages that its link lost so far.
+    pub lost: u64,
+    /// Those of the last second or so of run time.
+    pub lost_lately: u64,
+    /// Messages that its link delivered after a newer one.
+    pub overtaken: u64,
+    /// The messages on their way, if its link takes time.
+    pub dots: Option<Vec<Dot>>,
     /// Nodes that publish, as indices into [`FrameData::nodes`].
     pub publishers: Vec<usize>,
     /// Nodes that read, as indices into [`FrameData::nodes`].
@@ -105,6 +147,14 @@ pub struct TopicData {
 }
 
 impl TopicData {
+    /// Share of its messages that its link lost of late.
+    pub fn link_loss(&self) -> f64 {
+        match self.per_second > 0.0 {
+            true => (self.lost_lately as f64 / self.per_second).min(1.0),
+            false => 0.0,
+        }
+    }
+
     /// Recent share of its messages that were lost unread.
     pub fn loss(&self) -> f64 {
         let read = self.per_second * self.readers.len() as f64;

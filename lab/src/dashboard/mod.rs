@@ -13,6 +13,7 @@ pub mod error;
 mod exercise_panel;
 mod explain;
 mod figures;
+mod flights;
 mod focus;
 pub mod frame;
 mod history;

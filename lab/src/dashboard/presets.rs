@@ -12,6 +12,17 @@ pub const COARSE_RATES: [f64; 8] = [1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 100.0, 1000
 /// Queue depths in messages.
 pub const DEPTHS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
+/// Delays of a link (ms).
+pub const DELAYS: [f64; 17] = [
+    0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 120.0, 150.0, 200.0,
+    300.0, 500.0,
+];
+
+/// Shares of messages that a link loses.
+pub const LOSSES: [f64; 13] = [
+    0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0,
+];
+
 /// Speeds of virtual time against wall time.
 pub const SPEEDS: [f64; 10] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 
@@ -52,7 +63,14 @@ mod tests {
 
     #[test]
     fn presets_ascend() {
-        for presets in [&RATES[..], &COARSE_RATES, &DEPTHS, &SPEEDS] {
+        for presets in [
+            &RATES[..],
+            &COARSE_RATES,
+            &DEPTHS,
+            &DELAYS,
+            &LOSSES,
+            &SPEEDS,
+        ] {
             assert!(presets.is_sorted_by(|a, b| a < b));
         }
     }

@@ -8,6 +8,9 @@ use ratelab::{
 
 use crate::names::first_alias;
 
+/// Beginnings of links.
+const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
+
 /// The line that is being typed.
 #[derive(Default)]
 pub struct Prompt {
@@ -179,6 +182,15 @@ impl Vocabulary<'_> {
                 let of_node = |alias: &&Alias| alias.knobs == [(KnobKind::Send, *node)];
                 let alias = self.aliases().find(of_node);
                 alias.map_or_else(Vec::new, |alias| self.values(alias))
+            }
+            [name, _] => {
+                let listed: &[&str] = match kind(name) {
+                    Some(KnobKind::Link) => &LINKS,
+                    Some(KnobKind::Read) => &["newest", "oldest"],
+                    _ => &[],
+                };
+                let words = listed.iter();
+                words.map(|word| ((*word).to_owned(), false)).collect()
             }
             _ => Vec::new(),
         }

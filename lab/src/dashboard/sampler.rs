@@ -9,7 +9,7 @@ use std::{
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{
-        ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
+        ClockExit, Head, Knob, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, Lineage, NodeView, TopicView},
     },
     system::{Setup, Signal, System, Verdict, VerdictKind},
@@ -19,9 +19,10 @@ use super::{
     age_limits::LimitsInForce,
     cause::{Facts, acting, latest},
     figures::{Figures, NodeFigures},
+    flights::dots,
     frame::{
-        AgeData, FrameData, Ghost, LatencyData, NodeData, PartKind, PushData, Quantiles, Standing,
-        Strain, TopicData, Trace, VerdictData,
+        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, Quantiles,
+        Standing, Strain, TopicData, Trace, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
@@ -113,6 +114,8 @@ pub struct Sampler {
     events: usize,
     /// The knobs that were turned since the run began.
     turned: Setup,
+    /// When which node was told to hang, and for how long.
+    hangs: Vec<(Time, String, Duration)>,
     figures: Figures,
     /// The newest state of the plant.
     state: Vec<f64>,
@@ -174,7 +177,10 @@ impl Sampler {
                 ..latency.clone()
             }),
             nodes: nodes
-                .map(|((node, figures), lit)| node_data(node, *figures, lit))
+                .map(|((node, figures), lit)| NodeData {
+                    health: self.health(node, counters.now),
+                    ..node_data(node, *figures, lit)
+                })
                 .collect(),
             topics: topics
                 .map(|(topic, age)| topic_data(topic, *age, counters.now))
@@ -233,7 +239,26 @@ impl Sampler {
         let events = observer.events(self.events);
         self.events += events.len();
         let turned = events.iter().filter_map(Event::knob);
-        self.turned.extend(turned.map(|timed| timed.knob));
+        for timed in turned {
+            if let Knob::Hang { node, cost } = &timed.knob {
+                self.hangs.push((timed.at, node.clone(), *cost));
+            }
+            self.turned.extend([timed.knob]);
+        }
+    }
+
+    /// Whether `node` works at run time `now`. The next tick after a command to hang
+    /// does.
+    fn health(&self, node: &NodeView, now: Time) -> Health {
+        let hangs = self.hangs.iter().any(|(at, name, cost)| {
+            let until = *at + node.hz.period() + *cost;
+            **name == *node.name && (*at..until).contains(&now)
+        });
+        match node.crashed {
+            true => Health::Crashed,
+            false if hangs && node.busy => Health::Hangs,
+            false => Health::Works,
+        }
     }
 
     /// The setup of `session` as it is by now.
@@ -268,7 +293,7 @@ impl Sampler {
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
         if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
             let points = rows.iter();
-            let points = points.map(|(head, row)| (head.stamp.as_secs_f64(), (signal.value)(row)));
+            let points = points.map(|(head, row)| (head.at.as_secs_f64(), (signal.value)(row)));
             self.points.extend(points);
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);
@@ -284,12 +309,12 @@ impl Sampler {
     }
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
-        let verdict = system.verdict(&ClockExit::Stopped, head.stamp, Some(state));
+        let verdict = system.verdict(&ClockExit::Stopped, head.at, Some(state));
         // A run that is lost stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
         if let Some(sensed) = head.origin {
-            self.push_ages.state(head.stamp, sensed);
+            self.push_ages.state(head.at, sensed);
         }
     }
 
@@ -471,7 +496,7 @@ fn so_far(system: &dyn System) -> String {
 
 /// Age of the sensing that a message was derived from, when it was published.
 fn age(head: &Head) -> Option<Duration> {
-    head.origin.map(|origin| head.stamp.since(origin))
+    head.origin.map(|origin| head.at.since(origin))
 }
 
 fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
@@ -481,6 +506,7 @@ fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
         ticks: node.ticks,
         overruns: node.overruns,
         lit,
+        health: Health::Works,
         lateness: figures.lateness,
         tick_time: figures.tick_time,
     }
@@ -495,6 +521,10 @@ fn topic_data(topic: &TopicView, age: Quantiles, now: Time) -> TopicData {
         average: topic.average(now),
         dropped: topic.dropped(),
         dropped_lately: topic.dropped_lately(),
+        lost: topic.lost,
+        lost_lately: topic.lost_lately,
+        overtaken: topic.overtaken,
+        dots: dots(&topic.flights, now),
         publishers: topic.publishers.clone(),
         readers: topic.subscriptions.iter().map(|s| s.node).collect(),
         age,

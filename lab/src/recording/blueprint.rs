@@ -38,7 +38,7 @@ use super::{
         palette,
         picture::PICTURE,
         signals,
-        traffic::{DROPPED, PER_SECOND},
+        traffic::{DROPPED, LINKS, PER_SECOND},
     },
     schema::{EVENTS, NODES},
     timeline::RUN_TIME,
@@ -199,7 +199,9 @@ impl Subject<'_> {
 
     fn drops(&self, properties: &mut Properties) -> ContainerLike {
         let view = TimeSeriesView::new(format!("dropped so far: {}", self.topic_key()));
-        properties.plot(view.with_origin(DROPPED), None)
+        let contents = [DROPPED, LINKS].map(|entity| format!("/{entity}"));
+        let view = view.with_origin(DROPPED).with_contents(contents);
+        properties.plot(view, None)
     }
 
     fn topic_key(&self) -> String {

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::runtime::{
     command::Command,
+    head::Head,
     knob::Knob,
-    rows::Head,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},

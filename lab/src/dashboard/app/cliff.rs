@@ -16,15 +16,15 @@ impl App {
 
     /// Begins a new map where the conditions are no longer those of the old one.
     fn follow_conditions(&mut self) {
-        let (config, node) = (self.wanted(), &self.knob_focus.node);
+        let (config, focus, axes) = (self.wanted(), &self.knob_focus, self.map_axes);
         if self
             .map
             .as_ref()
-            .is_some_and(|map| map.is_of(node, &config))
+            .is_some_and(|map| map.is_of(focus, axes, &config))
         {
             return;
         }
-        match CliffMap::around(&self.setup.system, &self.graph(), node, &config) {
+        match CliffMap::around(&self.setup.system, &self.graph(), focus, axes, &config) {
             Ok(map) => self.map = Some(map),
             Err(error) => self.no_map(error),
         }
@@ -63,9 +63,16 @@ impl App {
             MapAction::Rate(direction) => map.move_rate(direction),
             MapAction::Seed(direction) => map.move_seed(direction),
             MapAction::Close => self.mapping = false,
+            MapAction::Columns => {
+                self.map_axes = self.map_axes.other_columns();
+                self.follow_conditions();
+            }
+            MapAction::Rows => {
+                self.map_axes = self.map_axes.other_rows();
+                self.follow_conditions();
+            }
             MapAction::Run => {
-                let (rate, seed) = map.chosen();
-                let knobs = rate.knobs.clone();
+                let (knobs, seed) = map.chosen();
                 self.mapping = false;
                 let mut config = Config {
                     seed,

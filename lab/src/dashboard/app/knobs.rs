@@ -5,7 +5,7 @@ use std::fmt::Display;
 use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{Knob, KnobKind, telemetry::Event},
+    runtime::{Knob, KnobKind, Link, telemetry::Event},
     system::KnobText,
 };
 
@@ -68,6 +68,59 @@ impl App {
         };
         let current = (&presets::DEPTHS[..], depth as f64);
         self.turn_to_preset(KnobKind::Depth, &topics, current, direction, depth);
+    }
+
+    /// Turns the delays of the topics in focus.
+    pub(super) fn turn_delay(&mut self, direction: Direction) {
+        self.turn_link("delay", &presets::DELAYS, direction, |link| link.delay_ms());
+    }
+
+    /// Turns the losses of the topics in focus.
+    pub(super) fn turn_loss(&mut self, direction: Direction) {
+        self.turn_link("loss", &presets::LOSSES, direction, |link| {
+            Some(link.loss())
+        });
+    }
+
+    /// Turns the part called `part` of the links of the topics in focus, all to the
+    /// preset next to the `current` value of the first.
+    fn turn_link(
+        &mut self,
+        part: &str,
+        presets: &[f64],
+        direction: Direction,
+        current: impl Fn(&Link) -> Option<f64>,
+    ) {
+        let topics = self.knob_focus.topics.clone();
+        let links: Vec<Link> = topics.iter().map(|topic| self.link(topic)).collect();
+        let Some(first) = links.first() else {
+            return self.notify("this system has no topic that is read");
+        };
+        let Some(value) = current(first) else {
+            return self.notify(format!("the {part} is drawn: : types another one"));
+        };
+        let Some(next) = presets::next(presets, value, direction) else {
+            let what = format!("the {part} of {}", topics.join(" and "));
+            return self.at_end(&what, direction, value);
+        };
+        let knobs = topics.into_iter().zip(&links).map(|(topic, link)| {
+            let spec = link.with(&format!("{part}:{next}"))?;
+            Ok(Knob::Link { topic, spec })
+        });
+        match knobs.collect::<Result<Vec<_>, String>>() {
+            Ok(knobs) => self.turn(knobs),
+            Err(why) => self.notify(why),
+        }
+    }
+
+    /// The link of the topic called `name`.
+    fn link(&self, name: &str) -> Link {
+        let wanted = self.knobs.wanted();
+        let link = wanted.iter().find_map(|knob| match knob {
+            Knob::Link { topic, spec } if topic == name => Some(spec.clone()),
+            _ => None,
+        });
+        link.unwrap_or(Link::NONE)
     }
 
     fn turn_to_preset(

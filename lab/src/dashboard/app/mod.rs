@@ -23,7 +23,7 @@ use knobs::without_knobs;
 use restart::Next;
 
 use super::{
-    cliff::CliffMap,
+    cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::{self, ExercisePanel},
     explain,
@@ -93,6 +93,8 @@ pub struct App {
     by_hand: bool,
     /// The cliff map, once it was opened.
     map: Option<CliffMap>,
+    /// What is turned over it.
+    map_axes: MapAxes,
     /// Whether it is open.
     mapping: bool,
     /// The pane that keys of focus and zoom mean.
@@ -146,6 +148,7 @@ impl App {
             unbroken: Vec::new(),
             by_hand: false,
             map: None,
+            map_axes: MapAxes::default(),
             mapping: false,
             focus: Pane::Graph,
             zoomed: false,
@@ -312,6 +315,8 @@ impl App {
             LabAction::Rate(direction) => self.turn_rate(direction),
             LabAction::SecondRate(direction) => self.turn_second_rate(direction),
             LabAction::Depth(direction) => self.turn_depth(direction),
+            LabAction::Delay(direction) => self.turn_delay(direction),
+            LabAction::Loss(direction) => self.turn_loss(direction),
             LabAction::Node(direction) => {
                 let graph = self.graph();
                 self.knob_focus.move_node(&graph, direction);

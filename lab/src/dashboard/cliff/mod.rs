@@ -1,7 +1,8 @@
 //! The cliff map: which rates of a node and which starts go well, under the
-//! conditions of the session.
+//! conditions of the session; or any two of its knobs.
 
 mod fill;
+mod quantity;
 
 use std::sync::Arc;
 
@@ -10,79 +11,100 @@ use ratelab::{
         Config,
         sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
     },
-    runtime::{Hz, Knob, KnobKind, Snapshot},
-    system::{KnobText, Setup, System},
+    runtime::{Knob, Snapshot},
+    system::{Setup, System},
 };
 
-use super::{presets::Direction, settings::listed};
-use crate::names::{first_alias, paced_node};
+use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
 use fill::Fill;
-
-/// How many rates the map has.
-const RATES: u32 = 30;
-
-/// The rates of the map are as many of these parts of the usual rate as there are
-/// rates: 1 Hz to 30 Hz where that is 50 Hz.
-const PARTS: f64 = 50.0;
+use quantity::Quantity;
 
 /// How many starts it has.
 const SEEDS: u64 = 100;
 
-/// Runs over rates and seeds, as far as they are made, and a place among them.
+/// What is turned from column to column and from row to row: numbers of quantities of
+/// the marked node and topic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MapAxes {
+    /// The number of what is turned from column to column.
+    pub x: usize,
+    /// The same from row to row; `None` for seeds.
+    pub y: Option<usize>,
+}
+
+impl MapAxes {
+    /// The same with other columns.
+    pub fn other_columns(self) -> Self {
+        let mut numbers = (1..=quantity::COUNT).map(|step| (self.x + step) % quantity::COUNT);
+        let x = numbers.find(|number| Some(*number) != self.y);
+        Self {
+            x: x.unwrap_or(self.x),
+            ..self
+        }
+    }
+
+    /// The same with other rows, of seeds after the last quantity.
+    pub fn other_rows(self) -> Self {
+        let next = self.y.map_or(0, |y| y + 1);
+        let y = (next..quantity::COUNT).find(|number| *number != self.x);
+        Self { y, ..self }
+    }
+}
+
+/// Runs over two quantities, as far as they are made, and a place among them.
 pub struct CliffMap {
     sweep: Sweep,
+    axes: MapAxes,
+    x: Quantity,
+    y: Option<Quantity>,
     /// In the order in which they are shown.
-    rates: Vec<Arc<SweepValue>>,
-    /// Rate after rate, seed after seed.
+    columns: Vec<Arc<SweepValue>>,
+    /// The same, where rows are no seeds.
+    rows: Vec<Arc<SweepValue>>,
+    /// Column after column, row after row.
     outcomes: Vec<Option<CellResult>>,
     /// Runs that are made.
     done: usize,
-    /// Number of the rate and number of the seed.
+    /// Number of the column and number of the row.
     at: (usize, usize),
     fill: Fill,
 }
 
 impl CliffMap {
-    /// The map around what `config` describes, to be filled from there outwards:
-    /// over the first alias of a rate, or else over the rate of `node`. `graph` is
-    /// that of the session.
+    /// The map around what `config` describes, to be filled from there outwards: over
+    /// `axes` of what is in `focus`. `graph` is that of the session.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such rate.
+    /// [`AxisError`] if there is no such knob.
     pub fn around(
         system: &Arc<dyn System>,
         graph: &Snapshot,
-        node: &str,
+        focus: &KnobFocus,
+        axes: MapAxes,
         config: &Config,
     ) -> Result<Self, AxisError> {
-        let alias = first_alias(&**system, KnobKind::Rate);
-        let node = paced_node(&**system).unwrap_or(node);
-        let name = axis_name(&**system, node);
-        let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
-        let usual = alias.and_then(|alias| alias.default.parse().ok());
-        let part = usual.unwrap_or(runs) / PARTS;
-        let rates = (1..=RATES).filter_map(|number| Hz::new(part * f64::from(number)).ok());
-        let texts = rates.map(|hz| hz.get().to_string());
-        let axis = SweepAxis::of(KnobText(system.aliases()), &name, texts)?;
-        let now = config.setup.rate(node);
-        Ok(Self::over(system, axis, now.map_or(runs, Hz::get), config))
-    }
-
-    /// The map over `axis`, filled from the rate `now` (Hz) outwards.
-    fn over(system: &Arc<dyn System>, axis: SweepAxis, now: f64, config: &Config) -> Self {
-        let rates = axis.values.clone();
-        let distance = |value: &Arc<SweepValue>| (hz(value) - now).abs();
-        let mut nearest = axis;
-        nearest
-            .values
-            .sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let rate = rates
-            .iter()
-            .position(|value| Some(value) == nearest.values.first());
-        let seeds = seeds(config.seed);
-        let seed = seeds.iter().position(|seed| *seed == config.seed);
+        let quantity = |number| Quantity::number(&**system, graph, focus, number);
+        let (x, y) = (quantity(axes.x), axes.y.map(quantity));
+        let now = x.value(graph, &config.setup);
+        let over_x = x.axis(&**system)?;
+        let columns = over_x.values.clone();
+        let over_y = y.as_ref().map(|y| y.axis(&**system)).transpose()?;
+        let rows = over_y
+            .as_ref()
+            .map_or(Vec::new(), |axis| axis.values.clone());
+        let nearest = nearest(over_x, now);
+        let first = nearest.values.first();
+        let column = columns.iter().position(|value| Some(value) == first);
+        let seeds = match over_y {
+            Some(_) => vec![config.seed],
+            None => seeds(config.seed),
+        };
+        let row = match &y {
+            None => seeds.iter().position(|seed| *seed == config.seed),
+            Some(y) => row_of(&rows, y.value(graph, &config.setup)),
+        };
         let sweep = Sweep {
-            axes: vec![nearest],
+            axes: [Some(nearest), over_y].into_iter().flatten().collect(),
             seeds,
             ..Sweep::of(
                 system.clone(),
@@ -93,38 +115,45 @@ impl CliffMap {
                 },
             )
         };
-        Self {
-            outcomes: vec![None; rates.len() * sweep.seeds.len()],
-            rates,
+        let count = rows.len().max(sweep.seeds.len());
+        Ok(Self {
+            outcomes: vec![None; columns.len() * count],
+            axes,
+            x,
+            y,
+            columns,
+            rows,
             done: 0,
-            at: (rate.unwrap_or(0), seed.unwrap_or(0)),
+            at: (column.unwrap_or(0), row.unwrap_or(0)),
             fill: Fill::start(sweep.clone()),
             sweep,
-        }
+        })
     }
 
-    /// Whether it is of the conditions that `config` describes, all but the rate and
-    /// the seed only roughly, and over the rate of `node` or of an alias.
-    pub fn is_of(&self, node: &str, config: &Config) -> bool {
+    /// Whether it is of the conditions that `config` describes, all but what it turns
+    /// and the seed only roughly, and over `axes` of what is in `focus`.
+    pub fn is_of(&self, focus: &KnobFocus, axes: MapAxes, config: &Config) -> bool {
         let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
-        self.sweep
-            .axis(&axis_name(&*self.sweep.system, node))
-            .is_some()
+        let is_of = |quantity: &Quantity| quantity.is_of(&*self.sweep.system, focus);
+        self.axes == axes
+            && is_of(&self.x)
+            && self.y.as_ref().is_none_or(is_of)
             && self.covers(mine, theirs)
             && self.covers(theirs, mine)
             && self.sweep.seeds.contains(&config.seed)
     }
 
-    /// Whether all that `other` sets is the same in `setup`, but for the rate.
+    /// Whether all that `other` sets is the same in `setup`, but for what is turned.
     fn covers(&self, setup: &Setup, other: &Setup) -> bool {
         let same = |knob: &Knob| self.turns(knob) || setup.iter().any(|known| known == knob);
         other.iter().all(same)
     }
 
-    /// Whether `knob` is what the rates are of.
+    /// Whether `knob` is what columns or rows are of.
     fn turns(&self, knob: &Knob) -> bool {
-        let first = self.rates.first();
-        first.is_some_and(|value| value.knobs.iter().any(|own| own.is_of(knob)))
+        let first = [self.columns.first(), self.rows.first()];
+        let mut knobs = first.into_iter().flatten().flat_map(|value| &value.knobs);
+        knobs.any(|own| own.is_of(knob))
     }
 
     /// The conditions in words: what is set but for the rate.
@@ -148,42 +177,94 @@ impl CliffMap {
     }
 
     fn note(&mut self, cell: &Cell, outcome: CellResult) {
-        let rate = cell.values.first();
-        let rate = self.rates.iter().position(|value| Some(value) == rate);
-        let seed = self.sweep.seeds.iter().position(|seed| *seed == cell.seed);
-        let index = rate.zip(seed).map(|(rate, seed)| self.index(rate, seed));
+        let place = |values: &[Arc<SweepValue>], of: Option<&Arc<SweepValue>>| {
+            values.iter().position(|value| Some(value) == of)
+        };
+        let column = place(&self.columns, cell.values.first());
+        let row = match &self.y {
+            Some(_) => place(&self.rows, cell.values.get(1)),
+            None => self.sweep.seeds.iter().position(|seed| *seed == cell.seed),
+        };
+        let index = column.zip(row).map(|(column, row)| self.index(column, row));
         if let Some(known) = index.and_then(|index| self.outcomes.get_mut(index)) {
             self.done += usize::from(known.replace(outcome).is_none());
         }
     }
 
-    fn index(&self, rate: usize, seed: usize) -> usize {
-        rate * self.sweep.seeds.len() + seed
+    fn index(&self, column: usize, row: usize) -> usize {
+        column * self.row_count() + row
     }
 
-    /// Goes to the next rate.
+    /// How many rows there are.
+    pub fn row_count(&self) -> usize {
+        self.rows.len().max(self.sweep.seeds.len())
+    }
+
+    /// The label of a row: a seed, or a value.
+    pub fn row_label(&self, row: usize) -> String {
+        match self.rows.get(row) {
+            Some(value) => value.text.clone(),
+            None => self
+                .sweep
+                .seeds
+                .get(row)
+                .map_or(String::new(), u64::to_string),
+        }
+    }
+
+    /// A short name of what columns are of, with its unit.
+    pub fn heading(&self) -> String {
+        self.x.heading()
+    }
+
+    /// A name of what rows are of, with its unit; `None` for seeds.
+    pub fn row_heading(&self) -> Option<String> {
+        self.y.as_ref().map(Quantity::heading)
+    }
+
+    /// The seed of all runs, where rows are of a knob.
+    pub fn only_seed(&self) -> Option<u64> {
+        self.y.as_ref().and(self.sweep.seeds.first().copied())
+    }
+
+    /// What the column and the row of the place are, in words.
+    pub fn place(&self) -> (String, String) {
+        let column = self.x.with_unit(&self.columns[self.at.0].text);
+        let row = match &self.y {
+            Some(y) => y.with_unit(&self.row_label(self.at.1)),
+            None => format!("seed {}", self.row_label(self.at.1)),
+        };
+        (column, row)
+    }
+
+    /// Goes to the next column.
     pub fn move_rate(&mut self, direction: Direction) {
-        self.at.0 = moved(self.at.0, direction, self.rates.len());
+        self.at.0 = moved(self.at.0, direction, self.columns.len());
     }
 
-    /// Goes to the next seed.
+    /// Goes to the next row.
     pub fn move_seed(&mut self, direction: Direction) {
-        self.at.1 = moved(self.at.1, direction, self.sweep.seeds.len());
+        self.at.1 = moved(self.at.1, direction, self.row_count());
     }
 
-    /// The place: number of the rate, number of the seed.
+    /// The place: number of the column, number of the row.
     pub fn at(&self) -> (usize, usize) {
         self.at
     }
 
-    /// The rate and the seed at the place.
-    pub fn chosen(&self) -> (&SweepValue, u64) {
-        (&self.rates[self.at.0], self.sweep.seeds[self.at.1])
+    /// The knobs and the seed at the place.
+    pub fn chosen(&self) -> (Vec<Knob>, u64) {
+        let (column, row) = self.at;
+        let values = [self.columns.get(column), self.rows.get(row)];
+        let knobs = values.into_iter().flatten().flat_map(|value| &value.knobs);
+        let seeds = &self.sweep.seeds;
+        let seed = seeds.get(row).or(seeds.first()).copied();
+        (knobs.cloned().collect(), seed.unwrap_or_default())
     }
 
-    /// The rates, upwards.
-    pub fn rates(&self) -> &[Arc<SweepValue>] {
-        &self.rates
+    /// The values of the columns, upwards.
+    pub fn columns(&self) -> &[Arc<SweepValue>] {
+        &self.columns
     }
 
     /// The settings that the runs share.
@@ -192,14 +273,14 @@ impl CliffMap {
     }
 
     /// The result of a run, if it is made.
-    pub fn outcome(&self, rate: usize, seed: usize) -> Option<&CellResult> {
-        self.outcomes.get(self.index(rate, seed))?.as_ref()
+    pub fn outcome(&self, column: usize, row: usize) -> Option<&CellResult> {
+        self.outcomes.get(self.index(column, row))?.as_ref()
     }
 
-    /// How many runs at a rate went well, and how many were made.
-    pub fn survival(&self, rate: usize) -> (usize, usize) {
-        let seeds = 0..self.sweep.seeds.len();
-        let outcomes = seeds.filter_map(|seed| self.outcome(rate, seed));
+    /// How many runs of a column went well, and how many were made.
+    pub fn survival(&self, column: usize) -> (usize, usize) {
+        let rows = 0..self.row_count();
+        let outcomes = rows.filter_map(|row| self.outcome(column, row));
         outcomes.fold((0, 0), |(well, runs), outcome| {
             (well + usize::from(!outcome.verdict.is_lost()), runs + 1)
         })
@@ -211,14 +292,24 @@ impl CliffMap {
     }
 }
 
-/// The knob of the map: the first alias of a rate, or the rate of `node`.
-fn axis_name(system: &dyn System, node: &str) -> String {
-    let alias = first_alias(system, KnobKind::Rate);
-    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
+/// `axis` with the values that are nearest to `now` first.
+fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
+    let distance = |value: &Arc<SweepValue>| (number(value) - now).abs();
+    axis.values
+        .sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    axis
 }
 
-/// A value of the map (Hz).
-fn hz(value: &SweepValue) -> f64 {
+/// The row of the value that is nearest to `now`.
+fn row_of(rows: &[Arc<SweepValue>], now: f64) -> Option<usize> {
+    let distances = rows.iter().map(|value| (number(value) - now).abs());
+    let nearest = distances
+        .enumerate()
+        .min_by(|(_, a), (_, b)| a.total_cmp(b));
+    nearest.map(|(row, _)| row)
+}
+
+fn number(value: &SweepValue) -> f64 {
     value.text.parse().unwrap_or(f64::NAN)
 }
 
@@ -251,14 +342,20 @@ pub mod sample {
         system::{System, Verdict},
     };
 
-    use super::{CliffMap, Fill};
+    use super::{CliffMap, Fill, KnobFocus, MapAxes};
 
     /// The map around a run of the cart-pole.
     pub fn around(config: &Config) -> CliffMap {
+        over(MapAxes::default(), config)
+    }
+
+    /// The same over `axes`.
+    pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
         let system: Arc<dyn System> = Arc::new(CartPole::default());
         let experiment = Experiment::new(system.clone(), config).expect("experiment");
         let graph = experiment.observer().read_counters();
-        CliffMap::around(&system, &graph, "", config).expect("a map")
+        let focus = KnobFocus::new(&*system, &graph);
+        CliffMap::around(&system, &graph, &focus, axes, config).expect("a map")
     }
 
     /// Everything to 15 Hz is made: up from 8 Hz on, in between every third.
@@ -306,11 +403,15 @@ mod tests {
 
     fn filled(config: &Config) -> CliffMap {
         let mut map = around(config);
+        fill(&mut map);
+        map
+    }
+
+    fn fill(map: &mut CliffMap) {
         while map.progress().0 < map.progress().1 {
             map.follow().expect("no run fails");
             std::thread::yield_now();
         }
-        map
     }
 
     #[test]
@@ -318,7 +419,7 @@ mod tests {
         let map = filled(&Config::default());
         let names = [("5", 0, 43), ("5", 1, 60), ("7", 2, 228), ("10", 0, 501)];
         for (hz, seed, steps) in names {
-            let rate = map.rates().iter().position(|rate| rate.text == hz);
+            let rate = map.columns().iter().position(|value| value.text == hz);
             let outcome = map.outcome(rate.expect("a rate of the map"), seed);
             assert_eq!(outcome.expect("made").steps, steps, "{hz} Hz, seed {seed}");
         }
@@ -333,12 +434,13 @@ mod tests {
             ..CartPole::config("control-hz 7").expect("a knob")
         };
         let map = around(&config);
-        let (rate, seed) = map.chosen();
-        assert_eq!((rate.text.as_str(), seed), ("7", 250));
+        assert_eq!(map.place(), ("7 Hz".to_owned(), "seed 250".to_owned()));
         assert_eq!(map.sweep().seeds[0], 200);
-        assert!(map.is_of("", &config));
+        let (focus, axes) = (focus(), MapAxes::default());
+        assert!(map.is_of(&focus, axes, &config));
         assert!(!map.is_of(
-            "",
+            &focus,
+            axes,
             &Config {
                 seed: 300,
                 ..config
@@ -349,9 +451,44 @@ mod tests {
     #[test]
     fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
         let map = around(&Config::default());
-        let of = |setup| map.is_of("", &CartPole::config(setup).expect("knobs"));
+        let axes = MapAxes::default();
+        let of = |setup| map.is_of(&focus(), axes, &CartPole::config(setup).expect("knobs"));
         assert!(of("control-hz 3"));
         assert!(!of("queue-depth 3"));
+    }
+
+    fn focus() -> KnobFocus {
+        KnobFocus {
+            node: "policy".to_owned(),
+            topics: vec!["/action".to_owned()],
+        }
+    }
+
+    #[test]
+    fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
+        let config = Config {
+            seed: 3,
+            world: ratelab::system::WorldKind::OWN,
+            ..Config::default()
+        };
+        let axes = MapAxes { x: 1, y: Some(0) };
+        let mut map = sample::over(axes, &config);
+        assert_eq!(map.only_seed(), Some(3));
+        assert_eq!(map.heading(), "/obs delay ms");
+        assert_eq!(map.row_heading().as_deref(), Some("control Hz"));
+        fill(&mut map);
+        for (column, row) in [(0, 29), (10, 24), (25, 24), (5, 9)] {
+            let mut alone = config.clone();
+            map.at = (column, row);
+            let (knobs, seed) = map.chosen();
+            alone.setup.extend(knobs);
+            assert_eq!(seed, 3);
+            let system = std::sync::Arc::new(CartPole::default());
+            let alone = ratelab::experiment::Experiment::new(system, &alone).expect("a run");
+            let alone = CellResult::from(&alone.run().expect("no fault"));
+            assert_eq!(map.outcome(column, row), Some(&alone));
+        }
+        assert!(!map.is_of(&focus(), MapAxes::default(), &config));
     }
 
     #[test]

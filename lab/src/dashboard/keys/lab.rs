@@ -21,6 +21,10 @@ pub enum LabAction {
     SecondRate(Direction),
     /// Change the depth of the topics in focus by a preset.
     Depth(Direction),
+    /// Change the delay of the topics in focus by a preset.
+    Delay(Direction),
+    /// Change the losses of the topics in focus by a preset.
+    Loss(Direction),
     /// Choose the node whose rate is changed.
     Node(Direction),
     /// Choose the topic whose depth is changed.
@@ -86,6 +90,10 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         "rate of the marked node down, up", Some("rate")),
     row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],
         "depth of the marked topics down, up", Some("depth")),
+    row(&[(Char('d'), Delay(Up)), (Char('D'), Delay(Down))],
+        "delay of the marked topics up, down", Some("delay")),
+    row(&[(Char('l'), Loss(Up)), (Char('L'), Loss(Down))],
+        "losses of the marked topics up, down", Some("loss")),
     row(&[(Char('b'), Break)],
         "break it, as --break does; again: undo that", Some("break")),
     row(&[(Char('r'), Restart)],

@@ -13,6 +13,10 @@ pub enum MapAction {
     Rate(Direction),
     /// Go to the next seed.
     Seed(Direction),
+    /// Turn another quantity from column to column.
+    Columns,
+    /// Turn another quantity from row to row.
+    Rows,
     /// Run the cell live.
     Run,
     /// Close the map.
@@ -35,8 +39,18 @@ pub const MAP: KeyTable<MapAction> = KeyTable(&[
         Some("seed"),
     ),
     row(
+        &[(Key::Char('x'), Columns)],
+        "columns of another knob: rate, delay, loss, cost",
+        Some("columns"),
+    ),
+    row(
+        &[(Key::Char('y'), Rows)],
+        "rows of another knob, or of seeds",
+        Some("rows"),
+    ),
+    row(
         &[(ENTER, Run)],
-        "start again live, with this rate and this seed",
+        "start again live, as at this place",
         Some("run it live"),
     ),
     row(

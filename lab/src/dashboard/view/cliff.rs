@@ -49,25 +49,31 @@ pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
         grid.draw_seed(seed, theme, line, buf);
     }
     let below = grid.digits + 1 + seeds.len();
-    for (number, text) in said(map).iter().enumerate() {
+    for (number, text) in said(map, theme).iter().enumerate() {
         let text = clip(text, usize::from(inner.width), theme);
         put(&text, Style::new(), 0, row(inner, below + number), buf);
     }
 }
 
 fn title(map: &CliffMap) -> String {
-    match map.conditions() {
+    let mut parts = Vec::new();
+    if let (Some(rows), Some(seed)) = (map.row_heading(), map.only_seed()) {
+        parts.push(format!("{} by {rows}, seed {seed}", map.heading()));
+    } else if !map.heading().ends_with(" Hz") {
+        parts.push(map.heading());
+    }
+    parts.extend(Some(map.conditions()).filter(|conditions| !conditions.is_empty()));
+    match parts.join(" | ") {
         none if none.is_empty() => TITLE.to_owned(),
-        conditions => format!("{TITLE}: {conditions}"),
+        parts => format!("{TITLE}: {parts}"),
     }
 }
 
 /// The result at the place, and the results of all seeds at its rate.
-fn said(map: &CliffMap) -> [String; 2] {
-    let (rate, seed) = map.at();
-    let (value, number) = map.chosen();
-    let hz = format!("{} Hz", value.text);
-    let run = match map.outcome(rate, seed) {
+fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
+    let (column, row) = map.at();
+    let (x, y) = map.place();
+    let run = match map.outcome(column, row) {
         None => "not run yet".to_owned(),
         Some(outcome) => {
             let latency = outcome.mean_latency_s.map_or(String::new(), |latency| {
@@ -76,14 +82,15 @@ fn said(map: &CliffMap) -> [String; 2] {
             format!("{}{latency}", outcome.verdict)
         }
     };
-    let (well, runs) = map.survival(rate);
+    let (well, runs) = map.survival(column);
     let verdicts = map.sweep().system.verdicts().iter();
     let word = verdicts.map(|kind| kind.name.replace('_', " ")).next();
     let word = word.unwrap_or_default();
-    [
-        format!("{hz}, seed {number}: {run}"),
-        format!("{hz}: {well} of {runs} seeds {word}"),
-    ]
+    let all = match map.only_seed() {
+        None => format!("{x}: {well} of {runs} seeds {word}"),
+        Some(_) => SurvivalLevel::key(&word, theme),
+    };
+    [format!("{x}, {y}: {run}"), all]
 }
 
 /// Where the cells are.
@@ -101,16 +108,16 @@ struct Grid<'a> {
 
 impl<'a> Grid<'a> {
     fn new(map: &'a CliffMap, area: Rect) -> Self {
-        let last = map.sweep().seeds.last().copied().unwrap_or_default();
+        let rows = (0..map.row_count()).map(|row| map.row_label(row).len());
         // A sign, the number, a blank.
-        let label = last.to_string().len().max(ALL.len()) + 2;
-        let rates = map.rates();
+        let label = rows.max().unwrap_or(0).max(ALL.len()) + 2;
+        let rates = map.columns();
         let labels = rates.iter().map(|rate| rate.text.len());
         let digits = labels.max().unwrap_or(1);
         let room = usize::from(area.width).saturating_sub(label + 2);
         let cell = if 2 * rates.len() <= room { 2 } else { 1 };
         let wide = label + cell * rates.len() + 2;
-        let high = digits + MOST_SEEDS.min(map.sweep().seeds.len()) + OTHERS + 2;
+        let high = digits + MOST_SEEDS.min(map.row_count()) + OTHERS + 2;
         let (wide, high) = (clamp(wide).min(area.width), clamp(high).min(area.height));
         Self {
             map,
@@ -128,7 +135,7 @@ impl<'a> Grid<'a> {
 
     /// The seeds in sight, around that of the place.
     fn seeds(&self) -> std::ops::Range<usize> {
-        let count = self.map.sweep().seeds.len();
+        let count = self.map.row_count();
         let room = usize::from(self.place.height.saturating_sub(2));
         let room = room.saturating_sub(self.digits + OTHERS).min(count);
         let first = self.map.at().1.saturating_sub(room / 2).min(count - room);
@@ -137,8 +144,11 @@ impl<'a> Grid<'a> {
 
     /// The rates, written downwards; the one of the place stands out.
     fn draw_axis(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
-        put("Hz", theme.faint(), 1, row(inner, self.digits - 1), buf);
-        for (rate, value) in self.map.rates().iter().enumerate() {
+        let heading = self.map.heading();
+        let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
+        let line = row(inner, self.digits.saturating_sub(1));
+        put(unit.unwrap_or_default(), theme.faint(), 1, line, buf);
+        for (rate, value) in self.map.columns().iter().enumerate() {
             let chosen = rate == self.map.at().0;
             let style = if chosen {
                 theme.strong().add_modifier(Modifier::REVERSED)
@@ -157,7 +167,7 @@ impl<'a> Grid<'a> {
     fn draw_all(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
         let line = row(inner, self.digits);
         put(ALL, theme.strong(), 1, line, buf);
-        for rate in 0..self.map.rates().len() {
+        for rate in 0..self.map.columns().len() {
             let (well, runs) = self.map.survival(rate);
             let level = SurvivalLevel::of(well, runs);
             self.put_cell(level, rate, false, theme, line, buf);
@@ -166,14 +176,14 @@ impl<'a> Grid<'a> {
 
     fn draw_seed(&self, seed: usize, theme: &Theme, line: Rect, buf: &mut Buffer) {
         let here = seed == self.map.at().1;
-        let number = self.map.sweep().seeds[seed].to_string();
+        let number = self.map.row_label(seed);
         let style = if here { theme.strong() } else { theme.faint() };
         let start = (self.label - 1).saturating_sub(width(&number));
         put(&number, style, start, line, buf);
         if here {
             put(theme.glyph("▸", ">"), theme.strong(), 0, line, buf);
         }
-        for rate in 0..self.map.rates().len() {
+        for rate in 0..self.map.columns().len() {
             let outcome = self.map.outcome(rate, seed);
             let well = outcome.map_or(0, |outcome| usize::from(!outcome.verdict.is_lost()));
             let level = SurvivalLevel::of(well, usize::from(outcome.is_some()));

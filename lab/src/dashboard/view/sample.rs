@@ -9,8 +9,8 @@ use ratelab::{
 };
 
 use crate::dashboard::frame::{
-    AgeData, FrameData, Ghost, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace,
-    VerdictData,
+    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, Standing, TopicData,
+    Trace, VerdictData,
 };
 
 /// The latency of [`balanced`].
@@ -184,6 +184,7 @@ pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
         ticks,
         overruns: 0,
         lit,
+        health: Health::Works,
         lateness: Quantiles::default(),
         tick_time: Quantiles::default(),
     }
@@ -205,6 +206,10 @@ pub fn topic(
         average: per_second,
         dropped: 0,
         dropped_lately: 0,
+        lost: 0,
+        lost_lately: 0,
+        overtaken: 0,
+        dots: None,
         publishers: publishers.to_vec(),
         readers: readers.to_vec(),
         age: Quantiles::default(),

@@ -45,8 +45,8 @@ impl Histogram {
         let mut stamps = progress.stamps();
         let mut rows = Vec::new();
         for step in progress.steps {
-            let mut next = self.next.unwrap_or(step.stamp + PERIOD);
-            while next < step.stamp {
+            let mut next = self.next.unwrap_or(step.at + PERIOD);
+            while next < step.at {
                 self.widen(rec, progress, next)?;
                 stamps.push(next, progress.step_at(next));
                 rows.push(self.heights());
@@ -70,7 +70,7 @@ impl Histogram {
     }
 
     fn count(&mut self, step: &Head) {
-        let Some(latency) = step.origin.map(|origin| step.stamp.since(origin)) else {
+        let Some(latency) = step.origin.map(|origin| step.at.since(origin)) else {
             return;
         };
         let last = BINS * WIDEST_MS as usize - 1;

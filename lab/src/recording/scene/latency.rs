@@ -63,9 +63,9 @@ impl LatencyScene {
         let mut values = Vec::new();
         for step in progress.steps {
             // A gap where nothing led to it yet.
-            let latency = step.origin.map(|origin| step.stamp.since(origin));
+            let latency = step.origin.map(|origin| step.at.since(origin));
             values.push(latency.map_or(f64::NAN, ms));
-            values.extend(self.period.as_mut().map(|period| ms(period.at(step.stamp))));
+            values.extend(self.period.as_mut().map(|period| ms(period.at(step.at))));
         }
         let stamps = progress.stamps_of_messages(progress.steps);
         let count = 1 + usize::from(self.period.is_some());

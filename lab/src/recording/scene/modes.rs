@@ -5,13 +5,18 @@ use std::collections::HashSet;
 use ratelab::runtime::{ClockKind, Command, Knob, Snapshot, Time, telemetry::Event};
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
 
-use super::palette::{BLUE, ORANGE, series};
+use super::palette::{BLUE, GREY, ORANGE, series};
 use crate::recording::{progress::Progress, schema::path, timeline::Stamps};
 
 /// The lanes.
 pub const MODES: &str = "mode";
 
 const CLOCK: &str = "mode/clock";
+
+/// States of a node.
+const RUNS: &str = "runs";
+const CRASHED: &str = "crashed";
+const HANGS: &str = "hangs";
 
 /// The lanes as they go.
 pub struct Modes {
@@ -63,7 +68,8 @@ impl Modes {
         Ok(())
     }
 
-    /// Logs what `events` changed: a column per lane, and the colours once.
+    /// Logs what `events` changed: a column per lane, and the colours once. A node has a
+    /// lane of its state from its first fault on.
     pub fn add(
         &mut self,
         rec: &RecordingStream,
@@ -82,9 +88,40 @@ impl Modes {
             });
             log_changes(rec, lane.entity.clone(), progress, &rates)?;
             lane.learn(rec, rates)?;
+            log_faults(rec, progress, &lane.node, events)?;
         }
         Ok(())
     }
+}
+
+/// Logs whether `node` runs, crashed or hangs, where one of `events` is about that.
+fn log_faults(
+    rec: &RecordingStream,
+    progress: &Progress,
+    node: &str,
+    events: &[Event],
+) -> RecordingStreamResult<()> {
+    let knobs = events.iter().filter_map(Event::knob);
+    let changes = knobs.filter(|timed| timed.knob.target() == node);
+    let changes = changes.flat_map(|timed| {
+        let at = timed.at;
+        match timed.knob {
+            Knob::Crash { .. } => vec![(at, CRASHED)],
+            Knob::Restart { .. } => vec![(at, RUNS)],
+            Knob::Hang { cost, .. } => vec![(at, HANGS), (at + cost, RUNS)],
+            _ => Vec::new(),
+        }
+    });
+    let changes: Changes = changes.map(|(at, state)| (at, state.to_owned())).collect();
+    if changes.is_empty() {
+        return Ok(());
+    }
+    let lane = path(&["mode", "state", node]);
+    let colours = StateConfiguration::new()
+        .with_values([RUNS, CRASHED, HANGS])
+        .with_colors([BLUE, ORANGE, GREY]);
+    rec.log_static(lane.clone(), &colours)?;
+    log_changes(rec, lane, progress, &changes)
 }
 
 impl RateLane {

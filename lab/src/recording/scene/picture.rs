@@ -48,13 +48,13 @@ impl PictureScene {
         let mut stamps = progress.stamps();
         let mut drawing = Drawing::default();
         for (head, row) in states.iter() {
-            if self.next.is_some_and(|next| head.stamp < next) {
+            if self.next.is_some_and(|next| head.at < next) {
                 continue;
             }
             let Some(picture) = self.system.picture(row) else {
                 continue;
             };
-            let first = self.next.replace(head.stamp + PERIOD).is_none();
+            let first = self.next.replace(head.at + PERIOD).is_none();
             let (still, moving): (Vec<_>, Vec<_>) = picture
                 .shapes
                 .iter()
@@ -63,7 +63,7 @@ impl PictureScene {
                 Drawing::of(&still).log(rec)?;
             }
             drawing.add(&moving);
-            stamps.push(head.stamp, progress.step_at(head.stamp));
+            stamps.push(head.at, progress.step_at(head.at));
         }
         drawing.send(rec, &stamps)
     }

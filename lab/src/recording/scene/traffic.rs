@@ -17,6 +17,10 @@ pub const PER_SECOND: &str = "plot/messages_per_second";
 /// Messages lost unread so far, a line per topic.
 pub const DROPPED: &str = "plot/dropped";
 
+/// Messages lost by links so far, and in flight: two lines per topic. Nothing of runs
+/// without a link.
+pub const LINKS: &str = "plot/links";
+
 /// Run time between two samples.
 const PERIOD: Duration = Duration::from_millis(100);
 
@@ -27,6 +31,9 @@ const WINDOW: Duration = Duration::from_secs(1);
 /// any batch.
 pub struct Traffic {
     topics: Vec<Counter>,
+    /// Whether a link did something to a message.
+    linked: bool,
+    links_begun: bool,
     /// Run time of the first message; `None` before there is one.
     begun: Option<Time>,
     next: Time,
@@ -41,6 +48,39 @@ struct Counter {
     /// How many of them are in the window.
     recent: usize,
     dropped: u64,
+    link: LinkCounter,
+}
+
+/// The link of a topic.
+#[derive(Default)]
+struct LinkCounter {
+    /// Run times at which messages were lost, those that no sample has reached yet.
+    losses: VecDeque<Time>,
+    lost: usize,
+    /// Run times of release and delivery.
+    flights: VecDeque<(Time, Time)>,
+}
+
+impl LinkCounter {
+    /// Notes a message; returns whether the link did something to it.
+    fn note(&mut self, head: &Head) -> bool {
+        match head.arrives {
+            Some(arrives) if arrives == head.at => return false,
+            Some(arrives) => self.flights.push_back((head.at, arrives)),
+            None => self.losses.push_back(head.at),
+        }
+        true
+    }
+
+    /// Messages lost by `now`, and in flight.
+    fn advance_to(&mut self, now: Time) -> [f64; 2] {
+        while self.losses.pop_front_if(|at| *at <= now).is_some() {
+            self.lost += 1;
+        }
+        self.flights.retain(|(_, arrives)| *arrives > now);
+        let in_flight = self.flights.iter().filter(|(at, _)| *at <= now).count();
+        [self.lost as f64, in_flight as f64]
+    }
 }
 
 impl Traffic {
@@ -51,9 +91,12 @@ impl Traffic {
             messages: VecDeque::new(),
             recent: 0,
             dropped: 0,
+            link: LinkCounter::default(),
         });
         Self {
             topics: topics.collect(),
+            linked: false,
+            links_begun: false,
             begun: None,
             next: Time::ZERO,
         }
@@ -63,6 +106,12 @@ impl Traffic {
     pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         lines::begin(rec, PER_SECOND, &self.lines("msg/s"))?;
         lines::begin(rec, DROPPED, &self.lines("dropped"))
+    }
+
+    fn begin_links(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+        let pairs = self.lines("lost").into_iter().zip(self.lines("in flight"));
+        let lines: Vec<Line> = pairs.flat_map(|(lost, flying)| [lost, flying]).collect();
+        lines::begin(rec, LINKS, &lines)
     }
 
     fn lines(&self, unit: &str) -> Vec<Line> {
@@ -79,6 +128,9 @@ impl Traffic {
     pub fn count(&mut self, name: &str, messages: &[Head]) {
         let topic = self.topics.iter_mut().find(|topic| topic.name == name);
         if let Some(topic) = topic {
+            for head in messages {
+                self.linked |= topic.link.note(head);
+            }
             let messages = messages.iter();
             topic
                 .messages
@@ -100,7 +152,7 @@ impl Traffic {
         until: Time,
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
-        let (mut rates, mut drops) = (Vec::new(), Vec::new());
+        let (mut rates, mut drops, mut links) = (Vec::new(), Vec::new(), Vec::new());
         let begun = self.begun.unwrap_or(until);
         while self.begun.is_some() && self.next <= until {
             let window = WINDOW.min(self.next.since(begun));
@@ -109,12 +161,20 @@ impl Traffic {
                 topic.advance_to(self.next, window);
                 rates.push(topic.recent as f64 / window.as_secs_f64());
                 drops.push(topic.dropped as f64);
+                links.extend(topic.link.advance_to(self.next));
             }
             self.next = self.next + PERIOD;
         }
         let count = self.topics.len();
         lines::send(rec, PER_SECOND, &stamps, rates, count)?;
-        lines::send(rec, DROPPED, &stamps, drops, count)
+        lines::send(rec, DROPPED, &stamps, drops, count)?;
+        if !self.linked {
+            return Ok(());
+        }
+        if !std::mem::replace(&mut self.links_begun, true) {
+            self.begin_links(rec)?;
+        }
+        lines::send(rec, LINKS, &stamps, links, 2 * count)
     }
 
     /// Logs how it was at the end, at run time `at`.

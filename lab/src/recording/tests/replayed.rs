@@ -123,3 +123,30 @@ fn a_real_clock_run_is_told_and_not_verified() {
         assert_eq!(replayed.tick_time.sum(), node.tick_time.sum());
     }
 }
+
+#[test]
+fn links_faults_and_clocks_that_go_back_are_replayed_and_verified() {
+    let (folder, live) = (
+        folder(),
+        "0.5 link /obs delay:5..60,loss:0.3\n1 clock sensor 100 0\n2 clock sensor -50 300\n\
+         2.5 link /action delay:30\n2.7 lose /action 140\n3 crash policy\n3.1 restart policy\n\
+         3.2 hang actuator 45",
+    );
+    let path = folder.path().join("links.rrd");
+    let config = Config {
+        end: Time::from_nanos(4_000_000_000),
+        world: ratelab::system::WorldKind::OWN,
+        ..super::with_knobs("depth /obs 3, read /obs oldest", live)
+    };
+    let (outcome, _) = record(&config, &path);
+    let (recording, summary) = (read(&path), outcome.expect("no fault"));
+    assert!(recording.is_whole(), "{:?}", recording.defect());
+    verify(&recording).expect("the same run");
+    let mut replay = replay(recording);
+    replay.advance_to(Time::MAX);
+    let replayed = replay.summary();
+    assert_eq!(replayed.topics, summary.topics);
+    let obs = summary.topic("/obs");
+    assert!(obs.lost > 30 && obs.overtaken > 30, "{obs:?}");
+    assert!(summary.topic("/action").in_flight > 0);
+}

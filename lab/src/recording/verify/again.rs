@@ -161,7 +161,7 @@ fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
         .iter()
         .filter_map(|rows| rows.heads().last());
     let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
-    let stamps = messages.map(|head| head.stamp);
+    let stamps = messages.map(|head| head.at);
     let last = stamps.chain(ticks.map(|tick| tick.at)).max();
     let last = last.unwrap_or(Time::ZERO);
     let event = recording.events.iter().map(|event| event.at).max();

@@ -31,7 +31,7 @@ impl Comparison {
             .iter()
             .filter_map(|rows| rows.heads().first());
         let ticks = recording.ticks.iter().filter_map(|ticks| ticks.first());
-        let firsts = messages.map(|head| head.stamp);
+        let firsts = messages.map(|head| head.at);
         Self {
             complete,
             begun: firsts

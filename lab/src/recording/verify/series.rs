@@ -55,7 +55,7 @@ impl<'a> Messages<'a> {
             of: self.topic,
             kind: "message",
             number: head.seq,
-            at: head.stamp,
+            at: head.at,
         })
     }
 }
@@ -93,7 +93,9 @@ fn compare_heads(item: &SeriesItem, recorded: &Head, computed: &Head) -> Option<
     let parts = |head: &Head| {
         [
             ("sequence number", head.seq.to_string()),
+            ("run time", nanos(head.at)),
             ("stamp", nanos(head.stamp)),
+            ("delivery", head.arrives.map_or("none".to_owned(), nanos)),
             ("origin", head.origin.map_or("none".to_owned(), nanos)),
             ("messages dropped by then", head.dropped.to_string()),
         ]

@@ -15,7 +15,7 @@ pub use push::{Chain, Push};
 
 use super::Topology;
 use crate::runtime::{
-    depth::Depth, knob::Knob, read_order::ReadOrder, rows::Head, tap::TickRecord, time::Time,
+    depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
 };
 
 /// The messages and ticks of a run, and who read what.

@@ -50,8 +50,9 @@ impl LabelWriter<'_> {
             LabelRow::Depth => Line::raw(format!("  {}", self.depth())),
             LabelRow::RateAndDepth => Line::raw(format!("{}  {}", self.rate(), self.depth())),
             LabelRow::Drops => {
-                let count = count(self.topic.dropped);
-                let texts = ["dropped", "drops", ""].map(|word| format!("  {count} {word}"));
+                let dropped = count(self.topic.dropped);
+                let texts = ["dropped", "drops", ""].map(|word| format!("  {dropped} {word}"));
+                let texts = self.losses().into_iter().chain(texts);
                 Line::raw(fitting(texts, self.room).trim_end().to_owned())
             }
             LabelRow::Age => self.age(),
@@ -78,6 +79,20 @@ impl LabelWriter<'_> {
                 let name = name(left.saturating_sub(pane::width(&rate)));
                 Line::from_iter([name, Span::raw(rate), Span::raw(drops)])
             }
+        }
+    }
+
+    /// Drops and losses, where the link lost something or messages overtook others.
+    fn losses(&self) -> Vec<String> {
+        let dropped = count(self.topic.dropped);
+        let parts = [(self.topic.lost, "lost"), (self.topic.overtaken, "late")];
+        let parts = parts.iter().filter(|(number, _)| *number > 0);
+        let parts: Vec<String> = parts
+            .map(|(n, word)| format!("{} {word}", count(*n)))
+            .collect();
+        match parts.join(" ") {
+            none if none.is_empty() => Vec::new(),
+            lost => vec![format!("  {dropped} dropped {lost}"), format!("  {lost}")],
         }
     }
 

@@ -14,7 +14,7 @@ use super::{
     text::{count, fitting},
 };
 use crate::dashboard::{
-    frame::NodeData,
+    frame::{Health, NodeData},
     view::{pane, theme::Theme},
 };
 
@@ -84,7 +84,11 @@ fn pill_room(rect: Rect) -> usize {
 /// A node in one row.
 fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
     let room = pill_room(rect);
-    let rate = if with_rate { hz(node) } else { String::new() };
+    let rate = match (node.health.word(), with_rate) {
+        (Some(word), _) if pane::width(&node.name) + word.len() < room => word.to_owned(),
+        (_, true) => hz(node),
+        (_, false) => String::new(),
+    };
     let left = room.saturating_sub(pane::width(&rate));
     let name = pane::clip(&node.name, left, theme);
     let blank = " ".repeat(left.saturating_sub(pane::width(&name)));
@@ -103,6 +107,13 @@ fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect,
 fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
     let (glyph, style) = tick(node, theme);
     let glyph = Span::styled(glyph, style);
+    if let Some(word) = node.health.word() {
+        let word = fitting(
+            [format!(" {word}"), word.to_owned()],
+            room.saturating_sub(1),
+        );
+        return Line::from_iter([glyph, Span::styled(word, theme.strong())]);
+    }
     let hz = hz(node);
     let rate = fitting([format!(" {hz}"), hz], room.saturating_sub(1));
     let left = room.saturating_sub(1 + pane::width(&rate));
@@ -141,6 +152,11 @@ fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
 }
 
 fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {
+    match node.health {
+        Health::Works => {}
+        Health::Crashed => return (theme.glyph("✖", "x"), theme.strong()),
+        Health::Hangs => return (theme.glyph("◔", "~"), theme.strong()),
+    }
     if node.lit {
         (theme.glyph("●", "*"), theme.active())
     } else {

@@ -5,7 +5,7 @@ use ratatui::buffer::Buffer;
 
 use super::render;
 use crate::dashboard::{
-    frame::FrameData,
+    frame::{Dot, FrameData, Health},
     knob_focus::KnobFocus,
     view::{
         pane::testing::{POOR, RICH, screen, styled, text, torture},
@@ -300,5 +300,46 @@ fn any_size_will_do() {
     for (width, height) in [(0, 0), (8, 3), (9, 4), (40, 200), (400, 3), (300, 100)] {
         rich(&crowd(), width, height);
         rich(&sample::chain(1_000), width, height);
+    }
+}
+
+#[test]
+fn a_link_that_takes_time_has_its_messages_where_they_are() {
+    let mut frame = sample::broken();
+    let line = |frame: &FrameData| {
+        let drawn = rich(frame, 120, 9);
+        let line = drawn.lines().nth(3).expect("a line").to_owned();
+        line.split('│').nth(5).expect("a wire").to_owned()
+    };
+    let dot = |way, lost| Dot { way, lost };
+    frame.topics[1].dots = Some(vec![dot(0.0, false), dot(0.5, true), dot(0.9, false)]);
+    let wire = line(&frame);
+    assert_eq!(wire.matches('•').count(), 2, "{wire}");
+    assert!(wire.starts_with('•') && wire.contains('◌'), "{wire}");
+    assert!(wire.find('◌') < wire.rfind('•'), "{wire}");
+    frame.topics[1].dots = Some(Vec::new());
+    assert_eq!(line(&frame).trim_matches('─'), "►");
+}
+
+#[test]
+fn losses_on_a_link_are_told_from_drops() {
+    let mut frame = sample::broken();
+    frame.topics[0].lost = 300;
+    frame.topics[0].lost_lately = 40;
+    let drawn = rich(&frame, 120, 9);
+    assert!(drawn.contains('◌'), "{drawn}");
+    assert!(drawn.contains("37 dropped 300 lost"), "{drawn}");
+}
+
+#[test]
+fn a_node_that_does_not_work_looks_dead_in_words() {
+    let mut frame = sample::broken();
+    frame.nodes[0].health = Health::Hangs;
+    frame.nodes[1].health = Health::Crashed;
+    for (width, height) in [(120, 9), (60, 5)] {
+        let drawn = rich(&frame, width, height);
+        assert!(drawn.contains("crashed"), "{drawn}");
+        assert!(drawn.contains("hangs"), "{drawn}");
+        assert!(drawn.contains('✖'), "{drawn}");
     }
 }

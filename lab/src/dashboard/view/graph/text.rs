@@ -21,7 +21,7 @@ pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
 }
 
 /// The first of `texts` that fits into `room`; nothing if none does.
-pub(super) fn fitting<const N: usize>(texts: [String; N], room: usize) -> String {
+pub(super) fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
     let mut fitting = texts.into_iter().filter(|text| pane::width(text) <= room);
     fitting.next().unwrap_or_default()
 }

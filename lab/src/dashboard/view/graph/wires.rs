@@ -123,17 +123,7 @@ impl Wire {
 
     fn draw(&self, topic: &TopicData, theme: &Theme, area: Rect, buf: &mut Buffer) {
         let line = Style::new();
-        // The recent share of lost messages, evenly spread, each lost on all of its way.
-        let loss = topic.loss();
-        let lost = |far: u64| {
-            let lost_by = |message: f64| (message * loss).floor();
-            let message = (topic.published as f64 - far as f64) / EVERY as f64;
-            lost_by(message.floor() + 1.0) > lost_by(message.floor())
-        };
-        let dot = |far: u64| match lost(far) {
-            true => (theme.glyph("✖", "x"), Style::new()),
-            false => (theme.glyph("•", "o"), theme.active()),
-        };
+        let marks = Marks::of(self, topic);
         let mut set = |(y, x): (u16, u16), glyph: &str, style: Style| {
             let at = Position::new(area.x.saturating_add(x), area.y.saturating_add(y));
             if let Some(cell) = buf.cell_mut(at).filter(|_| area.contains(at)) {
@@ -147,17 +137,84 @@ impl Wire {
         };
         for (at, piece) in &self.pieces {
             let straight = [LEFT | RIGHT, UP | DOWN].contains(&piece.to);
-            let here = topic.published > 0 && piece.far % EVERY == topic.published % EVERY;
-            if straight && here && piece.far != u64::MAX {
-                let (glyph, style) = dot(piece.far);
-                set(*at, glyph, style);
-            } else {
-                set(*at, joint(piece.to, theme), line);
+            let near = straight && piece.far != u64::MAX;
+            match marks.at(piece.far).filter(|_| near) {
+                Some(mark) => {
+                    let (glyph, style) = mark.look(theme);
+                    set(*at, glyph, style);
+                }
+                None => set(*at, joint(piece.to, theme), line),
             }
         }
         for head in &self.heads {
             set(*head, theme.glyph("►", ">"), line);
         }
+    }
+}
+
+/// A message on a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mark {
+    UnderWay,
+    /// On the link.
+    Lost,
+    /// Out of the queue, unread.
+    Dropped,
+}
+
+impl Mark {
+    fn look(self, theme: &Theme) -> (&'static str, Style) {
+        match self {
+            Self::UnderWay => (theme.glyph("•", "o"), theme.active()),
+            Self::Lost => (theme.glyph("◌", "?"), Style::new()),
+            Self::Dropped => (theme.glyph("✖", "x"), Style::new()),
+        }
+    }
+}
+
+/// The messages on one line.
+enum Marks<'a> {
+    /// As many as are published, evenly spread; the recent shares of lost and dropped
+    /// ones are so on all of their way.
+    Stream(&'a TopicData),
+    /// Where each is, by distance from the publisher.
+    Transit(BTreeMap<u64, Mark>),
+}
+
+impl<'a> Marks<'a> {
+    fn of(wire: &Wire, topic: &'a TopicData) -> Self {
+        let Some(dots) = &topic.dots else {
+            return Self::Stream(topic);
+        };
+        let ways = wire.pieces.values().map(|piece| piece.far);
+        let longest = ways.filter(|far| *far != u64::MAX).max().unwrap_or(0);
+        let marks = dots.iter().map(|dot| {
+            let far = (dot.way * longest as f64) as u64;
+            let mark = if dot.lost { Mark::Lost } else { Mark::UnderWay };
+            (far, mark)
+        });
+        Self::Transit(marks.collect())
+    }
+
+    /// The message that is so `far` from the publisher.
+    fn at(&self, far: u64) -> Option<Mark> {
+        let topic = match self {
+            Self::Transit(marks) => return marks.get(&far).copied(),
+            Self::Stream(topic) => topic,
+        };
+        if topic.published == 0 || far % EVERY != topic.published % EVERY {
+            return None;
+        }
+        let message = ((topic.published as f64 - far as f64) / EVERY as f64).floor();
+        let one_of = |share: f64| {
+            let by = |message: f64| (message * share).floor();
+            by(message + 1.0) > by(message)
+        };
+        Some(match () {
+            () if one_of(topic.link_loss()) => Mark::Lost,
+            () if one_of(topic.loss()) => Mark::Dropped,
+            () => Mark::UnderWay,
+        })
     }
 }
 

@@ -1,0 +1,123 @@
+//! What can be turned over a cliff map.
+
+use ratelab::{
+    experiment::sweep::{AxisError, SweepAxis},
+    runtime::{Hz, Knob, KnobKind, Snapshot},
+    system::{KnobText, Setup, System},
+};
+
+use crate::{dashboard::knob_focus::KnobFocus, names};
+
+/// How many rates a map has.
+const RATES: u32 = 30;
+
+/// The rates are as many of these parts of the usual rate as there are rates: 1 Hz to
+/// 30 Hz where that is 50 Hz.
+const PARTS: f64 = 50.0;
+
+/// How many quantities there are.
+pub const COUNT: usize = 4;
+
+/// A knob with a number in it, and the numbers to go through.
+pub struct Quantity {
+    number: usize,
+    name: String,
+    kind: KnobKind,
+    /// The node, if it is a rate.
+    node: String,
+    texts: Vec<String>,
+}
+
+impl Quantity {
+    /// Quantity `number` of what is in `focus`: the rate of the first alias of one or
+    /// of the node, delay and loss of the first topic, the cost of the node.
+    pub fn number(system: &dyn System, graph: &Snapshot, focus: &KnobFocus, number: usize) -> Self {
+        let (kind, name) = named(system, focus, number);
+        let texts = match number {
+            0 => rates(system, graph, focus),
+            2 => (0..=24)
+                .map(|part| (f64::from(part * 4) / 100.0).to_string())
+                .collect(),
+            _ => (0..30).map(|part| (part * 4).to_string()).collect(),
+        };
+        Self {
+            number,
+            name,
+            kind,
+            node: names::paced_node(system).unwrap_or(&focus.node).to_owned(),
+            texts,
+        }
+    }
+
+    /// Its knobs, set to its numbers.
+    ///
+    /// # Errors
+    /// [`AxisError`] if there is no such knob.
+    pub fn axis(&self, system: &dyn System) -> Result<SweepAxis, AxisError> {
+        let knobs = KnobText(system.aliases());
+        SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
+    }
+
+    /// Whether it is the same of what is in `focus`.
+    pub fn is_of(&self, system: &dyn System, focus: &KnobFocus) -> bool {
+        named(system, focus, self.number).1 == self.name
+    }
+
+    /// The number in force.
+    pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
+        let axis_knob = |knob: &&Knob| {
+            knob.kind() == self.kind && self.name.contains(&format!(" {}", knob.target()))
+        };
+        match setup.iter().find(axis_knob) {
+            Some(Knob::Link { spec, .. }) if self.number == 2 => spec.loss(),
+            Some(Knob::Link { spec, .. }) => spec.delay_ms().unwrap_or_default(),
+            Some(Knob::Takes { spec, .. }) => spec.to_string().parse().unwrap_or_default(),
+            _ if self.kind == KnobKind::Rate => {
+                let runs = graph.node(&self.node).map_or(PARTS, |node| node.hz.get());
+                setup.rate(&self.node).map_or(runs, Hz::get)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// A short name with its unit.
+    pub fn heading(&self) -> String {
+        names::label(&self.name) + self.unit()
+    }
+
+    /// A value with its unit.
+    pub fn with_unit(&self, value: &str) -> String {
+        value.to_owned() + self.unit()
+    }
+
+    /// Its unit, with a blank before it.
+    pub fn unit(&self) -> &'static str {
+        names::unit(&self.name, self.kind)
+    }
+}
+
+fn named(system: &dyn System, focus: &KnobFocus, number: usize) -> (KnobKind, String) {
+    let topic = focus.topics.first().map_or("", String::as_str);
+    match number {
+        0 => (KnobKind::Rate, rate_name(system, &focus.node)),
+        1 => (KnobKind::Link, format!("link {topic} delay:{{}}")),
+        2 => (KnobKind::Link, format!("link {topic} loss:{{}}")),
+        _ => (KnobKind::Takes, format!("takes {}", focus.node)),
+    }
+}
+
+/// The first alias of a rate, or the rate of `node`.
+fn rate_name(system: &dyn System, node: &str) -> String {
+    let alias = names::first_alias(system, KnobKind::Rate);
+    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
+}
+
+fn rates(system: &dyn System, graph: &Snapshot, focus: &KnobFocus) -> Vec<String> {
+    let alias = names::first_alias(system, KnobKind::Rate);
+    let node = names::paced_node(system).unwrap_or(&focus.node);
+    let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
+    let usual = alias.and_then(|alias| alias.default.parse().ok());
+    let part = usual.unwrap_or(runs) / PARTS;
+    let rates = (1..=RATES).filter_map(|number| Hz::new(part * f64::from(number)).ok());
+    rates.map(|hz| hz.get().to_string()).collect()
+}
