@@ -175,10 +175,6 @@ fn every_size_shows_the_same_run() {
 fn the_default_terminal_shows_angle_age_and_cause_uncut() {
     for (knobs, verdict) in [
         ("0 control-hz 50", "BALANCED"),
-        (
-            "0 control-hz 9",
-            "decides every 111 ms. ] raises control-hz",
-        ),
         ("0 control-hz 5", "FELL at"),
         ("0 sensor-hz 5", "it looks only 5 times a second"),
         ("0 link /action delay:100", "link /action none mends it"),

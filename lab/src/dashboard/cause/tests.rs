@@ -96,7 +96,7 @@ const WAYS: [Way; 25] = [
     ),
     fault(&[(1.0, "crash policy")], &["Crash policy"]),
     fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
-    fault(&[(1.0, "hang policy 900")], &["Cost policy"]),
+    fault(&[(0.1, "hang policy 900")], &["Cost policy"]),
 ];
 
 fn knob(text: &str) -> Knob {
