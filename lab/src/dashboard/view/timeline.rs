@@ -9,7 +9,7 @@ use ratatui::{
 use ratelab::runtime::Time;
 
 use super::{
-    pane::{border, clip, put, row, width},
+    pane::{self, border, clip, put, row, width},
     theme::Theme,
 };
 use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
@@ -74,28 +74,23 @@ pub fn render(
         marks.sort_by_key(|mark| mark.bright);
         marks.iter().for_each(|mark| columns.draw(mark, theme, buf));
     }
-    if lanes < height {
-        let last = row(inner, lanes);
-        put(
-            &clip(&timeline.sentence, room, theme),
-            theme.strong(),
-            1,
-            last,
-            buf,
-        );
-    }
-    if lanes + 1 < height {
-        let legend = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
-        let keys = "( ) select  v V zoom";
-        let text = format!("{}   {keys}", legend.join("  "));
-        put(
-            &clip(&text, room, theme),
-            theme.faint(),
-            1,
-            row(inner, lanes + 1),
-            buf,
-        );
-    }
+    below(timeline, theme, pane::rows(inner, lanes, height), buf);
+}
+
+/// What the lanes are about, and what their glyphs mean.
+fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let room = usize::from(area.width).saturating_sub(1);
+    let sentence = clip(&timeline.sentence, room, theme);
+    put(&sentence, theme.strong(), 1, row(area, 0), buf);
+    let legend = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
+    let text = format!("{}   ( ) select  v V zoom", legend.join("  "));
+    put(
+        &clip(&text, room, theme),
+        theme.faint(),
+        1,
+        row(area, 1),
+        buf,
+    );
 }
 
 /// The columns of a lane.
