@@ -59,6 +59,7 @@ mod screen;
 mod signals;
 mod sweep;
 mod timing;
+mod trace;
 mod version;
 
 use std::{process::ExitCode, sync::Arc};
@@ -108,6 +109,8 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Hunt(args)) => commands::hunt(program, &args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
+        Ok(Command::Picture(args)) => commands::picture(program, &args),
+        Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args.files),
         Ok(Command::Exercise(args)) => commands::exercise(&args),
         Ok(Command::Keys) => commands::print_keys(program),

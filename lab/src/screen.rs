@@ -2,7 +2,10 @@
 
 use crate::{
     cli::ScreenArgs,
-    dashboard::{self, Options, view::theme::Theme},
+    dashboard::{
+        self, Options,
+        view::theme::{Look, Theme},
+    },
     error::Error,
     program,
 };
@@ -20,15 +23,48 @@ pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
 pub fn screen(args: &ScreenArgs) -> Options {
     Options {
         fps: args.fps,
-        theme: theme(args.ascii),
+        theme: theme(args.ascii, args.theme),
     }
 }
 
 /// Uses colours unless the environment disables them (<https://no-color.org>).
-pub fn theme(ascii: bool) -> Theme {
+///
+/// Unless it was told, the background is guessed from `COLORFGBG`, which some terminals
+/// set: two or three numbers of colours, the last of them that of the background.
+pub fn theme(ascii: bool, look: Option<Look>) -> Theme {
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     Theme {
         colour: !no_color,
         ascii,
+        look: look.unwrap_or_else(|| guessed(std::env::var("COLORFGBG").ok().as_deref())),
+    }
+}
+
+/// The background that a terminal tells of; dark if it tells nothing.
+fn guessed(colours: Option<&str>) -> Look {
+    let background = colours.and_then(|colours| colours.rsplit(';').next()?.parse().ok());
+    match background {
+        Some(7 | 9..=15) => Look::Light,
+        _ => Look::Dark,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_background_is_guessed_from_the_last_number() {
+        for (colours, look) in [
+            (None, Look::Dark),
+            (Some("15;0"), Look::Dark),
+            (Some("0;15"), Look::Light),
+            (Some("0;default;15"), Look::Light),
+            (Some("7;8"), Look::Dark),
+            (Some("0;default"), Look::Dark),
+            (Some(""), Look::Dark),
+        ] {
+            assert_eq!(guessed(colours), look, "{colours:?}");
+        }
     }
 }

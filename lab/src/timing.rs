@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{Knob, KnobKind},
-    system::{Setup, System, WorldKind},
+    system::{System, WorldKind},
 };
 
 /// Whether `knob` sets the duration, lateness or offset of a node's ticks.
@@ -23,14 +23,6 @@ pub fn depends_on_the_world(knob: &Knob) -> bool {
         knob.kind(),
         KnobKind::Rate | KnobKind::Depth | KnobKind::Send | KnobKind::Read
     )
-}
-
-/// Whether the ticks of `node` take time in `setup`.
-pub fn takes_time(setup: &Setup, node: &str) -> bool {
-    setup.iter().any(|knob| match knob {
-        Knob::Takes { node: of, spec } => of == node && !spec.draw.is_none(),
-        _ => false,
-    })
 }
 
 /// Whether the timing of `node` was configured at any time of a run.

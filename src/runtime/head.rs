@@ -1,6 +1,6 @@
 //! What is known of a message without its payload.
 
-use super::time::Time;
+use super::{tap::TapMessage, time::Time};
 
 /// A message without its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,4 +17,19 @@ pub struct Head {
     pub arrives: Option<Time>,
     /// Messages of the topic lost unread so far, over all subscriptions.
     pub dropped: u64,
+}
+
+impl Head {
+    /// That of a message as a tap sees it.
+    pub fn of<T>(tapped: &TapMessage<T>) -> Self {
+        let message = &tapped.message;
+        Self {
+            at: tapped.at,
+            stamp: message.stamp,
+            seq: message.seq,
+            origin: message.origin,
+            arrives: tapped.arrives,
+            dropped: tapped.dropped,
+        }
+    }
 }

@@ -46,16 +46,8 @@ impl Rows {
     }
 
     fn push_message<T: Fields>(&mut self, tapped: &TapMessage<T>) {
-        let message = &tapped.message;
-        self.heads.push(Head {
-            at: tapped.at,
-            stamp: message.stamp,
-            seq: message.seq,
-            origin: message.origin,
-            arrives: tapped.arrives,
-            dropped: tapped.dropped,
-        });
-        message.data.append_to(&mut self.values);
+        self.heads.push(Head::of(tapped));
+        tapped.message.data.append_to(&mut self.values);
         self.values.resize(self.heads.len() * self.width, f64::NAN);
     }
 

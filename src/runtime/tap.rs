@@ -54,6 +54,8 @@ pub struct TickRecord {
     pub number: u64,
     /// Run time of its start.
     pub at: Time,
+    /// Run time at which it published and acted; `None` if the run ended before.
+    pub ends: Option<Time>,
     /// Lateness of its start; `None` under the virtual clock unless a lateness is set.
     pub lateness: Option<Duration>,
     /// Duration; `None` where it was not measured.

@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 11] = [
+const OF_COMMANDS: [(&str, &str); 13] = [
     (
         "",
         "\
@@ -49,6 +49,13 @@ const OF_COMMANDS: [(&str, &str); 11] = [
   ratelab replay --terminal fall.rrd    here, in the panes of the lab",
     ),
     ("info", "  ratelab info fall.rrd"),
+    (
+        "picture",
+        "\
+  ratelab picture fall.rrd --at 0.8 --theme light -o fall.svg
+  ratelab picture --control-hz 8 --at 5 --size 80x24",
+    ),
+    ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),
     (
         "exercise",

@@ -5,6 +5,7 @@ mod exercise;
 mod explain;
 mod graph;
 mod hunt;
+mod picture;
 mod recordings;
 mod run;
 mod sweep;
@@ -28,7 +29,8 @@ pub use self::{
     explain::explain,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
-    recordings::{InfoArgs, ReplayArgs, VerifyArgs},
+    picture::PictureArgs,
+    recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
@@ -64,6 +66,10 @@ pub enum Command {
     Info(InfoArgs),
     /// Run recordings of the virtual clock again and compare every bit.
     Verify(VerifyArgs),
+    /// Write a recording as a trace for Perfetto: what each tick and message did.
+    Trace(TraceArgs),
+    /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
+    Picture(PictureArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
     #[command(skip)]
     Exercise(ExerciseArgs),
@@ -83,9 +89,9 @@ pub enum Command {
     },
 }
 
-/// The name of the command that only a course has, and its place in the help: the
-/// others have the even ones.
-const EXERCISE: (&str, usize) = ("exercise", 15);
+/// Name of the command that only a course has, and its place in the help: the others have
+/// even places.
+const EXERCISE: (&str, usize) = ("exercise", 19);
 
 /// Parses the command line of `program`.
 ///
@@ -126,7 +132,7 @@ pub fn command(program: &Program) -> clap::Command {
         command = command.subcommand(exercise.about(about));
     }
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "hunt" => system::with_run_options(command, program),
+        "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
         "sweep" => system::with_axes(command, program),
         _ => command,
     };

@@ -37,3 +37,15 @@ pub struct VerifyArgs {
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
 }
+
+/// What is written for Perfetto.
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// The trace to write; unless told otherwise, FILE with the ending .pftrace.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}

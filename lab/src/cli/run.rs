@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{GraphArgs, heading, values};
+use crate::dashboard::view::theme::Look;
 
 /// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]
@@ -54,6 +55,11 @@ pub struct ScreenArgs {
     /// Frames per second at the most (1 to 120).
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = values::fps, allow_hyphen_values = true)]
     pub fps: u32,
+
+    /// Colours for a dark background, a light one, or of high contrast [default: guessed,
+    /// or dark]
+    #[arg(long, value_enum, value_name = "THEME")]
+    pub theme: Option<Look>,
 
     /// Draw with ASCII characters only.
     #[arg(long)]

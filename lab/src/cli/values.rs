@@ -2,6 +2,7 @@
 
 use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 
+use ratatui::layout::Size;
 use ratelab::runtime::{Knob, KnobKind, Speed, Time};
 
 /// Longest run accepted: a year.
@@ -10,6 +11,19 @@ const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
 pub fn seed(text: &str) -> Result<u64, String> {
     let expected = || format!("expected a whole number from 0 to {}", u64::MAX);
     text.trim().parse().map_err(|_| expected())
+}
+
+/// A size of a screen, such as `120x35`.
+pub fn size(text: &str) -> Result<Size, String> {
+    let size = text.split_once('x').and_then(|(width, height)| {
+        Some(Size::new(
+            width.trim().parse().ok()?,
+            height.trim().parse().ok()?,
+        ))
+    });
+    let fits = |size: &Size| (40..=400).contains(&size.width) && (12..=200).contains(&size.height);
+    size.filter(fits)
+        .ok_or_else(|| "expected columns x rows, 40x12 to 400x200, such as 120x35".to_owned())
 }
 
 /// A run time in seconds.

@@ -39,7 +39,11 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let asked = signals::stop_flag();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     let record = args.record.as_deref().map(Record::create).transpose()?;
-    let bar = Bar::new(cells, theme(args.ascii).glyph("█▌░", "#>-"), args.json);
+    let bar = Bar::new(
+        cells,
+        theme(args.ascii, None).glyph("█▌░", "#>-"),
+        args.json,
+    );
     let threads = args.threads.unwrap_or_else(all_cores);
     let swept = sweep.run(threads, |_, _| {
         bar.advance();
@@ -111,7 +115,7 @@ fn print_results(
 
 /// Style of the map: with colour on a terminal only.
 fn style(args: &SweepArgs) -> MapStyle {
-    let mut theme = theme(args.ascii);
+    let mut theme = theme(args.ascii, None);
     let terminal = stdout().is_terminal();
     theme.colour &= terminal;
     let size = crossterm::terminal::size().ok().filter(|_| terminal);

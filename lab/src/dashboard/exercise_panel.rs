@@ -14,6 +14,14 @@ use crate::{
     rescue::{RESCUE, judge_file},
 };
 
+/// The keys of the panel, for the bottom line.
+pub const HINTS: &[(&str, &str)] = &[
+    ("Enter", "go on"),
+    ("↑ ↓ PgUp PgDn", "move"),
+    ("Esc", "back"),
+    ("Ctrl-C", "quit"),
+];
+
 /// Lines per PgUp and PgDn.
 const JUMP: usize = 10;
 

@@ -22,7 +22,7 @@ pub fn dots(flights: &[Flight], now: Time) -> Option<Vec<Dot>> {
         let under_way = flight.released <= now && now < end;
         let way = passed.as_secs_f64() / took.as_secs_f64();
         let lost = flight.arrives.is_none() && way >= LOST_AT;
-        under_way.then(|| Dot {
+        under_way.then_some(Dot {
             way: if lost { LOST_AT } else { way },
             lost,
         })

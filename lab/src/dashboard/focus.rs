@@ -13,16 +13,19 @@ pub enum Pane {
     Figures,
     /// Verdict and events.
     Events,
+    /// Ticks and messages over a short stretch.
+    Timeline,
 }
 
 impl Pane {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Graph,
         Self::Plant,
         Self::Signal,
         Self::Figures,
         Self::Events,
+        Self::Timeline,
     ];
 
     /// The one after it among those that `exist`.

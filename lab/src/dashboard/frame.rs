@@ -8,7 +8,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     runtime::{
         Hz, Time,
-        telemetry::{Distribution, Status},
+        telemetry::{Distribution, Stage, Status},
     },
     system::{AgeLimits, Signal},
 };
@@ -36,6 +36,11 @@ pub struct FrameData {
     pub latency: Option<LatencyData>,
     /// The recent push age, if the system has one.
     pub age: Option<AgeData>,
+    /// What its age is spent on, if that is known.
+    pub push: Option<PushData>,
+    /// Whether it is the same as the last run so far, bit for bit; `None` if there was
+    /// none.
+    pub same: Option<bool>,
     /// The newest state of the plant, as numbers; empty before the first.
     pub state: Vec<f64>,
     /// How it stands, or how it ended.
@@ -221,6 +226,55 @@ pub struct AgeData {
     pub limits: AgeLimits,
 }
 
+/// What the age of the push in force is spent on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PushData {
+    /// The parts of its age now, in a sentence.
+    pub sentence: String,
+    /// The same for a screen of 80 columns.
+    pub short: String,
+    /// The mean parts of late, from the sensing on.
+    pub mean: Vec<(PartKind, Duration)>,
+}
+
+/// What a part of an age is spent on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartKind {
+    /// Until it is read.
+    Waited,
+    /// In ticks that take time.
+    Worked,
+    /// On links.
+    Travelled,
+    /// In force.
+    Held,
+}
+
+impl PartKind {
+    /// All of them, in the order in which they come.
+    pub const ALL: [Self; 4] = [Self::Waited, Self::Worked, Self::Travelled, Self::Held];
+
+    /// What a part of this `stage` is spent on.
+    pub fn of(stage: Stage) -> Self {
+        match stage {
+            Stage::Wait { .. } | Stage::Queue { .. } | Stage::Reuse { .. } => Self::Waited,
+            Stage::Cost { .. } => Self::Worked,
+            Stage::Link { .. } => Self::Travelled,
+            Stage::Held { .. } | Stage::Kept { .. } => Self::Held,
+        }
+    }
+
+    /// It in a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Waited => "waited",
+            Self::Worked => "worked",
+            Self::Travelled => "on the way",
+            Self::Held => "held",
+        }
+    }
+}
+
 /// How near a push age is to its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strain {
@@ -274,6 +328,8 @@ pub struct VerdictData {
 pub enum Standing {
     /// It goes on, and well.
     Good,
+    /// It goes on, and its age is beyond what small deviations bear.
+    Warned,
     /// It ended well.
     Done,
     /// It is lost.
@@ -293,4 +349,15 @@ pub struct Trace {
     pub limits: AgeLimits,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
+    /// The run before this one, if there was one.
+    pub ghost: Ghost,
+}
+
+/// What is kept of a run to be compared with the next.
+#[derive(Clone, Debug, Default)]
+pub struct Ghost {
+    /// Run time (s) and value of the signal, oldest first.
+    pub points: Arc<[(f64, f64)]>,
+    /// Run time (s) and push age (ms), oldest first.
+    pub ages: Arc<[(f64, f64)]>,
 }

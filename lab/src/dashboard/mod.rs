@@ -11,6 +11,7 @@ mod cause;
 mod cliff;
 pub mod error;
 mod exercise_panel;
+mod explain;
 mod figures;
 mod flights;
 mod focus;
@@ -20,20 +21,24 @@ mod jobs;
 pub mod keys;
 mod knob_focus;
 mod knobs;
+mod lineage_taps;
 mod marks;
 mod model;
+mod overlay;
+pub mod picture;
 mod player;
 mod presets;
 mod prompt;
 mod push_age;
+mod sameness;
 mod sampler;
 mod session;
 mod settings;
-#[cfg(test)]
 mod svg;
 mod terminal;
 #[cfg(test)]
 mod tests;
+mod timeline;
 pub mod view;
 
 use std::{

@@ -8,21 +8,27 @@ use std::{
 use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Summary},
-    runtime::{Observer, Time, telemetry::Event},
+    runtime::{
+        Observer, Time,
+        telemetry::{Event, Lineage},
+    },
     system::System,
 };
 
 use super::{
     error::LabError,
+    explain,
     focus::Pane,
     frame::{FrameData, Trace},
     keys::{REPLAY, ReplayAction},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
+    overlay::{self, Overlay},
     presets::{self, Direction},
-    sampler::{RunSource, Sampler, WatchedRows, watched},
-    view::{Footer, ScreenState, Scrubber, StatusExtra},
+    sampler::{self, RunSource, Sampler, WatchedRows, watched},
+    timeline::TimelineView,
+    view::{Footer, HelpPage, ScreenState, Scrubber, StatusExtra, TextPage},
 };
 use crate::recording::{Recording, Replay};
 
@@ -39,7 +45,10 @@ pub struct Player {
     speed: f64,
     focus: Pane,
     zoomed: bool,
-    help: bool,
+    /// Where the person looks in the timeline.
+    timeline: TimelineView,
+    /// What lies over the panes.
+    overlay: Option<Overlay>,
     notice: Option<String>,
     quit: bool,
 }
@@ -48,6 +57,8 @@ pub struct Player {
 struct Playhead {
     replay: Replay,
     observer: Observer,
+    /// The chains behind all actions of the run.
+    lineage: Lineage,
     /// The summary of the run, at its end.
     summary: Option<Summary>,
     at: Time,
@@ -64,6 +75,7 @@ impl Player {
         let mut player = Self {
             playhead: Playhead {
                 observer: replay.observer(),
+                lineage: replay.recording().lineage(),
                 replay,
                 summary: None,
                 at: begins,
@@ -75,11 +87,20 @@ impl Player {
             speed: 1.0,
             focus: Pane::Graph,
             zoomed: false,
-            help: false,
+            timeline: TimelineView::default(),
+            overlay: None,
             notice,
             quit: false,
         };
         player.go(begins);
+        player
+    }
+
+    /// At run time `at`, and there it stays.
+    pub fn still(recording: Arc<Recording>, system: &Arc<dyn System>, at: Time) -> Self {
+        let mut player = Self::new(recording, system);
+        player.playhead.playing = None;
+        player.go(at);
         player
     }
 
@@ -130,8 +151,14 @@ impl Player {
             ReplayAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
             ReplayAction::Focus(pane) if self.has(pane) => self.focus = pane,
             ReplayAction::Focus(_) => self.notify("this system has nothing to show there"),
+            ReplayAction::Push(later) => {
+                let now = self.playhead.at;
+                sampler::select(&self.playhead, &mut self.timeline, now, later);
+            }
+            ReplayAction::Span(closer) => self.timeline.zoom(closer),
             ReplayAction::Zoom => self.zoomed = !self.zoomed,
-            ReplayAction::Help => self.help = true,
+            ReplayAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
+            ReplayAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
             ReplayAction::Quit => self.quit = true,
         }
     }
@@ -195,6 +222,33 @@ impl Player {
         })
     }
 
+    fn hints(&self) -> Vec<(String, &'static str)> {
+        match self.overlay {
+            None => REPLAY.hints(|_| true),
+            Some(_) => {
+                let hints = overlay::HINTS.iter();
+                hints.map(|(key, what)| (key.to_string(), *what)).collect()
+            }
+        }
+    }
+
+    fn help(&self) -> Option<HelpPage> {
+        let scroll = self.overlay?.help()?;
+        let rows = REPLAY.rows(|_| true);
+        Some(HelpPage { rows, scroll })
+    }
+
+    fn page(&self) -> Option<TextPage> {
+        let scroll = self.overlay?.explained()?;
+        let signal = sampler::signal(self.playhead.system()).map(|signal| signal.name);
+        Some(explain::page(
+            self.focus,
+            signal,
+            self.frame.as_ref()?,
+            scroll,
+        ))
+    }
+
     fn has(&self, pane: Pane) -> bool {
         self.screen().is_some_and(|screen| screen.has(pane))
     }
@@ -229,6 +283,7 @@ impl Model for Player {
             system: self.playhead.system(),
             frame: self.frame.as_ref()?,
             trace: self.trace(),
+            timeline: sampler::timeline(&self.playhead, self.timeline, self.playhead.at),
             knob_focus: KnobFocus::default(),
             events: events.cloned().collect(),
             extra: StatusExtra {
@@ -240,9 +295,9 @@ impl Model for Player {
             zoomed: self.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: Footer::Hints(REPLAY.hints(|_| true)),
-            help: self.help.then(|| REPLAY.rows(|_| true)),
-            page: None,
+            footer: Footer::Hints(self.hints()),
+            help: self.help(),
+            page: self.page(),
             notice: self.notice.as_deref(),
         })
     }
@@ -250,8 +305,9 @@ impl Model for Player {
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
         let action = REPLAY.action(key);
-        if self.help && action != Some(ReplayAction::Quit) {
-            self.help = false; // Any key closes it.
+        let open = self.overlay.filter(|_| action != Some(ReplayAction::Quit));
+        if let Some(overlay) = open {
+            self.overlay = overlay.after(key);
         } else if let Some(action) = action {
             self.act(action);
         }
@@ -315,6 +371,14 @@ impl RunSource for Playhead {
         let rows = topics.into_iter();
         rows.map(|topic| (topic, self.replay.new_rows(topic)))
             .collect()
+    }
+
+    fn lineage(&mut self) -> &Lineage {
+        &self.lineage
+    }
+
+    fn known_lineage(&self) -> &Lineage {
+        &self.lineage
     }
 
     fn lost(&self) -> u64 {

@@ -10,31 +10,30 @@ use ratelab::{
     experiment::{Config, Summary},
     runtime::{
         ClockExit, Head, Knob, KnobKind, Observer, Rows, Snapshot, Time,
-        telemetry::{Event, NodeView, TopicView},
+        telemetry::{Event, Lineage, NodeView, TopicView},
     },
     system::{Setup, Signal, System, Verdict, VerdictKind},
 };
 
 use super::{
     age_limits::LimitsInForce,
-    cause::Facts,
+    cause::{Facts, acting, latest},
     figures::{Figures, NodeFigures},
     flights::dots,
     frame::{
-        AgeData, FrameData, Health, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace,
-        VerdictData,
+        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, Quantiles,
+        Standing, Strain, TopicData, Trace, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
+    sameness::RunDigest,
     settings::setting,
+    timeline::{Timeline, TimelineView},
 };
 use crate::{names, timing::depends_on_the_world};
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
-
-/// Run time over which ages count as recent.
-const LATELY: Duration = Duration::from_secs(1);
 
 /// Points kept for the chart: an hour at 50 Hz.
 const POINTS_KEPT: usize = 180_000;
@@ -75,6 +74,17 @@ pub trait RunSource {
     /// Wall time since it began, or that it took.
     fn wall_time(&self) -> Duration;
 
+    /// The chains behind its actions, as far as they are known.
+    fn lineage(&mut self) -> &Lineage;
+
+    /// The same as of the last frame.
+    fn known_lineage(&self) -> &Lineage;
+
+    /// The digest of all that happened so far, if it is to be compared with another run.
+    fn digest(&self) -> Option<&RunDigest> {
+        None
+    }
+
     /// The messages on the [`watched`] topics since the last call.
     fn new_rows(&mut self) -> Vec<WatchedRows>;
 
@@ -113,14 +123,21 @@ pub struct Sampler {
     lost: Option<Verdict>,
     /// Age of the sensing behind the newest state.
     newest_age: Option<Duration>,
-    /// Run times and such ages of the last second.
-    ages: VecDeque<(Time, Duration)>,
     /// The age of the push in force.
     push_ages: PushAges,
     /// The limits of that age with the setup in force.
     limits: LimitsInForce,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
+    /// The run before this one.
+    last: Option<LastRun>,
+}
+
+/// A run that another one is compared with.
+struct LastRun {
+    ghost: Ghost,
+    digest: RunDigest,
+    ended: bool,
 }
 
 impl Sampler {
@@ -135,6 +152,8 @@ impl Sampler {
         let counters = session.observer().read_counters();
         self.push_ages.look(&counters);
         let age = self.age(session, &counters);
+        let verdict = self.verdict(session, &counters, age);
+        let push = push(session, &counters);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
         self.figures
@@ -150,8 +169,10 @@ impl Sampler {
             seed: session.config().seed,
             world: world(session, &self.setup(session)),
             settings: self.settings(session),
-            verdict: self.verdict(session, &counters, age),
+            verdict,
             age,
+            push,
+            same: self.same(session),
             latency: figures.latency.as_ref().map(|latency| LatencyData {
                 newest: self.newest_age,
                 ..latency.clone()
@@ -170,6 +191,31 @@ impl Sampler {
         }
     }
 
+    /// One for the run after `session`, of which these are the frames.
+    pub fn next(&self, session: &impl RunSource) -> Self {
+        let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
+        let ghost = Ghost {
+            points: shared(&mut self.points.iter().copied()),
+            ages: shared(&mut self.push_ages.saw(0.0, f64::INFINITY).into_iter()),
+        };
+        let last = session.digest().map(|digest| LastRun {
+            ghost,
+            digest: digest.clone(),
+            ended: session.summary().is_some(),
+        });
+        Self {
+            last,
+            ..Self::default()
+        }
+    }
+
+    /// Whether `session` is the same as the run before it so far, bit for bit.
+    fn same(&self, session: &impl RunSource) -> Option<bool> {
+        let last = self.last.as_ref()?;
+        let whole = session.summary().is_some() && last.ended;
+        Some(session.digest()?.is_same(&last.digest, whole))
+    }
+
     /// The signal in the `span` seconds before `now`; `None` if the system has
     /// none.
     pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<Trace> {
@@ -182,6 +228,11 @@ impl Sampler {
             ages: self.push_ages.saw(end - span, end),
             limits: self.limits.known(),
             marks: Vec::new(),
+            ghost: self
+                .last
+                .as_ref()
+                .map(|last| last.ghost.clone())
+                .unwrap_or_default(),
         })
     }
 
@@ -264,9 +315,6 @@ impl Sampler {
         if let Some(sensed) = head.origin {
             self.push_ages.state(head.at, sensed);
         }
-        self.ages.extend(age(head).map(|age| (head.at, age)));
-        let old = |(at, _): &mut (Time, Duration)| head.at.since(*at) > LATELY;
-        while self.ages.pop_front_if(old).is_some() {}
     }
 
     /// Which nodes ticked a moment ago; while run time stands still, which ones
@@ -295,24 +343,19 @@ impl Sampler {
     /// How it stands, and why it ended if it did, in figures that were measured.
     fn verdict(
         &self,
-        session: &impl RunSource,
+        session: &mut impl RunSource,
         snapshot: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
         let ended = session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
-            return VerdictData {
-                standing: Standing::Good,
-                word: String::new(),
-                headline: so_far(session.system()),
-                why: Vec::new(),
-            };
+            return self.going_on(session, snapshot, age);
         };
         let lost = verdict.is_lost();
         VerdictData {
             standing: if lost { Standing::Lost } else { Standing::Done },
             word: verdict.name().replace('_', " "),
-            headline: verdict.to_string(),
+            headline: format!("{verdict}{}", self.as_before(session)),
             why: if lost {
                 self.reasons(session, snapshot, age)
             } else {
@@ -321,26 +364,113 @@ impl Sampler {
         }
     }
 
+    /// How a run stands that goes on and is not lost.
+    fn going_on(
+        &self,
+        session: &mut impl RunSource,
+        graph: &Snapshot,
+        age: Option<AgeData>,
+    ) -> VerdictData {
+        let strained = age.filter(|age| matches!(age.strain(), Strain::Swings | Strain::Falls));
+        let (standing, why) = match strained {
+            Some(_) => (Standing::Warned, self.reasons(session, graph, age)),
+            None => (Standing::Good, living(session.system(), graph, age)),
+        };
+        VerdictData {
+            standing,
+            word: String::new(),
+            headline: so_far(session.system()) + self.as_before(session),
+            why,
+        }
+    }
+
+    /// That the run is the same as the last one, if it is.
+    fn as_before(&self, session: &impl RunSource) -> &'static str {
+        match (self.same(session), session.summary()) {
+            (Some(true), Some(_)) => ": identical to the last run, bit for bit",
+            (Some(true), None) => ", as in the last run, bit for bit",
+            _ => "",
+        }
+    }
+
     fn reasons(
         &self,
-        session: &impl RunSource,
-        snapshot: &Snapshot,
+        session: &mut impl RunSource,
+        graph: &Snapshot,
         age: Option<AgeData>,
     ) -> Vec<String> {
-        let oldest = self.ages.iter().map(|(_, age)| *age).max();
-        let config = Config {
-            setup: self.setup(session),
-            ..session.config().clone()
+        let setup = self.setup(session);
+        let (system, live) = (session.shared_system().clone(), session.live());
+        let lineage = session.lineage();
+        let late = acting(&*system, graph)
+            .map_or((Time::ZERO, graph.now), |acts| latest(graph, lineage, acts));
+        let facts = Facts {
+            system: &*system,
+            setup: &setup,
+            graph,
+            lineage,
+            age,
+            late,
+            live,
         };
-        Facts::of(session.system(), &config, snapshot, oldest).map_or_else(Vec::new, |facts| {
-            Facts {
-                age,
-                live: session.live(),
-                ..facts
-            }
-            .reasons()
-        })
+        facts.cause().lines
     }
+}
+
+/// The timeline of `session` at run time `now`, as `view` shows it.
+pub fn timeline(session: &impl RunSource, view: TimelineView, now: Time) -> Option<Timeline> {
+    let lineage = session.known_lineage();
+    let acts = acting_name(session.system(), lineage)?;
+    Timeline::of(lineage, acts, view, now)
+}
+
+/// Selects another push in the timeline of `session`; see [`TimelineView::select`].
+pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, later: bool) {
+    let lineage = session.known_lineage();
+    if let Some(acts) = acting_name(session.system(), lineage) {
+        view.select(lineage, acts, now, later);
+    }
+}
+
+fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {
+    let (acts, _) = system.latency()?;
+    let nodes = &lineage.topology().nodes;
+    nodes.iter().position(|node| node.name == acts)
+}
+
+/// What goes on, in a sentence with the figures of now.
+fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<String> {
+    let (Some(age), Some(node)) = (age, first_node(system, graph)) else {
+        return Vec::new();
+    };
+    let (name, hz, ms) = (&node.name, node.hz, age.greatest.as_secs_f64() * 1e3);
+    vec![format!(
+        "the {name} decides at {hz}; each push is based on a reading at most {ms:.0} ms old"
+    )]
+}
+
+/// Columns of a short sentence.
+const SHORT: usize = 78;
+
+/// What the age of the push in force is spent on.
+fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
+    let acts = acting(session.system(), graph)?;
+    let lineage = session.lineage();
+    let (from, to) = latest(graph, lineage, acts);
+    let parts = lineage.push_at(acts, to)?.parts(to);
+    let stages = lineage.mean_parts(acts, from, to);
+    let mean = PartKind::ALL.map(|kind| {
+        let of_kind = stages
+            .iter()
+            .filter(|(stage, _)| PartKind::of(*stage) == kind);
+        let ns: f64 = of_kind.map(|(_, ns)| ns).sum();
+        (kind, Duration::from_nanos(ns as u64))
+    });
+    Some(PushData {
+        sentence: parts.sentence(lineage.topology()),
+        short: parts.sentence_within(lineage.topology(), SHORT),
+        mean: mean.to_vec(),
+    })
 }
 
 /// A note on the world of `session`, where it matters.

@@ -9,12 +9,16 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Summary},
-    runtime::{Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority},
+    runtime::{
+        Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority, telemetry::Lineage,
+    },
     system::System,
 };
 
 use super::{
     error::LabError,
+    lineage_taps::LineageTaps,
+    sameness::RunDigest,
     sampler::{RunSource, WatchedRows, watched},
 };
 use crate::{
@@ -109,6 +113,8 @@ pub struct Session {
     commands: Sender<Command>,
     /// Those on the [`watched`] topics; gone when the session is to end.
     taps: Vec<(&'static str, RowTap)>,
+    /// The chains behind its actions.
+    lineage: LineageTaps,
     /// The result of the run; gone when it has come.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
@@ -142,6 +148,7 @@ impl Session {
         let taps = experiment.taps();
         let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
         let taps = taps.collect();
+        let lineage = LineageTaps::new(&experiment);
         let mut real = RealClock::new(realtime);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
@@ -154,6 +161,7 @@ impl Session {
             observer,
             commands,
             taps,
+            lineage,
             outcome: Some(outcome),
             summary: None,
             csv: None,
@@ -198,6 +206,7 @@ impl Session {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nothing will empty it any more.
         self.taps.clear();
+        self.lineage.let_go();
     }
 
     /// The nodes that are in a tick, which the end of the run waits for.
@@ -314,6 +323,18 @@ impl RunSource for Session {
             (*topic, rows)
         });
         taken.collect()
+    }
+
+    fn known_lineage(&self) -> &Lineage {
+        self.lineage.known()
+    }
+
+    fn digest(&self) -> Option<&RunDigest> {
+        Some(self.lineage.digest())
+    }
+
+    fn lineage(&mut self) -> &Lineage {
+        self.lineage.update()
     }
 
     fn lost(&self) -> u64 {

@@ -1,4 +1,4 @@
-//! The README's picture of the lab: a drawn screen as an SVG file.
+//! A drawn screen as an SVG file.
 
 use std::fmt::Write;
 
@@ -7,26 +7,26 @@ use ratatui::{
     style::{Color, Modifier},
 };
 
+use super::view::theme::{Look, rgb};
+
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
 
-const PAPER: &str = "#16181d";
-const INK: &str = "#d8dbe0";
-
-/// `buffer` as it looks on a dark terminal.
-pub fn svg(buffer: &Buffer) -> String {
+/// `buffer` as it looks on the terminal that `look` is made for.
+pub fn svg(buffer: &Buffer, look: Look) -> String {
+    let [ink, paper] = sheet(look);
     let (width, height) = (buffer.area.width, buffer.area.height);
     let (w, h) = (width * CELL.0 + 16, height * CELL.1 + 16);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" \
          font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"13\">\n\
-         <rect width=\"{w}\" height=\"{h}\" rx=\"6\" fill=\"{PAPER}\"/>\n"
+         <rect width=\"{w}\" height=\"{h}\" rx=\"6\" fill=\"{paper}\"/>\n"
     );
     for y in 0..height {
         let row: Vec<&Cell> = (0..width).filter_map(|x| buffer.cell((x, y))).collect();
         let mut x = 0;
         for run in row.chunk_by(|a, b| a.style() == b.style()) {
-            run_of_one_style(&mut svg, run, x, y);
+            run_of_one_style(&mut svg, run, (x, y), [ink, paper]);
             x += run.len();
         }
     }
@@ -34,7 +34,12 @@ pub fn svg(buffer: &Buffer) -> String {
     svg
 }
 
-fn run_of_one_style(svg: &mut String, run: &[&Cell], x: usize, y: u16) {
+fn run_of_one_style(
+    svg: &mut String,
+    run: &[&Cell],
+    (x, y): (usize, u16),
+    [ink, paper]: [&str; 2],
+) {
     let text: String = run.iter().map(|cell| cell.symbol()).collect();
     let reversed = run[0].modifier.contains(Modifier::REVERSED);
     if text.trim().is_empty() && !reversed {
@@ -43,14 +48,14 @@ fn run_of_one_style(svg: &mut String, run: &[&Cell], x: usize, y: u16) {
     let left = x * usize::from(CELL.0) + 8;
     let top = y * CELL.1 + 8;
     let width = run.len() * usize::from(CELL.0);
-    let mut pen = colour(run[0].fg);
+    let mut pen = colour(run[0].fg, ink);
     if reversed {
         let height = CELL.1;
         let _ = writeln!(
             svg,
             "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"{pen}\"/>"
         );
-        pen = PAPER;
+        pen = paper.to_owned();
     }
     let weight = if run[0].modifier.contains(Modifier::BOLD) {
         " font-weight=\"bold\""
@@ -103,11 +108,21 @@ const BRAILLE: [(usize, usize); 8] = [
     (1, 3),
 ];
 
-fn colour(colour: Color) -> &'static str {
+/// Colours of the letters and of what is behind them.
+fn sheet(look: Look) -> [&'static str; 2] {
+    match look {
+        Look::Dark => ["#d8dbe0", "#16181d"],
+        Look::Light => ["#1f2328", "#ffffff"],
+        Look::High => ["#ffffff", "#000000"],
+    }
+}
+
+fn colour(colour: Color, ink: &str) -> String {
     match colour {
-        Color::Blue => "#6cb0ff",
-        Color::Yellow => "#ff9f43",
-        Color::Cyan => "#5fd7d7",
-        _ => INK,
+        Color::Indexed(index) => {
+            let [red, green, blue] = rgb(index);
+            format!("#{red:02x}{green:02x}{blue:02x}")
+        }
+        _ => ink.to_owned(),
     }
 }

@@ -19,7 +19,7 @@ use std::{
 };
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
-use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
 use ratelab::{
     cartpole::CartPole,
     experiment::Config,
@@ -34,12 +34,16 @@ use super::{
     run,
     session::Setup,
     terminal::Input,
-    view::{self, theme::Theme},
+    view::{
+        self,
+        theme::{Look, Theme},
+    },
 };
 
 const PLAIN: Theme = Theme {
     colour: true,
     ascii: false,
+    look: Look::Dark,
 };
 
 /// The cart-pole, nothing recorded.
@@ -139,17 +143,14 @@ fn chars(text: &str) -> Vec<KeyCode> {
 #[test]
 fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let knobs = "4 control-hz 8\n7 control-hz 5";
-    let app = ended(Config {
+    let config = Config {
         seed: 1,
         knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         speed: Speed::Unlimited,
         ..Config::default()
-    });
-    let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("terminal");
-    let drawn = terminal
-        .draw(|frame| view::render(app.screen().as_ref(), &PLAIN, frame))
-        .expect("drawn");
-    let drawn = super::svg::svg(drawn.buffer);
+    };
+    let size = Size::new(120, 40);
+    let drawn = super::picture::of_run(&config, setup(), size, &PLAIN).expect("a picture");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
     if std::env::var_os("RATELAB_UPDATE").is_some() {
         std::fs::write(path, &drawn).expect("written");
@@ -167,6 +168,34 @@ fn every_size_shows_the_same_run() {
     insta::assert_snapshot!("full_160x50", screen(&app, &PLAIN, 160, 50));
     insta::assert_snapshot!("compact_80x24", screen(&app, &PLAIN, 80, 24));
     insta::assert_snapshot!("too_small_39x12", screen(&app, &PLAIN, 39, 12));
+}
+
+/// A healthy run, one that is warned of, and one that fell.
+#[test]
+fn the_default_terminal_shows_angle_age_and_cause_uncut() {
+    for (knobs, verdict) in [
+        ("0 control-hz 50", "BALANCED"),
+        ("0 control-hz 5", "FELL at"),
+        ("0 sensor-hz 5", "it looks only 5 times a second"),
+        ("0 link /action delay:100", "link /action none mends it"),
+        ("0 send policy zero", "the zero policy"),
+    ] {
+        let app = ended(Config {
+            knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+            ..Config::default()
+        });
+        let drawn = screen(&app, &PLAIN, 80, 24);
+        for part in [
+            "pole angle",
+            "age of the push",
+            " of 90",
+            "this push is",
+            verdict,
+        ] {
+            assert!(drawn.contains(part), "{knobs}: no {part:?} in\n{drawn}");
+        }
+        assert!(!drawn.contains('…'), "{knobs}:\n{drawn}");
+    }
 }
 
 #[test]
@@ -212,13 +241,17 @@ fn every_pane_alone_fits_the_smallest_screen() {
 fn no_size_and_no_theme_panics() {
     let mut app = fallen();
     press(&mut app, "m");
-    app.help = true;
+    app.overlay = Some(super::overlay::Overlay::Help { scroll: 0 });
     let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
     for (width, height) in
         sizes.flat_map(|w| [0, 1, 2, 5, 11, 12, 23, 24, 35, 36, 80].map(|h| (w, h)))
     {
         for (colour, ascii) in [(true, false), (false, true)] {
-            let theme = Theme { colour, ascii };
+            let theme = Theme {
+                colour,
+                ascii,
+                look: Look::Dark,
+            };
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
             let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &theme, frame));
             assert!(drawn.is_ok(), "{width}x{height}");
@@ -232,6 +265,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
     let theme = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
     for pane in Pane::ALL {
         app.focus = pane;
@@ -301,6 +335,7 @@ fn the_cliff_map_lies_over_the_panes() {
     let poor = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
     insta::assert_snapshot!("map_40x12", screen(&app, &poor, 40, 12));
 }
@@ -375,7 +410,7 @@ fn a_run_that_falls_is_warned_of_before_it_falls() {
         let mut warned_at = None;
         frames(config, |app, buf| {
             let frame = app.screen().map(|shown| shown.frame.clone());
-            if frame.is_some_and(|frame| frame.verdict.standing == Standing::Good)
+            if frame.is_some_and(|frame| frame.verdict.standing == Standing::Warned)
                 && !warned(buf).is_empty()
             {
                 warned_at = warned_at.or(app.screen().map(|shown| shown.frame.now));

@@ -128,6 +128,7 @@ impl Recording {
             origin,
         };
         recording.check(content.sound);
+        recording.find_ends();
         Ok(recording)
     }
 

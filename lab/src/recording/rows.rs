@@ -56,9 +56,11 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
         .zip(numbers(chunk, tick::OVERRUNS))
         .zip(pushes(chunk));
     rows.map(|(((((at, number), lateness), took), overruns), push)| {
+        let at = at?;
         Some(TickRecord {
             number: number??,
-            at: at?,
+            at,
+            ends: Some(at),
             lateness: lateness_of(lateness?)?,
             took: took?.map(Duration::from_nanos),
             overruns: overruns??,

@@ -7,6 +7,7 @@
 
 mod counters;
 mod event_log;
+mod lineage;
 mod meter;
 mod observer;
 mod push_age;
@@ -16,6 +17,7 @@ mod window;
 
 pub use counters::Flight;
 pub use event_log::{Event, EventKind};
+pub use lineage::{AgePart, AgeParts, Chain, Lineage, Push, Sent, Stage, Worked};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
 pub use push_age::{PushAge, PushAgeView};

@@ -1,7 +1,10 @@
 //! The exercises over a running session.
 
 use crossterm::event::KeyEvent;
-use ratelab::{experiment::Config, runtime::Speed};
+use ratelab::{
+    experiment::Config,
+    runtime::{Knob, Speed, telemetry::Event},
+};
 
 use super::{App, LabError};
 use crate::{
@@ -18,10 +21,26 @@ impl App {
         if !self.setup.course {
             return self.notify("there are no exercises for this system");
         }
+        if self.by_hand && !self.ended() && !self.may_be_rescued() {
+            return self
+                .notify("not yet: b breaks it, ] brings it back while the pole leans, then e");
+        }
         self.panel = Some(match self.judged() {
             Some(panel) => panel,
             None => ExercisePanel::new(),
         });
+    }
+
+    /// Whether it was broken and brought back, so that a rescue can be judged.
+    fn may_be_rescued(&self) -> bool {
+        let rates = self.events.iter().filter_map(Event::knob);
+        let rates = rates.filter_map(|timed| match timed.knob {
+            Knob::Rate { hz, .. } => Some(hz.get()),
+            _ => None,
+        });
+        let rates: Vec<f64> = rates.collect();
+        let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+        rates.last().is_some_and(|last| *last > slowest)
     }
 
     /// The verdict on the rescue that was recorded; `None` if there is none.

@@ -46,13 +46,13 @@ impl App {
         let Some(hz) = self.knobs.wanted().rate(node).or(runs) else {
             return;
         };
-        self.turn_to_preset(
-            KnobKind::Rate,
-            &[node.to_owned()],
-            (&presets::RATES, hz.get()),
-            direction,
-            hz,
-        );
+        let presets = match self.by_hand {
+            true => &presets::COARSE_RATES[..],
+            false => &presets::RATES,
+        };
+        let nodes = [node.to_owned()];
+        let current = (presets, hz.get());
+        self.turn_to_preset(KnobKind::Rate, &nodes, current, direction, hz);
     }
 
     /// Turns the depths of the topics in focus, all to one value.
@@ -149,11 +149,33 @@ impl App {
         };
         match KnobText(self.system().aliases()).parse(broken) {
             Ok(knobs) if knobs.iter().all(|knob| self.is_at(knob)) => {
-                self.notify(format!("it is broken already: {broken}"));
+                match std::mem::take(&mut self.unbroken) {
+                    before if before.is_empty() => {
+                        self.notify(format!("it was broken from the start: {broken}"));
+                    }
+                    before => self.turn(before),
+                }
             }
-            Ok(knobs) => self.turn(knobs),
+            Ok(knobs) => {
+                self.unbroken = knobs
+                    .iter()
+                    .filter_map(|knob| self.as_it_is(knob))
+                    .collect();
+                self.turn(knobs);
+            }
             Err(error) => self.notify(error.to_string()),
         }
+    }
+
+    /// The setting of now of a rate or a depth that `knob` is going to change.
+    fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
+        let graph = self.graph();
+        let value = match knob.kind() {
+            KnobKind::Rate => graph.node(knob.target())?.hz.get().to_string(),
+            KnobKind::Depth => graph.topic(knob.target())?.depth.to_string(),
+            _ => return None,
+        };
+        knob.kind().set(knob.target(), &value).ok()
     }
 
     /// Whether `knob` is turned to its value already.

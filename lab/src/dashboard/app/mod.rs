@@ -15,7 +15,7 @@ use std::{sync::Arc, time::Duration};
 use crossterm::event::{KeyEvent, KeyModifiers};
 use ratelab::{
     experiment::Config,
-    runtime::{Command, Snapshot, Time, telemetry::Event},
+    runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
     system::{System, WorldKind},
 };
 
@@ -25,7 +25,8 @@ use restart::Next;
 use super::{
     cliff::{CliffMap, MapAxes},
     error::LabError,
-    exercise_panel::ExercisePanel,
+    exercise_panel::{self, ExercisePanel},
+    explain,
     focus::Pane,
     frame::{FrameData, Trace},
     history::FrameHistory,
@@ -34,11 +35,13 @@ use super::{
     knobs::Knobs,
     marks::{TRACE_S, marks},
     model::Model,
+    overlay::{self, Overlay},
     presets::Direction,
     prompt::Prompt,
-    sampler::{RunSource, Sampler},
+    sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, Setup},
-    view::{Footer, ScreenState, StatusExtra},
+    timeline::TimelineView,
+    view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
     recording::{Destination, RecordError, Recorded, Recorder},
@@ -84,6 +87,8 @@ pub struct App {
     frame: Option<Arc<FrameData>>,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
+    /// What undoes the knob that breaks the system, once it was turned.
+    unbroken: Vec<Knob>,
     /// Whether the session is a rescue by hand, to be judged.
     by_hand: bool,
     /// The cliff map, once it was opened.
@@ -96,8 +101,10 @@ pub struct App {
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
     pub zoomed: bool,
-    /// Whether the keys are shown.
-    pub help: bool,
+    /// Where the person looks in the timeline.
+    timeline: TimelineView,
+    /// What lies over the panes.
+    pub overlay: Option<Overlay>,
     /// The line in which a knob is typed.
     prompt: Prompt,
     /// Whether it is open.
@@ -138,13 +145,15 @@ impl App {
             unrecorded: None,
             frame: None,
             panel: None,
+            unbroken: Vec::new(),
             by_hand: false,
             map: None,
             map_axes: MapAxes::default(),
             mapping: false,
             focus: Pane::Graph,
             zoomed: false,
-            help: false,
+            timeline: TimelineView::default(),
+            overlay: None,
             prompt: Prompt::default(),
             typing: false,
             notice: None,
@@ -226,6 +235,7 @@ impl Model for App {
                 marks: marks(system, self.events(frame.now), frame.now),
                 ..trace
             }),
+            timeline: sampler::timeline(&self.session, self.timeline, frame.now),
             knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
@@ -239,8 +249,8 @@ impl Model for App {
             scrubber: None,
             map: self.open(),
             footer: self.footer(),
-            help: self.help.then(|| self.keys()),
-            page: self.panel.as_ref().map(ExercisePanel::page),
+            help: self.help(),
+            page: self.page(frame),
             notice: self.notice.as_deref(),
         })
     }
@@ -257,8 +267,8 @@ impl Model for App {
             self.type_key(key);
             return Ok(());
         }
-        if self.help && action != Some(LabAction::Quit) {
-            self.help = false; // Any key closes it.
+        if let Some(overlay) = self.overlay.filter(|_| action != Some(LabAction::Quit)) {
+            self.overlay = overlay.after(key);
             return Ok(());
         }
         if self.panel.is_some() && !is_chord(key) {
@@ -336,23 +346,32 @@ impl App {
             LabAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
             LabAction::Focus(pane) if self.has(pane) => self.focus = pane,
             LabAction::Focus(_) => self.notify("this system has nothing to show there"),
+            LabAction::Push(later) => self.select_push(later),
+            LabAction::Span(closer) => self.timeline.zoom(closer),
             LabAction::Zoom => self.zoomed = !self.zoomed,
-            LabAction::Help => self.help = true,
+            LabAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
+            LabAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
             LabAction::Quit => return self.leave(),
         }
         Ok(())
     }
 
-    /// The keys and what they do, those of the map first if it is open.
-    fn keys(&self) -> Vec<(String, String)> {
-        let map = if self.mapping {
-            MAP.rows(|_| true)
-        } else {
-            Vec::new()
+    /// The keys of what is open, if they are to be shown.
+    fn help(&self) -> Option<HelpPage> {
+        let scroll = self.overlay?.help()?;
+        let rows = match self.mapping {
+            true => MAP.rows(|_| true),
+            false => LAB.rows(|action| self.knows(*action)),
         };
-        map.into_iter()
-            .chain(LAB.rows(|action| self.knows(*action)))
-            .collect()
+        Some(HelpPage { rows, scroll })
+    }
+
+    /// The page of text that is open: of the exercises, or of what a pane shows.
+    fn page(&self, frame: &FrameData) -> Option<TextPage> {
+        let explained = self.overlay.and_then(Overlay::explained);
+        let signal = sampler::signal(self.system()).map(|signal| signal.name);
+        let explained = explained.map(|scroll| explain::page(self.focus, signal, frame, scroll));
+        explained.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
     }
 
     fn footer(&self) -> Footer<'_> {
@@ -362,6 +381,13 @@ impl App {
                 refusal: self.prompt.refusal(),
                 hint: self.with_vocabulary(|words| words.hint()),
             }
+        } else if self.overlay.is_some() || self.panel.is_some() {
+            let hints = match self.overlay {
+                Some(_) => overlay::HINTS.as_slice(),
+                None => exercise_panel::HINTS,
+            };
+            let hints = hints.iter().map(|(key, what)| (key.to_string(), *what));
+            Footer::Hints(hints.collect())
         } else if self.mapping {
             Footer::Hints(MAP.hints(|_| true))
         } else {
@@ -396,6 +422,14 @@ impl App {
 
     fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
+    }
+
+    /// Looks at another push in the timeline, which gets the focus.
+    fn select_push(&mut self, later: bool) {
+        if let Some(frame) = self.frame.clone() {
+            self.focus = Pane::Timeline;
+            sampler::select(&self.session, &mut self.timeline, frame.now, later);
+        }
     }
 
     /// Whether the graph can still be changed; prints a notice if not.

@@ -12,8 +12,9 @@ use crate::{
     dashboard::{
         history::FrameHistory,
         knobs::Knobs,
-        sampler::{RunSource, Sampler},
+        sampler::RunSource,
         session::{Prepared, list},
+        timeline::TimelineView,
     },
     recording::RecordError,
 };
@@ -102,6 +103,7 @@ impl App {
 
     /// Starts what was prepared, now that the session before it is over.
     fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
+        let sampler = self.sampler.next(&self.session);
         match self.session.finish() {
             // The rows of a session that is followed by another are not kept.
             Ok(_) | Err(LabError::Csv(_)) => {}
@@ -118,14 +120,17 @@ impl App {
         self.session = prepared.begin(recorder);
         self.config = without_knobs(self.session.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
-        self.sampler = Sampler::default();
+        self.sampler = sampler;
         self.history = FrameHistory::default();
+        self.timeline = TimelineView::default();
         self.events.clear();
         self.pause = false;
         // Without its recording a rescue cannot be judged.
         self.by_hand = by_hand && self.record;
         if self.by_hand {
-            self.notify("b breaks it, ] brings it back, e judges");
+            self.notify(
+                "b breaks it; when the pole leans, ] three times brings 50 Hz back; e judges",
+            );
         }
         Ok(())
     }

@@ -71,6 +71,12 @@ pub enum LabAction {
     Exercises,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
+    /// Select the next push in the timeline, or the one before.
+    Push(bool),
+    /// Show a shorter stretch of the timeline, or a longer one.
+    Span(bool),
+    /// Explain the pane in focus.
+    Explain,
     /// Show or hide the keys.
     Help,
     /// Leave.
@@ -89,11 +95,11 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     row(&[(Char('l'), Loss(Up)), (Char('L'), Loss(Down))],
         "losses of the marked topics up, down", Some("loss")),
     row(&[(Char('b'), Break)],
-        "break it, as --break does", Some("break")),
+        "break it, as --break does; again: undo that", Some("break")),
     row(&[(Char('r'), Restart)],
         "start again: same seed, knobs as they stand", Some("restart")),
     row(&[(Char(' '), Pause)],
-        "pause, or go on", Some("pause")),
+        "pause, or go on", Some("pause"));
     row(&[(Char('.'), StepForward), (RIGHT, StepForward)],
         "one tick of one node; looking back, one picture forward", Some("step")),
     row(&[(Char(','), StepBack), (LEFT, StepBack)],
@@ -113,9 +119,9 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     row(&[(UP, Node(Down)), (DOWN, Node(Up))],
         "mark the node before, the next one", Some("node")),
     row(&[(Char('t'), Topic(Up)), (Char('T'), Topic(Down))],
-        "mark the next topic, the one before, or those of the beginning", Some("topic")),
+        "mark the next topic, the one before", Some("topic")),
     row(&[(Char('o'), OtherWorld)],
-        "start again in the other world: one that waits for the actuator, or does not",
+        "start again in the world that does not wait, or that waits",
         Some("world")),
     row(&[(Char('{'), SecondRate(Down)), (Char('}'), SecondRate(Up))],
         "rate of the second alias, such as sensor-hz, down, up", Some("second rate")),

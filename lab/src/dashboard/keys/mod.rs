@@ -53,14 +53,19 @@ const fn row<A>(
     Binding { keys, help, footer }
 }
 
-/// The keys of a screen with panes: help and quit first, then its own rows, and those
-/// of the panes last.
+/// The keys of a screen with panes, those first that are needed most: help and quit, its
+/// own rows before the `;`, those of the panes, and its other rows.
 macro_rules! screen_with_panes {
-    ($Action:ident; $($row:expr),+ $(,)?) => {
+    ($Action:ident; $($first:expr),+; $($row:expr),+ $(,)?) => {
         $crate::dashboard::keys::KeyTable(&[
             row(&[(Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
+            row(
+                &[(Char('i'), $Action::Explain)],
+                "explain the pane in focus, with its figures",
+                Some("explain"),
+            ),
             row(&[(Char('q'), $Action::Quit), (Ctrl('c'), $Action::Quit)], "quit", Some("quit")),
-            $($row,)+
+            $($first,)+
             row(
                 &[
                     (TAB, $Action::NextPane),
@@ -69,8 +74,19 @@ macro_rules! screen_with_panes {
                     (Char('3'), $Action::Focus(Pane::Signal)),
                     (Char('4'), $Action::Focus(Pane::Figures)),
                     (Char('5'), $Action::Focus(Pane::Events)),
+                    (Char('6'), $Action::Focus(Pane::Timeline)),
                 ],
-                "focus the next pane; graph, plant, signal, figures, events",
+                "focus the next pane; graph, plant, signal, figures, events, timeline",
+                None,
+            ),
+            row(
+                &[(Char('('), $Action::Push(false)), (Char(')'), $Action::Push(true))],
+                "timeline: select the push before, the next one",
+                None,
+            ),
+            row(
+                &[(Char('v'), $Action::Span(true)), (Char('V'), $Action::Span(false))],
+                "timeline: a shorter stretch, a longer one",
                 None,
             ),
             row(
@@ -78,6 +94,7 @@ macro_rules! screen_with_panes {
                 "give the focused pane the whole screen, or take it back",
                 Some("zoom"),
             ),
+            $($row,)+
         ])
     };
 }

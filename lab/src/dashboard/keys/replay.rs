@@ -38,6 +38,12 @@ pub enum ReplayAction {
     Focus(Pane),
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
+    /// Select the next push in the timeline, or the one before.
+    Push(bool),
+    /// Show a shorter stretch of the timeline, or a longer one.
+    Span(bool),
+    /// Explain the pane in focus.
+    Explain,
     /// Show or hide the keys.
     Help,
     /// Leave.
@@ -52,7 +58,7 @@ pub const REPLAY: KeyTable<ReplayAction> = screen_with_panes![
     ReplayAction;
     row(&[(Char(' '), Play)], "play, or stand still", Some("play")),
     row(&[(Char(','), Step(Down)), (Char('.'), Step(Up)), (LEFT, Step(Down)), (RIGHT, Step(Up))],
-        "to the messages before, to the next messages", Some("step")),
+        "to the messages before, to the next messages", Some("step"));
     row(&[(PAGE_UP, Second(Down)), (PAGE_DOWN, Second(Up))],
         "a second back, a second on", None),
     row(&[(Char('N'), Event(Down)), (Char('n'), Event(Up))],

@@ -1,6 +1,6 @@
 //! The push age as a number and a bar.
 
-use std::time::Duration;
+use std::{cmp::Reverse, time::Duration};
 
 use ratatui::{
     buffer::Buffer,
@@ -9,47 +9,56 @@ use ratatui::{
 };
 
 use super::{
-    pane::{self, put},
+    pane::{self, clip, put},
     theme::Theme,
 };
-use crate::dashboard::frame::{AgeData, Strain};
+use crate::dashboard::frame::{AgeData, PartKind, PushData, Strain};
 
 /// The widest bar, and the narrowest that can be read.
 const BAR: (usize, usize) = (40, 8);
 
-/// Parts of a cell that a bar fills.
-const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
-
-/// Length of the whole bar, in last limits.
+/// What the whole bar is of the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
-/// Draws the number, a bar with a tick at each limit, and the result.
-pub fn render(age: &AgeData, theme: &Theme, area: Rect, buf: &mut Buffer) {
+/// Draws the number, a bar with a tick at each limit, and on what the age was spent;
+/// below it the same of the push in force.
+pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let number = number(age);
     let (sign, word, style) = verdict(age.strain(), theme);
     let line = pane::row(area, 0);
     put(&number, theme.strong(), 1, line, buf);
     let begin = pane::width(&number) + 3;
-    let verdict = format!("{sign} {word}");
     let room = usize::from(line.width);
+    let mean = push.map(|push| &push.mean[..]).unwrap_or_default();
+    let spent = spent(mean, theme);
+    let free = room.saturating_sub(begin + BAR.1 + 3);
+    let fits = !spent.is_empty() && pane::width(&spent) + 2 <= free;
+    let verdict = format!("{sign} {}", if fits { &spent } else { word });
     let wide = room
         .saturating_sub(begin + pane::width(&verdict) + 3)
         .min(BAR.0);
-    let Some(limit) = age.limit().filter(|_| wide >= BAR.1) else {
-        put(verdict.trim_start(), style, begin, line, buf);
-        return;
-    };
-    let scale = wide as f64 / (limit.as_secs_f64() * BEYOND);
-    let filled = bar(age.mean.as_secs_f64() * scale, wide, theme);
-    let plain = style.remove_modifier(Modifier::REVERSED);
-    put(&filled, plain, begin, line, buf);
-    let ticks = [age.limits.swings(), age.limits.falls];
-    for tick in ticks.into_iter().flatten() {
-        let column = ((tick.as_secs_f64() * scale) as usize).min(wide - 1);
-        let glyph = theme.glyph("┊", "|");
-        put(glyph, theme.strong(), begin + column, line, buf);
+    match age.limit().filter(|_| wide >= BAR.1) {
+        None => put(verdict.trim_start(), style, begin, line, buf),
+        Some(limit) => {
+            let scale = wide as f64 / (limit.as_secs_f64() * BEYOND);
+            let filled = bar(age.mean, mean, (scale, wide), theme);
+            let plain = style.remove_modifier(Modifier::REVERSED);
+            put(&filled, plain, begin, line, buf);
+            let ticks = [age.limits.swings(), age.limits.falls];
+            for tick in ticks.into_iter().flatten() {
+                let column = ((tick.as_secs_f64() * scale) as usize).min(wide - 1);
+                let glyph = theme.glyph("┊", "|");
+                put(glyph, theme.strong(), begin + column, line, buf);
+            }
+            put(&verdict, style, begin + wide + 2, line, buf);
+        }
     }
-    put(&verdict, style, begin + wide + 2, line, buf);
+    if let Some(push) = push {
+        let whole = pane::width(&push.sentence) < room;
+        let text = if whole { &push.sentence } else { &push.short };
+        let text = clip(text, room.saturating_sub(1), theme);
+        put(&text, Style::new(), 1, pane::row(area, 1), buf);
+    }
 }
 
 /// The age and the limit, always equally wide.
@@ -75,16 +84,47 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
     }
 }
 
-/// A bar of `cells`, in `room` of them.
-fn bar(cells: f64, room: usize, theme: &Theme) -> String {
-    let whole = (cells as usize).min(room);
-    let part = match whole < room && !theme.ascii {
-        true => EIGHTHS[((cells - whole as f64) * 8.0) as usize % 8],
-        false => "",
-    };
-    let rest = room - whole - pane::width(part);
-    let [full, empty] = [theme.glyph("█", "#"), theme.glyph("░", ".")];
-    format!("{}{part}{}", full.repeat(whole), empty.repeat(rest))
+/// On what the age was spent, the largest part first, each with its glyph in the bar.
+fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
+    let mut parts: Vec<_> = mean.iter().filter(|(_, took)| ms(*took) > 0).collect();
+    parts.sort_by_key(|(_, took)| Reverse(*took));
+    let words = parts.iter().map(|(kind, took)| {
+        let glyph = glyph(*kind, theme);
+        format!("{glyph} {} {}", kind.word(), ms(*took))
+    });
+    words.collect::<Vec<_>>().join(" + ")
+}
+
+/// How a part fills a bar.
+fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
+    match kind {
+        PartKind::Waited => theme.glyph("▒", "w"),
+        PartKind::Worked => theme.glyph("█", "#"),
+        PartKind::Travelled => theme.glyph("▄", "-"),
+        PartKind::Held => theme.glyph("▓", "="),
+    }
+}
+
+/// A bar as long as the age, its parts in their order, in so many cells a second and
+/// no more cells than that.
+fn bar(
+    age: Duration,
+    mean: &[(PartKind, Duration)],
+    (scale, room): (f64, usize),
+    theme: &Theme,
+) -> String {
+    let cells = |age: Duration| ((age.as_secs_f64() * scale).round() as usize).min(room);
+    let mut bar = String::new();
+    let (mut sum, mut drawn) = (Duration::ZERO, 0);
+    for (kind, took) in mean {
+        sum += *took;
+        let until = cells(sum.min(age)).max(drawn);
+        bar += &glyph(*kind, theme).repeat(until - drawn);
+        drawn = until;
+    }
+    let rest = cells(age).max(drawn);
+    bar += &theme.glyph("█", "#").repeat(rest - drawn);
+    bar + &theme.glyph("░", ".").repeat(room - rest)
 }
 
 #[cfg(test)]
@@ -96,7 +136,28 @@ mod tests {
     };
 
     fn line(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
-        screen(width, 1, |area, buf| render(age, theme, area, buf))
+        screen(width, 1, |area, buf| render(age, None, theme, area, buf))
+    }
+
+    fn push() -> PushData {
+        let parts = [12, 0, 20, 63].map(Duration::from_millis);
+        PushData {
+            sentence: "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
+                .to_owned(),
+            short: "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+            mean: PartKind::ALL.into_iter().zip(parts).collect(),
+        }
+    }
+
+    #[test]
+    fn the_parts_of_the_age_fill_the_bar_and_stand_beside_it() {
+        let drawn = |width, theme| {
+            screen(width, 2, |area, buf| {
+                render(&sample::age(95, 200), Some(&push()), theme, area, buf);
+            })
+        };
+        insta::assert_snapshot!(text(&drawn(100, &RICH)));
+        insta::assert_snapshot!(text(&drawn(80, &POOR)));
     }
 
     #[test]
@@ -134,7 +195,10 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         for mean in [0, 10, 95, 1_000_000] {
-            torture(|theme, area, buf| render(&sample::age(mean, mean), theme, area, buf));
+            let push = push();
+            torture(|theme, area, buf| {
+                render(&sample::age(mean, mean), Some(&push), theme, area, buf);
+            });
         }
     }
 }

@@ -82,6 +82,7 @@ fn inset(width: u16) -> u16 {
 pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     let (glyph, style) = match verdict.standing {
         Standing::Good => (theme.glyph("✓", "+"), theme.good()),
+        Standing::Warned => (theme.glyph("⚠", "!"), theme.alarm_line()),
         Standing::Done => (theme.glyph("■", "="), theme.strong()),
         Standing::Lost => (theme.glyph("✖", "!"), theme.alarm()),
     };

@@ -14,7 +14,7 @@ use super::{
 };
 
 /// Title of the overlay.
-const TITLE: &str = "keys (any key closes)";
+const TITLE: &str = "keys";
 
 /// Blanks between a key and what it does, and between two columns.
 const KEY_GAP: usize = 2;
@@ -23,9 +23,19 @@ const COLUMN_GAP: usize = 4;
 /// Columns that the box takes besides the text: lines and blanks.
 const EDGES: usize = 4;
 
+/// All keys, from a row on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HelpPage {
+    /// Keys and what they do, those first that are needed most.
+    pub rows: Vec<(String, String)>,
+    /// Rows above the first that is shown.
+    pub scroll: usize,
+}
+
 /// Draws keys and what they do in the middle of `area`: in one column, or in
 /// two if one is too high.
-pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Buffer) {
+pub fn render(help: &HelpPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let HelpPage { rows, scroll } = help;
     let area = area.intersection(buf.area);
     let widest = |text: fn(&(String, String)) -> &String| {
         let widths = rows.iter().map(|row| width(&plain(text(row), theme)));
@@ -42,23 +52,42 @@ pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Bu
     Clear.render(place, buf);
     let inner = border(TITLE, Span::default(), theme, true, place, buf);
     let fit = usize::from(inner.height);
-    let cut = high > fit;
+    // The last line tells where more is.
+    let shown = if high > fit {
+        fit.saturating_sub(1)
+    } else {
+        fit
+    };
+    let first = (*scroll).min(high.saturating_sub(shown));
     for (number, (key, what)) in rows.iter().enumerate() {
         let (across, down) = (number / high, number % high);
-        // The last line marks that there is more.
-        if down >= fit - usize::from(cut && fit > 0) {
+        if !(first..first + shown).contains(&down) {
             continue;
         }
         let x = 1 + across * (column + COLUMN_GAP);
-        let place = row(inner, down);
+        let place = row(inner, down - first);
         let room = |x: usize| usize::from(inner.width).saturating_sub(x);
         put(&clip(key, room(x), theme), theme.strong(), x, place, buf);
         let x = x + keys + KEY_GAP;
         put(&clip(what, room(x), theme), Style::new(), x, place, buf);
     }
-    if cut && fit > 0 {
-        let more = theme.glyph("…", "...");
-        put(more, theme.faint(), 1, row(inner, fit - 1), buf);
+    if shown < fit {
+        let rest = high - shown - first;
+        let above = format!("{} {first} above", theme.glyph("↑", "up"));
+        let below = format!("{} {rest} below", theme.glyph("↓", "down"));
+        let more = match (first, rest) {
+            (0, _) => below,
+            (_, 0) => above,
+            _ => format!("{above}  {below}"),
+        };
+        let place = row(inner, fit - 1);
+        put(
+            &clip(&more, usize::from(inner.width), theme),
+            theme.faint(),
+            1,
+            place,
+            buf,
+        );
     }
 }
 
@@ -66,7 +95,7 @@ pub fn render(rows: &[(String, String)], theme: &Theme, area: Rect, buf: &mut Bu
 mod tests {
     use ratatui::{buffer::Buffer, style::Style};
 
-    use super::render;
+    use super::{HelpPage, render};
     use crate::dashboard::view::{
         pane::{
             put, row,
@@ -87,7 +116,7 @@ mod tests {
             .to_vec()
     }
 
-    fn help(width: u16, height: u16, theme: &Theme) -> Buffer {
+    fn help(width: u16, height: u16, scroll: usize, theme: &Theme) -> Buffer {
         screen(width, height, |area, buf| {
             put(
                 &"x".repeat(usize::from(width)),
@@ -96,14 +125,22 @@ mod tests {
                 row(area, 1),
                 buf,
             );
-            render(&keys(), theme, area, buf);
+            render(
+                &HelpPage {
+                    rows: keys(),
+                    scroll,
+                },
+                theme,
+                area,
+                buf,
+            );
         })
     }
 
     #[test]
     fn keys_are_in_one_column_over_everything() {
-        insta::assert_snapshot!(text(&help(40, 7, &RICH)), @r"
-            ┌keys (any key closes)─────────┐
+        insta::assert_snapshot!(text(&help(40, 7, 0, &RICH)), @r"
+            ┌keys──────────────────────────┐
         xxxx│ [ ]    control rate down, up │xxxx
             │ < >    depth of the topic    │
             │ space  pause or go on        │
@@ -115,8 +152,8 @@ mod tests {
 
     #[test]
     fn keys_are_in_two_columns_where_one_is_too_high() {
-        insta::assert_snapshot!(text(&help(70, 5, &POOR)), @r"
-           +keys (any key closes)-----------------------------------------+
+        insta::assert_snapshot!(text(&help(70, 5, 0, &POOR)), @r"
+           +keys----------------------------------------------------------+
         xxx| [ ]    control rate down, up    <- ->  look back             |xxx
            | < >    depth of the topic       q      quit                  |
            | space  pause or go on                                        |
@@ -125,19 +162,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_is_marked() {
-        insta::assert_snapshot!(text(&help(28, 5, &RICH)), @r"
-        ┌keys (any key closes)─────┐
-        │ [ ]    control rate down…│
-        │ < >    depth of the topic│
-        │ …                        │
-        └──────────────────────────┘
-        ");
+    fn keys_that_do_not_fit_are_scrolled_to() {
+        let drawn = [0, 1, 9].map(|scroll| text(&help(28, 5, scroll, &RICH)));
+        insta::assert_snapshot!(drawn.join("\n"));
     }
 
     #[test]
     fn any_size_will_do() {
-        torture(|theme, area, buf| render(&keys(), theme, area, buf));
-        torture(|theme, area, buf| render(&[], theme, area, buf));
+        for scroll in [0, 2, usize::MAX] {
+            let page = |rows| HelpPage { rows, scroll };
+            torture(|theme, area, buf| render(&page(keys()), theme, area, buf));
+            torture(|theme, area, buf| render(&page(Vec::new()), theme, area, buf));
+        }
     }
 }

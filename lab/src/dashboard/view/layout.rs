@@ -13,6 +13,10 @@ const ALL_PANES: Size = Size::new(80, 24);
 /// The smallest screen with room to breathe.
 const ROOMY: Size = Size::new(120, 36);
 
+/// The least height of a body with a timeline of its own, and the height of that.
+const TALL: u16 = 40;
+const LANES: u16 = 9;
+
 /// The parts of the screen.
 #[derive(Debug)]
 pub struct ScreenLayout {
@@ -48,10 +52,17 @@ impl ScreenLayout {
         let [age, second] = [age, scrubber].map(Constraint::Length);
         let parts = [line, age, Constraint::Fill(1), second, line];
         let [status, age, body, second, footer] = rows(area, parts);
-        let (verdict, panes) = if zoomed || !fits(ALL_PANES, area) {
+        let (verdict, panes) = if is_single(area, zoomed) {
             one_pane(body, focus)
+        } else if lines > 0 && !is_roomy(area) {
+            (None, few_panes(body, focus, exist))
+        } else if body.height >= TALL && Pane::ALL.into_iter().all(&exist) {
+            (None, two_columns(body))
         } else {
-            (None, all_panes(body, is_roomy(area), lines > 0, exist))
+            (
+                None,
+                all_panes(body, focus, is_roomy(area), lines > 0, exist),
+            )
         };
         Self {
             status,
@@ -68,6 +79,11 @@ impl ScreenLayout {
 /// Whether anything can be shown in `area`.
 pub fn is_enough(area: Rect) -> bool {
     fits(LEAST, area)
+}
+
+/// Whether only one pane is shown in `area`.
+pub fn is_single(area: Rect, zoomed: bool) -> bool {
+    zoomed || !fits(ALL_PANES, area)
 }
 
 /// Whether all panes have room to breathe in `area`.
@@ -87,8 +103,48 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     (Some(verdict), vec![(focus, pane)])
 }
 
+/// The graph, and below it on the left the plant and the figures, on the right all that
+/// is over time.
+fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
+    let rest = Constraint::Fill(1);
+    let [graph, below] = rows(body, [Constraint::Length(11), rest]);
+    let [left, right] = columns(below, [Constraint::Percentage(50), rest]);
+    let [plant, figures] = rows(left, [rest, Constraint::Length(19)]);
+    let lengths = [rest, Constraint::Length(LANES), Constraint::Length(10)];
+    let [signal, timeline, events] = rows(right, lengths);
+    vec![
+        (Pane::Graph, graph),
+        (Pane::Plant, plant),
+        (Pane::Signal, signal),
+        (Pane::Figures, figures),
+        (Pane::Events, events),
+        (Pane::Timeline, timeline),
+    ]
+}
+
+/// The graph, and below it the plant and the signal, or the pane in focus instead.
+fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
+    let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
+    if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
+        return vec![(Pane::Graph, graph), (focus, rest)];
+    }
+    let widths = [Constraint::Percentage(38), Constraint::Fill(1)];
+    let [left, right] = match (exist(Pane::Plant), exist(Pane::Signal)) {
+        (true, true) => columns(rest, widths),
+        (true, false) => [rest, Rect::default()],
+        (false, _) => [Rect::default(), rest],
+    };
+    let panes = [
+        (Pane::Graph, graph),
+        (Pane::Plant, left),
+        (Pane::Signal, right),
+    ];
+    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
+}
+
 fn all_panes(
     body: Rect,
+    focus: Pane,
     roomy: bool,
     aged: bool,
     exist: impl Fn(Pane) -> bool,
@@ -113,11 +169,20 @@ fn all_panes(
     };
     let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
     let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
+    // The timeline has no room of its own: it takes that of the figures.
+    let instead = focus == Pane::Timeline;
     let panes = [
         (Pane::Graph, graph),
         (Pane::Plant, left),
         (Pane::Signal, right),
-        (Pane::Figures, figures),
+        (
+            if instead {
+                Pane::Timeline
+            } else {
+                Pane::Figures
+            },
+            figures,
+        ),
         (Pane::Events, events),
     ];
     panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()

@@ -15,17 +15,17 @@ mod page;
 mod pane;
 mod plant;
 #[cfg(test)]
-mod sample;
+pub mod sample;
 mod scrubber;
 mod signal;
 mod status;
 mod table;
+mod timeline;
 
 use ratatui::{
     Frame,
     buffer::Buffer,
     layout::Rect,
-    style::Style,
     text::{Line, Span},
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
@@ -34,13 +34,14 @@ use ratelab::{runtime::telemetry::Event, system::System};
 
 #[cfg(test)]
 pub use self::pane::testing;
+pub use self::{help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use self::{layout::ScreenLayout, theme::Theme};
-pub use self::{page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use super::{
     cliff::CliffMap,
     focus::Pane,
-    frame::{FrameData, Trace},
+    frame::{FrameData, PushData, Trace},
     knob_focus::KnobFocus,
+    timeline::Timeline,
 };
 
 /// The content of the screen, of a run or of a recording.
@@ -51,6 +52,8 @@ pub struct ScreenState<'a> {
     pub frame: &'a FrameData,
     /// The signal until then, if the system has one.
     pub trace: Option<Trace>,
+    /// Ticks and messages of late, if the chains behind pushes are known.
+    pub timeline: Option<Timeline>,
     /// The node and the topics whose knobs keys turn.
     pub knob_focus: KnobFocus,
     /// Events until then.
@@ -68,7 +71,7 @@ pub struct ScreenState<'a> {
     /// The last line.
     pub footer: Footer<'a>,
     /// The keys and what they do, over everything else.
-    pub help: Option<Vec<(String, String)>>,
+    pub help: Option<HelpPage>,
     /// A page of text over everything but the help.
     pub page: Option<TextPage>,
     /// The last message of the dashboard itself.
@@ -82,19 +85,39 @@ impl ScreenState<'_> {
             Pane::Plant => self.has_picture(),
             Pane::Signal => self.trace.is_some(),
             Pane::Graph | Pane::Figures | Pane::Events => true,
+            Pane::Timeline => self.frame.age.is_some() || self.timeline.is_some(),
         }
     }
 
-    /// Why it is lost, in lines across a screen of the size of `area` where the pane of
-    /// events has no room for them.
-    fn cause(&self, area: Rect) -> Vec<String> {
-        if self.frame.age.is_none() || layout::is_roomy(area) {
+    /// How it stands and why, across a screen of the size of `area` where the pane of
+    /// events has no room for it. Beside several panes as many lines whatever there is,
+    /// so that nothing jumps; a single pane has the verdict below it.
+    fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
+        let single = layout::is_single(area, self.zoomed);
+        if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
             return Vec::new();
         }
         let room = usize::from(area.width).saturating_sub(1);
-        let why = self.frame.verdict.why.iter();
-        let lines = why.flat_map(|why| pane::broken(why, room));
-        lines.take(CAUSE_LINES).collect()
+        let verdict = &self.frame.verdict;
+        let why = verdict.why.iter();
+        let why = why.flat_map(|why| pane::broken(&pane::plain(why, theme), room));
+        let why = why.map(Line::from);
+        match single {
+            true if self.focus == Pane::Events => Vec::new(),
+            true => why.take(VERDICT_LINES - 1).collect(),
+            false => {
+                let mut lines = vec![events::headline(verdict, theme)];
+                lines.extend(why);
+                lines.resize(VERDICT_LINES, Line::default());
+                lines
+            }
+        }
+    }
+
+    /// The parts of the age of the push in force, where there is room for them.
+    fn push(&self, area: Rect) -> Option<&PushData> {
+        let push = self.frame.push.as_ref();
+        push.filter(|_| area.height >= LEAST_FOR_PARTS)
     }
 
     /// Whether the system has a picture, or may have one as soon as it has a state.
@@ -104,8 +127,11 @@ impl ScreenState<'_> {
     }
 }
 
-/// Lines of a cause where there is little room.
-const CAUSE_LINES: usize = 2;
+/// The least height of a screen with the parts of an age.
+const LEAST_FOR_PARTS: u16 = 20;
+
+/// Lines of a verdict and its cause where there is little room.
+const VERDICT_LINES: usize = 3;
 
 /// The last line.
 pub enum Footer<'a> {
@@ -130,8 +156,10 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
         too_small(area, buf);
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let age = usize::from(shown.frame.age.is_some()) + shown.cause(area).len();
-        let age = pane::clamp(age);
+        let frame = shown.frame;
+        let age = [frame.age.is_some(), shown.push(area).is_some()].map(usize::from);
+        let verdict = shown.verdict_lines(area, theme).len();
+        let age = pane::clamp(age.iter().sum::<usize>() + verdict);
         let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
             shown.has(pane)
         });
@@ -143,10 +171,15 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(age) = &shown.frame.age {
-        age::render(age, theme, layout.age, buf);
-        for (number, line) in shown.cause(buf.area).iter().enumerate() {
-            let (line, row) = (pane::plain(line, theme), pane::row(layout.age, 1 + number));
-            pane::put(&line, Style::new(), 1, row, buf);
+        let push = shown.push(buf.area);
+        age::render(age, push, theme, layout.age, buf);
+        let above = 1 + usize::from(push.is_some());
+        let lines = shown.verdict_lines(buf.area, theme).into_iter();
+        for (number, line) in lines.enumerate() {
+            let mut place = pane::row(layout.age, above + number);
+            place.x += 1;
+            place.width = place.width.saturating_sub(1);
+            line.render(place, buf);
         }
     }
     if let Some(area) = layout.verdict {
@@ -162,11 +195,14 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
         Footer::Prompt { typed, hint, .. } => prompt_line(typed, hint, theme, layout.footer, buf),
         Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
             Some(notice) => {
-                let text = pane::clip(notice, usize::from(layout.footer.width), theme);
-                Line::styled(text, theme.strong()).render(layout.footer, buf);
+                let area = layout.body.union(layout.footer);
+                at_the_bottom(&pane::plain(notice, theme), theme, area, buf);
             }
             None => {
-                let hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
+                let mut hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
+                if layout.verdict.is_some() && hints.len() > 2 {
+                    hints.insert(2, ("Tab 1-6", "other panes"));
+                }
                 status::render_footer(&hints, theme, layout.footer, buf);
             }
         },
@@ -184,8 +220,8 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     {
         over_the_prompt(refusal, theme, layout.body, buf);
     }
-    if let Some(rows) = &shown.help {
-        help::render(rows, theme, layout.body, buf);
+    if let Some(help) = &shown.help {
+        help::render(help, theme, layout.body, buf);
     }
 }
 
@@ -205,6 +241,9 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
             }
         }
         Pane::Figures => figures::render(frame, theme, focused, area, buf),
+        Pane::Timeline => {
+            timeline::render(shown.timeline.as_ref(), theme, focused, area, buf);
+        }
         Pane::Events => {
             let (events, notice) = (&shown.events, shown.notice);
             events::render(verdict, events, notice, theme, focused, area, buf);
@@ -252,7 +291,12 @@ fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buf
 fn over_the_prompt(refusal: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let sign = theme.glyph("✖", "!");
     let text = format!("{sign} {}", pane::plain(refusal, theme));
-    let lines = pane::broken(&text, usize::from(area.width));
+    at_the_bottom(&text, theme, area, buf);
+}
+
+/// A text at the bottom of `area`, in as many lines as it takes.
+fn at_the_bottom(text: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let lines = pane::broken(text, usize::from(area.width));
     let first = usize::from(area.height).saturating_sub(lines.len());
     for (number, line) in lines.iter().enumerate() {
         let place = pane::row(area, first + number);

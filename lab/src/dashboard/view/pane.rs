@@ -10,6 +10,8 @@ use ratatui::{
     widgets::{Block, Widget},
 };
 
+use textwrap::{Options, WordSplitter};
+
 use super::theme::Theme;
 
 /// Draws the box of a pane and returns the room inside. `right` is left out
@@ -96,7 +98,8 @@ pub fn tail(text: &str, room: usize) -> String {
 
 /// `text` in lines of `room` columns, broken between words where there are any.
 pub fn broken(text: &str, room: usize) -> Vec<String> {
-    let lines = textwrap::wrap(text, room.max(1)).into_iter();
+    let options = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
+    let lines = textwrap::wrap(text, options).into_iter();
     lines.map(Cow::into_owned).collect()
 }
 
@@ -172,18 +175,20 @@ pub mod testing {
 
     use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-    use super::Theme;
+    use super::{super::theme::Look, Theme};
 
     /// With everything.
     pub const RICH: Theme = Theme {
         colour: true,
         ascii: false,
+        look: Look::Dark,
     };
 
     /// With nothing.
     pub const POOR: Theme = Theme {
         colour: false,
         ascii: true,
+        look: Look::Dark,
     };
 
     /// What `draw` draws on a screen of that size.

@@ -9,8 +9,8 @@ use ratelab::{
 };
 
 use crate::dashboard::frame::{
-    AgeData, FrameData, Health, LatencyData, NodeData, Quantiles, Standing, TopicData, Trace,
-    VerdictData,
+    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, Standing, TopicData,
+    Trace, VerdictData,
 };
 
 /// The latency of [`balanced`].
@@ -159,6 +159,7 @@ pub fn trace() -> Trace {
             (0.2, "policy 5 Hz".to_owned()),
             (0.6, "/obs depth 100".to_owned()),
         ],
+        ghost: Ghost::default(),
     }
 }
 
@@ -251,6 +252,8 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             period: Duration::from_millis(20),
         }),
         age: Some(age(25, 43)),
+        push: None,
+        same: None,
         state: state(0.04, -0.012, 0.18),
         verdict: VerdictData {
             standing: Standing::Good,

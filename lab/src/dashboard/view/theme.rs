@@ -5,42 +5,72 @@ use ratatui::{
     symbols::border,
 };
 
-/// How things look. Blue and orange can be told apart by nearly everybody; both
-/// are among the sixteen colours that every terminal has in some shade, and
-/// nothing is said about the background, which may be light or dark.
-#[derive(Clone, Copy, Debug)]
+/// How things look. Blue and orange can be told apart by nearly everybody. The colours
+/// are those of the 256 that look the same in every terminal, so that they can be read
+/// on the background they are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Theme {
     /// Whether colours are used at all (`NO_COLOR`).
     pub colour: bool,
     /// Whether only ASCII is used (`--ascii`).
     pub ascii: bool,
+    /// On which background.
+    pub look: Look,
+}
+
+/// The background that colours are made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Look {
+    /// For dark backgrounds.
+    #[default]
+    Dark,
+    /// For light backgrounds.
+    Light,
+    /// High contrast: the terminal's own two colours, nothing faint.
+    High,
+}
+
+impl Look {
+    /// What is well, alarms, what moves, and what is faint; nothing where the
+    /// terminal's own colour is used.
+    fn palette(self) -> [Option<u8>; 4] {
+        match self {
+            Self::Dark => [Some(75), Some(214), Some(80), Some(247)],
+            Self::Light => [Some(25), Some(94), Some(23), Some(240)],
+            Self::High => [None; 4],
+        }
+    }
 }
 
 impl Theme {
     /// Good news.
     pub fn good(&self) -> Style {
-        self.coloured(Color::Blue)
+        self.coloured(0)
     }
 
     /// An alarm. Bold and reversed as well, for terminals without colours.
     pub fn alarm(&self) -> Style {
-        self.coloured(Color::Yellow)
+        self.coloured(1)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED)
     }
 
     /// An alarm in lines: reversed they would turn into blocks.
     pub fn alarm_line(&self) -> Style {
-        self.coloured(Color::Yellow).add_modifier(Modifier::BOLD)
+        self.coloured(1).add_modifier(Modifier::BOLD)
     }
 
     /// Motion: a message on its way, a node that ticks.
     pub fn active(&self) -> Style {
-        self.coloured(Color::Cyan).add_modifier(Modifier::BOLD)
+        self.coloured(2).add_modifier(Modifier::BOLD)
     }
 
     /// References: axes, limits, hints.
     pub fn faint(&self) -> Style {
-        Style::new().add_modifier(Modifier::DIM)
+        match (self.colour, self.look) {
+            (_, Look::High) => Style::new(),
+            (true, _) => self.coloured(3),
+            (false, _) => Style::new().add_modifier(Modifier::DIM),
+        }
     }
 
     /// Titles and keys.
@@ -48,11 +78,10 @@ impl Theme {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    fn coloured(&self, colour: Color) -> Style {
-        if self.colour {
-            Style::new().fg(colour)
-        } else {
-            Style::new()
+    fn coloured(&self, of_palette: usize) -> Style {
+        match self.look.palette()[of_palette].filter(|_| self.colour) {
+            Some(colour) => Style::new().fg(Color::Indexed(colour)),
+            None => Style::new(),
         }
     }
 
@@ -82,3 +111,76 @@ const ASCII_BORDER: border::Set<'static> = border::Set {
     horizontal_top: "-",
     horizontal_bottom: "-",
 };
+
+/// What the colour with this number looks like everywhere: those of the cube and of the
+/// greys among the 256.
+pub fn rgb(index: u8) -> [u8; 3] {
+    let level = |step: u8| if step == 0 { 0 } else { 55 + 40 * step };
+    match index {
+        232.. => [8 + 10 * (index - 232); 3],
+        16.. => {
+            let cube = index - 16;
+            [cube / 36, cube / 6 % 6, cube % 6].map(level)
+        }
+        _ => [0; 3],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Backgrounds of the usual terminals: xterm, Windows Terminal, GNOME (its own and
+    /// Ubuntu's), macOS.
+    const DARK: [[u8; 3]; 5] = [
+        [0, 0, 0],
+        [12, 12, 12],
+        [23, 20, 33],
+        [48, 10, 36],
+        [30, 30, 30],
+    ];
+    const LIGHT: [[u8; 3]; 3] = [[255, 255, 255], [255, 255, 221], [242, 242, 242]];
+
+    /// The relative luminance of WCAG 2.
+    fn luminance(colour: [u8; 3]) -> f64 {
+        let [red, green, blue] = colour.map(|part| {
+            let part = f64::from(part) / 255.0;
+            match part <= 0.040_45 {
+                true => part / 12.92,
+                false => ((part + 0.055) / 1.055).powf(2.4),
+            }
+        });
+        0.2126 * red + 0.7152 * green + 0.0722 * blue
+    }
+
+    fn contrast(one: [u8; 3], other: [u8; 3]) -> f64 {
+        let (one, other) = (luminance(one), luminance(other));
+        (one.max(other) + 0.05) / (one.min(other) + 0.05)
+    }
+
+    #[test]
+    fn every_colour_can_be_read_on_the_usual_backgrounds() {
+        for (look, backgrounds) in [(Look::Dark, &DARK[..]), (Look::Light, &LIGHT)] {
+            for colour in look.palette().into_iter().flatten() {
+                for background in backgrounds {
+                    let contrast = contrast(rgb(colour), *background);
+                    assert!(contrast >= 4.5, "{colour} on {background:?}: {contrast:.1}");
+                }
+            }
+        }
+        assert!((contrast([0; 3], [255; 3]) - 21.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn high_contrast_has_no_colours_and_nothing_faint() {
+        let theme = Theme {
+            colour: true,
+            ascii: false,
+            look: Look::High,
+        };
+        for style in [theme.good(), theme.alarm(), theme.active(), theme.faint()] {
+            assert_eq!(style.fg, None);
+            assert!(!style.add_modifier.contains(Modifier::DIM));
+        }
+    }
+}

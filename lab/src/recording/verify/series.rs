@@ -176,10 +176,11 @@ impl Series for Ticks<'_> {
         let item = self.recorded(recorded)?;
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
         // How long a tick took is the wall's time, and not what comes again.
-        let took = recorded.took;
+        let (took, ends) = (recorded.took, recorded.ends);
         let push = computed.push.filter(|_| self.has_pushes);
         let computed = &TickRecord {
             took,
+            ends,
             push,
             ..*computed
         };

@@ -1,0 +1,43 @@
+//! What a picture can be asked for.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use ratatui::layout::Size;
+use ratelab::runtime::Time;
+
+use super::{GraphArgs, heading, values};
+use crate::dashboard::view::theme::Look;
+
+/// What is drawn, and how.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// The recording; without one, a run of the virtual clock with the options of the
+    /// graph.
+    #[arg(value_name = "FILE")]
+    pub file: Option<PathBuf>,
+
+    /// Run time (s) [default: the end of the recording, or 10]
+    #[arg(long, value_name = "S", value_parser = values::duration, allow_hyphen_values = true, help_heading = heading::SCREEN)]
+    pub at: Option<Time>,
+
+    /// Colours for a dark background, a light one, or of high contrast.
+    #[arg(long, value_enum, value_name = "THEME", default_value_t, help_heading = heading::SCREEN)]
+    pub theme: Look,
+
+    /// Columns and rows, 40x12 to 400x200.
+    #[arg(long, value_name = "WxH", default_value = "120x35", value_parser = values::size, help_heading = heading::SCREEN)]
+    pub size: Size,
+
+    /// Draw with ASCII characters only.
+    #[arg(long, help_heading = heading::SCREEN)]
+    pub ascii: bool,
+
+    /// The picture to write.
+    #[arg(short, long, value_name = "FILE", default_value = "lab.svg")]
+    pub output: PathBuf,
+
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+}

@@ -1,0 +1,76 @@
+//! `ratelab picture`: the dashboard at a moment, as an SVG file.
+
+use std::sync::Arc;
+
+use ratelab::runtime::{ClockKind, Speed, Time};
+
+use crate::{
+    cli::{ClockArg, PictureArgs},
+    dashboard::{Setup, picture as pictures},
+    error::Error,
+    options::{self, Defaults},
+    output::write_whole,
+    program::Program,
+    recording::Recording,
+    screen::theme,
+};
+
+/// A run for a picture can be had again to the bit.
+const DEFAULTS: Defaults = Defaults {
+    clock: ClockKind::Virtual,
+    end: Time::from_nanos(10_000_000_000),
+    speed: Speed::Unlimited,
+};
+
+/// Draws a recording, or a run, and writes the picture.
+pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
+    let theme = theme(args.ascii, Some(args.theme));
+    let output =
+        |picture: &str, read| write_whole("--output", &args.output, read, picture.as_bytes());
+    if let Some(file) = &args.file {
+        refuse_options(args)?;
+        let recording = Arc::new(Recording::read(file)?);
+        let at = args.at.unwrap_or(recording.until);
+        let system = &program.system;
+        let picture = pictures::of_recording(recording.clone(), system, at, args.size, &theme)?;
+        output(&picture, Some(file.as_path()))?;
+        return Error::if_damaged(&recording);
+    }
+    if args.graph.clock == Some(ClockArg::Real) {
+        let why = "a picture is of the virtual clock: leave --clock real out, or name a recording";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let end = args.at.unwrap_or(DEFAULTS.end);
+    let like = options::like(program, &args.graph)?;
+    let defaults = Defaults { end, ..DEFAULTS };
+    let config = options::graph(program, &args.graph, &defaults, like.as_ref())?;
+    let setup = Setup {
+        system: program.system.clone(),
+        course: program.course,
+        realtime: None,
+        csv: None,
+        record: None,
+    };
+    let picture = pictures::of_run(&config, setup, args.size, &theme)?;
+    output(&picture, None)
+}
+
+/// Refuses options of a run beside a recording, whose run is what it was.
+fn refuse_options(args: &PictureArgs) -> Result<(), Error> {
+    let graph = &args.graph;
+    let given = !graph.system.given.is_empty()
+        || graph.system.broken
+        || !graph.knob.is_empty()
+        || graph.knobs.is_some()
+        || graph.clock.is_some()
+        || graph.duration_s.is_some()
+        || graph.seed.is_some()
+        || graph.like.is_some();
+    match given {
+        true => {
+            let why = "the run of a recording is what it was: leave the options of the graph out";
+            Err(Error::BadInput(why.to_owned()))
+        }
+        false => Ok(()),
+    }
+}

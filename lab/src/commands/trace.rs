@@ -1,0 +1,30 @@
+//! `ratelab trace`: a recording for Perfetto.
+
+use crate::{
+    cli::TraceArgs,
+    error::Error,
+    output::{print_line, write_whole},
+    program::Program,
+    recording::Recording,
+    trace::trace as encoded,
+};
+
+/// Writes a recording as a trace; what is good of it, if it is damaged.
+pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
+    let recording = Recording::read(&args.file)?;
+    let path = args.output.clone();
+    let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
+    let system = recording.system(&program.system);
+    let acts = system.latency().map(|(node, _)| node);
+    write_whole(
+        "--output",
+        &path,
+        Some(args.file.as_path()),
+        &encoded(&recording, acts),
+    )?;
+    print_line(&format!(
+        "{}: open it in https://ui.perfetto.dev",
+        path.display()
+    ))?;
+    Error::if_damaged(&recording)
+}

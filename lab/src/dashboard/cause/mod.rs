@@ -1,0 +1,326 @@
+//! Why a run was lost, from what was measured.
+//!
+//! The age of what acts on the world is the sum of its parts. The largest part has an
+//! owner, a node or a link, and the owner a knob that mends it.
+
+mod owner;
+
+use std::time::Duration;
+
+use ratelab::{
+    runtime::{KnobKind, Snapshot, Time, telemetry::Lineage},
+    system::{Setup, System},
+};
+
+pub use owner::{Explained, Owner};
+
+use super::frame::{AgeData, Strain};
+
+/// A run that was lost.
+pub struct Facts<'a> {
+    /// What was run.
+    pub system: &'a dyn System,
+    /// Its knobs as they are.
+    pub setup: &'a Setup,
+    /// Its graph and counters.
+    pub graph: &'a Snapshot,
+    /// The chains behind its actions.
+    pub lineage: &'a Lineage,
+    /// The push age of late, if it is known.
+    pub age: Option<AgeData>,
+    /// Run time over which that is.
+    pub late: (Time, Time),
+    /// Whether keys turn its knobs, as in no recording.
+    pub live: bool,
+}
+
+/// Why a run was lost.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cause {
+    /// What made its age, the most important first; empty where age is not to blame.
+    pub owners: Vec<Owner>,
+    /// The cause and its cure, in short lines.
+    pub lines: Vec<String>,
+}
+
+/// Run time that counts as recent, if two periods are not longer.
+const LATELY: Duration = Duration::from_secs(1);
+
+/// The keys that turn up the rates of the first aliases.
+const RATE_KEYS: [char; 2] = [']', '}'];
+
+/// Share of the slowest interval from which on another is as slow.
+const AS_SLOW: f64 = 0.9;
+
+impl Facts<'_> {
+    /// The cause of the loss; nothing for a system that has no age.
+    pub fn cause(&self) -> Cause {
+        let Some(acts) = acting(self.system, self.graph) else {
+            return Cause::default();
+        };
+        let fresh = self.fresh();
+        if let Some(anyway) = self.system.lost_anyway(self.setup) {
+            let lines = vec![fresh.map_or(anyway.clone(), |fresh| format!("{fresh}: {anyway}"))];
+            return Cause {
+                lines,
+                ..Cause::default()
+            };
+        }
+        if let Some(fresh) = fresh {
+            let why = "what decides does not balance it";
+            return Cause {
+                lines: vec![format!("{fresh}: {why}")],
+                ..Cause::default()
+            };
+        }
+        let (from, to) = self.late;
+        let explained = Explained {
+            lineage: self.lineage,
+            graph: self.graph,
+            setup: self.setup,
+            from,
+            to,
+        };
+        let owners = main_owners(&explained, acts);
+        let mut lines: Vec<String> = owners
+            .iter()
+            .map(|owner| self.blame(*owner, &explained))
+            .collect();
+        if lines.is_empty() {
+            lines.push("no action was applied in the last second".to_owned());
+        }
+        lines.extend(self.how_old());
+        lines.extend(owners.iter().find_map(|owner| self.symptom(*owner)));
+        Cause { owners, lines }
+    }
+
+    /// That age is not to blame, if it is not: the loop bears more.
+    fn fresh(&self) -> Option<String> {
+        let age = self.age?;
+        let limit = age.limit()?;
+        let fresh = age.strain() == Strain::Borne && age.greatest < limit;
+        let (mean, limit) = (number(age.mean), number(limit));
+        fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
+    }
+
+    /// How old readings were, against what the loop bears.
+    fn how_old(&self) -> Option<String> {
+        let age = self.age?;
+        let (greatest, mean) = (ms(age.greatest), number(age.mean));
+        let text = format!("pushes used readings up to {greatest} old, {mean} on average");
+        Some(match age.limit() {
+            Some(limit) => format!("{text}; this loop bears {}", number(limit)),
+            None => text,
+        })
+    }
+
+    /// Where the age arose, and its cure.
+    fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
+        match owner {
+            Owner::Rate(node) => self.blame_rate(node, explained),
+            Owner::Cost(node) => {
+                let (name, every) = (self.node(node), ms(explained.interval(node)));
+                let time = explained.to.since(explained.from).as_secs_f64();
+                let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
+                format!(
+                    "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
+                     come every {every}. {}",
+                    self.mended_by(&format!("takes {name} none"))
+                )
+            }
+            Owner::Late(node) => {
+                let name = self.node(node);
+                let cure = self.mended_by(&format!("wakes {name} none"));
+                format!("the age arose in the {name}: it wakes late. {cure}")
+            }
+            Owner::Crash(node) => {
+                let name = self.node(node);
+                let cure = self.mended_by(&format!("restart {name}"));
+                format!("the {name} crashed: its last message stays in use. {cure}")
+            }
+            Owner::Clock(node) => {
+                let (name, every) = (self.node(node), ms(explained.interval(node)));
+                let cure = self.mended_by(&format!("clock {name} 0 0"));
+                format!(
+                    "the age arose in the {name}: by its wrong clock it ticks every {every}. {cure}"
+                )
+            }
+            Owner::Phase(node) => {
+                let cure = self.mended_by(&format!("offset {} 0", self.node(node)));
+                format!("the age arose as messages wait for ticks. {cure}")
+            }
+            Owner::Link(topic) => {
+                let name = self.topic(topic);
+                let (loss, delay) = (explained.loss(topic) * 100.0, ms(explained.delay(topic)));
+                let what = match (loss > 0.0, explained.delay(topic).is_zero()) {
+                    (true, true) => format!("loses {loss:.0} % of the messages"),
+                    (true, false) => format!("takes {delay} and loses {loss:.0} %"),
+                    _ => format!("takes {delay}"),
+                };
+                let cure = self.mended_by(&format!("link {name} none"));
+                format!("the age arose on {name}: its link {what}. {cure}")
+            }
+            Owner::Order(topic) => {
+                let (name, depth) = (self.topic(topic), self.graph.topics[topic].depth);
+                let cure = self.mended_by(&format!("read {name} newest"));
+                format!(
+                    "the age arose in the queue of {name}: it is read from the old end, {depth} \
+                     deep. {cure}"
+                )
+            }
+        }
+    }
+
+    /// That `knob` is the cure; where keys turn knobs, with the key that lets one type.
+    fn mended_by(&self, knob: &str) -> String {
+        let key = if self.live { ":" } else { "" };
+        format!("{key}{knob} mends it")
+    }
+
+    fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
+        let (name, every) = (self.node(node), explained.interval(node));
+        let every = match self.graph.nodes[node].overruns {
+            0 => self.graph.nodes[node].hz.period(),
+            _ => every,
+        };
+        let (setting, key) = rate_setting(self.system, name);
+        let cure = match key.filter(|_| self.live) {
+            Some(key) => format!("{key} raises {setting}"),
+            None => format!("raise {setting}"),
+        };
+        let topics = self.graph.topics.iter();
+        let reads = topics
+            .clone()
+            .any(|topic| topic.subscriptions.iter().any(|reader| reader.node == node));
+        let mut outputs = topics
+            .filter(|topic| topic.publishers.contains(&node) && !topic.subscriptions.is_empty());
+        let arose = match (reads, outputs.next()) {
+            (true, Some(topic)) => {
+                format!("on {}: the {name} decides every {}", topic.name, ms(every))
+            }
+            (true, None) => format!("in the {name}: it acts every {}", ms(every)),
+            (false, _) => {
+                let times = (10.0 / every.as_secs_f64()).round() / 10.0;
+                format!("at the {name}: it looks only {times} times a second")
+            }
+        };
+        format!("the age arose {arose}. {cure}")
+    }
+
+    /// What the queue before a slow node shows.
+    fn symptom(&self, owner: Owner) -> Option<String> {
+        let (Owner::Rate(node) | Owner::Cost(node)) = owner else {
+            return None;
+        };
+        let mut topics = self.graph.topics.iter();
+        let input = topics.find(|topic| topic.subscriptions.iter().any(|r| r.node == node))?;
+        let input_period = input.publishers.iter();
+        let input_period = input_period.map(|node| self.graph.nodes[*node].hz.period());
+        let slower = input_period.min()? < self.graph.nodes[node].hz.period();
+        match (input.dropped(), input.depth) {
+            (0, 1) => None,
+            (0, depth) => {
+                slower.then(|| format!("a queue of {depth} drops nothing and changes nothing"))
+            }
+            (dropped, _) => Some(format!(
+                "{dropped} dropped readings are harmless: a deeper queue changes nothing"
+            )),
+        }
+    }
+
+    fn node(&self, node: usize) -> &str {
+        &self.graph.nodes[node].name
+    }
+
+    fn topic(&self, topic: usize) -> &str {
+        &self.graph.topics[topic].name
+    }
+}
+
+/// The owner of the largest part of an age, and the nodes that are as slow if it is
+/// a slow node.
+fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
+    let owners = explained.owners(acts);
+    let Some(&(first, _)) = owners.first() else {
+        return crashed(explained).into_iter().collect();
+    };
+    let Owner::Rate(slowest) = first else {
+        return vec![first];
+    };
+    let period = |node: usize| explained.graph.nodes[node].hz.period();
+    let as_slow = |node: &usize| period(*node) >= period(slowest).mul_f64(AS_SLOW);
+    let path = upstream(explained.graph, acts).into_iter();
+    let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
+    if !slow.contains(&first) {
+        slow.insert(0, first);
+    }
+    slow
+}
+
+/// A node that crashed, where nothing was ever applied.
+fn crashed(explained: &Explained<'_>) -> Option<Owner> {
+    let node = explained.graph.nodes.iter().position(|node| node.crashed);
+    node.map(Owner::Crash)
+}
+
+/// The node of `graph` whose push has an age.
+pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
+    let (acts, _) = system.latency()?;
+    graph.nodes.iter().position(|node| *node.name == *acts)
+}
+
+/// The last second of a run, or its last two periods of the slowest node on the path to
+/// `acts` if they are longer; not before the first push.
+pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
+    let path = upstream(graph, acts).into_iter();
+    let periods = path.map(|node| graph.nodes[node].hz.period());
+    let window = LATELY.max(periods.max().unwrap_or_default() * 2);
+    let from = Time::ZERO + graph.now.since(Time::ZERO + window);
+    (from.max(lineage.first_push(acts)), graph.now)
+}
+
+/// The nodes whose messages reach `last`, in the order in which they were added.
+fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
+    let mut path = vec![last];
+    let mut next = 0;
+    while let Some(&reader) = path.get(next) {
+        let read = |node: usize| {
+            let topics = graph.topics.iter();
+            topics.filter(move |topic| topic.subscriptions.iter().any(|r| r.node == node))
+        };
+        for topic in read(reader) {
+            let new = topic.publishers.iter().filter(|node| !path.contains(node));
+            let new: Vec<usize> = new.copied().collect();
+            path.extend(new);
+        }
+        next += 1;
+    }
+    path.remove(0);
+    path.sort_unstable();
+    path
+}
+
+/// What the rate of `node` is called, and the key that turns it up.
+fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
+    let aliases = system.aliases().iter();
+    let mut rates = aliases
+        .filter(|alias| alias.kind() == KnobKind::Rate)
+        .enumerate();
+    let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
+    match alias {
+        Some((number, alias)) => (alias.name.to_owned(), RATE_KEYS.get(number).copied()),
+        None => (format!("rate {node}"), None),
+    }
+}
+
+fn ms(duration: Duration) -> String {
+    format!("{} ms", number(duration))
+}
+
+/// Whole milliseconds.
+fn number(duration: Duration) -> String {
+    format!("{:.0}", duration.as_secs_f64() * 1e3)
+}
+
+#[cfg(test)]
+mod tests;

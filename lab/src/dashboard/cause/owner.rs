@@ -1,0 +1,197 @@
+//! To which knob each part of an age goes back.
+
+use std::time::Duration;
+
+use ratelab::{
+    runtime::{
+        Knob, Snapshot, Time,
+        telemetry::{Lineage, Sent, Stage, Worked},
+    },
+    system::Setup,
+};
+
+/// What makes an age, as an index of a node or a topic of the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// A node that works too seldom.
+    Rate(usize),
+    /// A node whose ticks take long.
+    Cost(usize),
+    /// A node whose ticks start late.
+    Late(usize),
+    /// A node that crashed.
+    Crash(usize),
+    /// A node whose clock is wrong.
+    Clock(usize),
+    /// A node whose ticks are shifted against those of the others.
+    Phase(usize),
+    /// A link that delays or loses.
+    Link(usize),
+    /// A queue that is read from its old end.
+    Order(usize),
+}
+
+/// A run whose age is to be explained.
+pub struct Explained<'a> {
+    /// The chains behind its actions.
+    pub lineage: &'a Lineage,
+    /// Its graph and counters.
+    pub graph: &'a Snapshot,
+    /// Its knobs as they are.
+    pub setup: &'a Setup,
+    /// From when on.
+    pub from: Time,
+    /// Until when.
+    pub to: Time,
+}
+
+impl Explained<'_> {
+    /// What makes the age of what `node` does, and how much of it on average, the
+    /// largest first.
+    pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
+        let mut owners: Vec<(Owner, f64)> = Vec::new();
+        for (stage, ns) in self.lineage.mean_parts(node, self.from, self.to) {
+            let owner = self.owner(stage, ns);
+            match owners.iter_mut().find(|(known, _)| *known == owner) {
+                Some((_, sum)) => *sum += ns,
+                None => owners.push((owner, ns)),
+            }
+        }
+        owners.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+        let nanos = |ns: f64| Duration::from_nanos(ns as u64);
+        owners
+            .into_iter()
+            .map(|(owner, ns)| (owner, nanos(ns)))
+            .collect()
+    }
+
+    fn owner(&self, stage: Stage, ns: f64) -> Owner {
+        match stage {
+            Stage::Cost { node } => Owner::Cost(node),
+            Stage::Link { topic } => Owner::Link(topic),
+            Stage::Queue { topic, .. } => Owner::Order(topic),
+            Stage::Wait { node, .. } | Stage::Kept { node, .. } => self.slow(node, true),
+            Stage::Reuse { topic, .. } | Stage::Held { topic, .. } => self.silent(topic, ns),
+        }
+    }
+
+    /// Why nothing newer came on a topic for so long on average (ns).
+    fn silent(&self, topic: usize, ns: f64) -> Owner {
+        let publishers = &self.graph.topics[topic].publishers;
+        let Some(&node) = publishers.first() else {
+            return Owner::Link(topic);
+        };
+        let sent: Vec<&Sent> = self.recent(topic).collect();
+        let every = self.time().as_nanos() as f64 / sent.len().max(1) as f64;
+        if self.graph.nodes[node].crashed {
+            Owner::Crash(node)
+        } else if self.has_link(topic) && ns > every {
+            Owner::Link(topic)
+        } else {
+            self.slow(node, false)
+        }
+    }
+
+    /// Why a node works so seldom; `waiting` if a message waits for it.
+    fn slow(&self, node: usize, waiting: bool) -> Owner {
+        let view = &self.graph.nodes[node];
+        let (busy, late) = (self.busy(node), self.lateness(node));
+        let shifted = |knob: &&Knob| matches!(knob, Knob::Offset { .. });
+        let wrong = |knob: &&Knob| matches!(knob, Knob::Clock { node, .. } if **node == *view.name);
+        if view.crashed {
+            Owner::Crash(node)
+        } else if busy * 2 > self.time() {
+            Owner::Cost(node)
+        } else if late * 2 > view.hz.period() {
+            Owner::Late(node)
+        } else if self.setup.iter().any(|knob| wrong(&knob)) {
+            Owner::Clock(node)
+        } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
+            let named = |view: &_| *knob.target() == *name(view);
+            Owner::Phase(self.graph.nodes.iter().position(named).unwrap_or(node))
+        } else {
+            Owner::Rate(node)
+        }
+    }
+
+    /// Share of the messages of a topic that its link lost of late.
+    pub fn loss(&self, topic: usize) -> f64 {
+        let (mut count, mut lost) = (0.0, 0.0);
+        for sent in self.recent(topic) {
+            count += 1.0;
+            lost += f64::from(u8::from(sent.arrives.is_none()));
+        }
+        lost / f64::max(count, 1.0)
+    }
+
+    /// How long the link of a topic took of late on average.
+    pub fn delay(&self, topic: usize) -> Duration {
+        let delays = self
+            .recent(topic)
+            .filter_map(|sent| Some(sent.arrives?.since(sent.released)));
+        let (sum, count) = delays.fold((Duration::ZERO, 0), |(sum, n), delay| (sum + delay, n + 1));
+        sum / count.max(1)
+    }
+
+    /// Whether the link of a topic did something to it of late.
+    fn has_link(&self, topic: usize) -> bool {
+        let mut sent = self.recent(topic);
+        sent.any(|sent| sent.arrives != Some(sent.released))
+    }
+
+    /// The messages of a topic that were published of late.
+    fn recent(&self, topic: usize) -> impl Iterator<Item = &Sent> {
+        let recent = |sent: &&Sent| sent.released > self.from;
+        let sent = self.lineage.sent(topic).rev();
+        sent.skip_while(|sent| sent.released > self.to)
+            .take_while(recent)
+    }
+
+    /// How often a node ticked of late, on average.
+    pub fn interval(&self, node: usize) -> Duration {
+        let ticks = self.ticks(node).count();
+        self.time() / u32::try_from(ticks.max(1)).unwrap_or(u32::MAX)
+    }
+
+    /// The ticks of a node that began of late.
+    fn ticks(&self, node: usize) -> impl Iterator<Item = &Worked> {
+        let ticks = self.lineage.ticks(node).rev();
+        ticks
+            .skip_while(|worked| worked.tick.at > self.to)
+            .take_while(|worked| worked.tick.at > self.from)
+    }
+
+    /// How long a node was in ticks of late. One that is in a tick began it where the
+    /// one before ended, as far as anybody knows.
+    pub fn busy(&self, node: usize) -> Duration {
+        let ends = |worked: &Worked| worked.tick.ends.unwrap_or(self.to).min(self.to);
+        let ticks = self.ticks(node);
+        let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
+        let last = self.ticks(node).next().map(ends);
+        let now = self.graph.nodes[node].busy;
+        let period = self.graph.nodes[node].hz.period();
+        let since = last.unwrap_or(self.from) + period;
+        match now {
+            true => busy + self.to.since(since),
+            false => busy,
+        }
+    }
+
+    /// How late the ticks of a node began of late on average.
+    fn lateness(&self, node: usize) -> Duration {
+        let (mut sum, mut count) = (Duration::ZERO, 0);
+        for worked in self.ticks(node) {
+            sum += worked.tick.lateness.unwrap_or_default();
+            count += 1;
+        }
+        sum / count.max(1)
+    }
+
+    fn time(&self) -> Duration {
+        self.to.since(self.from)
+    }
+}
+
+fn name(node: &ratelab::runtime::telemetry::NodeView) -> &str {
+    &node.name
+}

@@ -1,0 +1,212 @@
+//! What a pane shows, in three sentences with the figures of now.
+
+use std::time::Duration;
+
+use super::{
+    focus::Pane,
+    frame::{FrameData, NodeData, Strain, TopicData},
+    view::TextPage,
+};
+
+/// A page about `pane` of a screen with these figures.
+pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) -> TextPage {
+    let (title, sentences) = match pane {
+        Pane::Graph => ("the graph", graph(frame)),
+        Pane::Plant => ("the plant", plant(frame)),
+        Pane::Signal => ("over time", over_time(signal, frame)),
+        Pane::Figures => ("figures", figures(frame)),
+        Pane::Events => ("events", events(frame)),
+        Pane::Timeline => ("the timeline", timeline(frame)),
+    };
+    TextPage {
+        title: title.to_owned(),
+        text: sentences.join("\n\n"),
+        typed: None,
+        hint: "any other key closes",
+        scroll,
+    }
+}
+
+fn graph(frame: &FrameData) -> [String; 3] {
+    let nodes = frame.nodes.iter().enumerate();
+    let nodes = nodes.map(|(index, node)| {
+        let what = caption(frame, index);
+        format!("{} {what} {} times a second", node.name, hertz(node))
+    });
+    let topics = frame
+        .topics
+        .iter()
+        .filter(|topic| !topic.readers.is_empty());
+    let topics: Vec<String> = topics.map(topic).collect();
+    let dropped: u64 = frame.topics.iter().map(|topic| topic.dropped).sum();
+    [
+        format!(
+            "Boxes are nodes, each at a rate of its own: {}.",
+            list(nodes)
+        ),
+        format!(
+            "Lines are topics, and dots on them are messages: {}.",
+            list(topics.into_iter())
+        ),
+        format!(
+            "A cross is a message that nobody read: {dropped} so far. That is harmless by itself, \
+             since a newer one was there; what counts is the age of what is read."
+        ),
+    ]
+}
+
+/// What the node with this index does.
+pub fn caption(frame: &FrameData, node: usize) -> &'static str {
+    let reads = frame
+        .topics
+        .iter()
+        .any(|topic| topic.readers.contains(&node));
+    let publishes = |topic: &&TopicData| topic.publishers.contains(&node);
+    let mut outputs = frame.topics.iter().filter(publishes);
+    let heard = outputs.any(|topic| !topic.readers.is_empty());
+    match (reads, heard) {
+        (false, true) => "reads the plant",
+        (true, true) => "decides",
+        (true, false) => "pushes",
+        (false, false) => "moves by itself and is judged",
+    }
+}
+
+fn hertz(node: &NodeData) -> f64 {
+    (node.hz.get() * 10.0).round() / 10.0
+}
+
+fn topic(topic: &TopicData) -> String {
+    let held = topic.held.map_or_else(
+        || "nothing yet".to_owned(),
+        |held| format!("the newest is {} old", ms(held)),
+    );
+    let (name, depth) = (&topic.name, topic.depth);
+    format!("{name} keeps {depth}, {held}")
+}
+
+fn plant(frame: &FrameData) -> [String; 3] {
+    let name = &frame.verdict.headline;
+    [
+        "This is the plant as its newest step left it.".to_owned(),
+        "Faint lines are the limits: beyond them the run is lost.".to_owned(),
+        format!("At {} it is: {name}.", frame.now),
+    ]
+}
+
+fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
+    let signal = signal.unwrap_or("signal");
+    let age = frame.age.map_or_else(String::new, |age| {
+        let limit = age.limit().map_or_else(
+            || "what this loop bears is unknown".to_owned(),
+            |limit| format!("this loop bears {}", ms(limit)),
+        );
+        let verdict = match age.strain() {
+            Strain::Unknown | Strain::Borne => "",
+            Strain::Swings => ": it swings",
+            Strain::Falls => ": it falls",
+        };
+        format!(
+            " It is {} on average of late; {limit}{verdict}.",
+            ms(age.mean)
+        )
+    });
+    let again = match frame.same {
+        Some(true) => "it is the same, bit for bit",
+        Some(false) => "it differs",
+        None => "r starts the next",
+    };
+    [
+        format!(
+            "The upper curve is the {signal} in the last ten seconds; dashed lines are limits."
+        ),
+        format!(
+            "The lower one is the age of the push in force: it grows, and jumps down when \
+             something fresher is applied.{age}"
+        ),
+        format!("Faint is the run before this one: {again}."),
+    ]
+}
+
+fn figures(frame: &FrameData) -> [String; 3] {
+    let latency = frame.latency.as_ref().map_or_else(
+        || "This system measures no latency.".to_owned(),
+        |latency| {
+            let (p50, p99) = (latency.figures.p50, latency.figures.p99);
+            format!(
+                "{}: half of all pushes used readings up to {} old, all but one in a hundred up \
+                 to {}.",
+                latency.name,
+                ms(p50),
+                ms(p99)
+            )
+        },
+    );
+    let overruns = frame.nodes.iter().map(|node| node.overruns).sum::<u64>();
+    [
+        "These are figures of the whole run, topic by topic and node by node.".to_owned(),
+        latency,
+        format!("An overrun is a period that a node skipped, as it was busy: {overruns} so far."),
+    ]
+}
+
+fn events(frame: &FrameData) -> [String; 3] {
+    let why = match &frame.verdict.why[..] {
+        [] => "There is nothing to explain.".to_owned(),
+        why => format!("Why: {}.", why.join("; ")),
+    };
+    [
+        format!("How it stands: {}.", frame.verdict.headline),
+        why,
+        "Below are the knobs that were turned, each with its run time; the newest is last."
+            .to_owned(),
+    ]
+}
+
+fn timeline(frame: &FrameData) -> [String; 3] {
+    let push = frame.push.as_ref();
+    let push = push.map_or("Nothing was applied yet", |push| push.sentence.as_str());
+    [
+        "A lane for each node and each topic, in the order in which a reading becomes a push: \
+         blocks are ticks, as long as they take; dots are messages, where they are published and \
+         where they arrive."
+            .to_owned(),
+        "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
+         V show more or less."
+            .to_owned(),
+        format!("At {}: {push}.", frame.now),
+    ]
+}
+
+fn list(parts: impl Iterator<Item = String>) -> String {
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+fn ms(duration: Duration) -> String {
+    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dashboard::view::sample;
+
+    #[test]
+    fn every_pane_is_explained_in_three_paragraphs_with_figures() {
+        let frame = sample::broken();
+        for pane in Pane::ALL {
+            let page = page(pane, Some("pole angle"), &frame, 0);
+            assert_eq!(page.text.split("\n\n").count(), 3, "{}", page.text);
+            let figures = page.text.chars().any(|letter| letter.is_ascii_digit());
+            assert!(figures, "{}", page.text);
+        }
+    }
+
+    #[test]
+    fn captions_are_those_of_sense_think_and_act() {
+        let frame = sample::balanced();
+        let captions = (0..3).map(|node| caption(&frame, node));
+        let expected = ["reads the plant", "decides", "pushes"];
+        assert_eq!(captions.collect::<Vec<_>>(), expected);
+    }
+}

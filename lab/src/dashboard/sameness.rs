@@ -1,0 +1,113 @@
+//! Whether a run is the same as another one, bit for bit.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use ratelab::runtime::{Rows, TickRecord};
+
+/// Messages of a topic, or ticks of a node, of which digests are kept.
+const MOST: usize = 1 << 20;
+
+/// Digests of all messages and ticks of a run, one for each with all before it: as
+/// many as were seen so far can be compared with as many of another run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunDigest {
+    topics: Vec<Vec<u64>>,
+    nodes: Vec<Vec<u64>>,
+}
+
+impl RunDigest {
+    /// Adds messages of the topic with index `topic`, to the bit.
+    pub fn messages(&mut self, topic: usize, rows: &Rows) {
+        let digests = place(&mut self.topics, topic);
+        for (head, row) in rows.iter() {
+            let bits = row.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let head = (
+                head.stamp,
+                head.seq,
+                head.origin,
+                head.arrives,
+                head.dropped,
+            );
+            add(digests, (head, bits));
+        }
+    }
+
+    /// Adds a tick of the node with index `node`, but for what it took in wall time.
+    pub fn tick(&mut self, node: usize, tick: &TickRecord) {
+        let tick = (
+            tick.number,
+            tick.at,
+            tick.ends,
+            tick.lateness,
+            tick.overruns,
+        );
+        add(place(&mut self.nodes, node), tick);
+    }
+
+    /// Whether this run is the same as `other` as far as both go; `whole` if none of
+    /// them may go further.
+    pub fn is_same(&self, other: &Self, whole: bool) -> bool {
+        let topics = self.topics.iter().zip(&other.topics);
+        let mut pairs = topics.chain(self.nodes.iter().zip(&other.nodes));
+        let alike = |(one, other): (&Vec<u64>, &Vec<u64>)| {
+            let both = one.len().min(other.len());
+            let same = one[..both].last() == other[..both].last();
+            same && (!whole || one.len() == other.len())
+        };
+        !self.topics.is_empty() && pairs.all(alike)
+    }
+}
+
+fn place(series: &mut Vec<Vec<u64>>, index: usize) -> &mut Vec<u64> {
+    if series.len() <= index {
+        series.resize(index + 1, Vec::new());
+    }
+    &mut series[index]
+}
+
+fn add(digests: &mut Vec<u64>, item: impl Hash) {
+    if digests.len() == MOST {
+        return;
+    }
+    let mut hasher = DefaultHasher::new();
+    digests.last().hash(&mut hasher);
+    item.hash(&mut hasher);
+    digests.push(hasher.finish());
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab::runtime::{Head, Time};
+
+    use super::*;
+
+    fn digest(values: &[f64]) -> RunDigest {
+        let mut rows = Rows::new(1);
+        for (seq, value) in (0..).zip(values) {
+            let stamp = Time::from_nanos(seq);
+            let head = Head {
+                stamp,
+                seq,
+                origin: None,
+                dropped: 0,
+                at: stamp,
+                arrives: Some(stamp),
+            };
+            assert!(rows.push(head, [*value]));
+        }
+        let mut digest = RunDigest::default();
+        digest.messages(0, &rows);
+        digest
+    }
+
+    #[test]
+    fn a_run_is_the_same_if_every_bit_is() {
+        let run = digest(&[1.0, 0.0, 3.0]);
+        assert!(run.is_same(&digest(&[1.0, 0.0, 3.0]), true));
+        assert!(!run.is_same(&digest(&[1.0, -0.0, 3.0]), true));
+        assert!(!run.is_same(&digest(&[1.0, -0.0]), false));
+        assert!(run.is_same(&digest(&[1.0, 0.0]), false));
+        assert!(!run.is_same(&digest(&[1.0, 0.0]), true));
+        assert!(!RunDigest::default().is_same(&run, false));
+    }
+}

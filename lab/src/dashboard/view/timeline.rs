@@ -1,0 +1,230 @@
+//! The timeline: a lane for each node and topic, the chain behind one push bright.
+
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::{Modifier, Style},
+    text::Span,
+};
+use ratelab::runtime::Time;
+
+use super::{
+    pane::{self, border, clip, put, row, width},
+    theme::Theme,
+};
+use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
+
+/// What the glyphs of lanes mean.
+const LEGEND: [(MarkKind, &str); 6] = [
+    (MarkKind::Tick, "tick"),
+    (MarkKind::Late, "late"),
+    (MarkKind::Overrun, "overrun"),
+    (MarkKind::Read, "read"),
+    (MarkKind::Unread, "unread"),
+    (MarkKind::Lost, "lost"),
+];
+
+/// Draws `timeline`; what cannot be known is said.
+pub fn render(
+    timeline: Option<&Timeline>,
+    theme: &Theme,
+    focused: bool,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let about = timeline.map_or_else(String::new, |timeline| {
+        let from = timeline.from.as_secs_f64();
+        let to = timeline.to.as_secs_f64();
+        let which = if timeline.newest {
+            "newest push"
+        } else {
+            "selected push"
+        };
+        format!(" {which}, {from:.3} to {to:.3} s ")
+    });
+    let about = Span::styled(about, theme.faint());
+    let inner = border("6 timeline", about, theme, focused, area, buf);
+    let room = usize::from(inner.width).saturating_sub(1);
+    let Some(timeline) = timeline else {
+        let text = "nothing was applied yet, or its chain is not known";
+        put(
+            &clip(text, room, theme),
+            theme.faint(),
+            1,
+            row(inner, 0),
+            buf,
+        );
+        return;
+    };
+    let names = timeline.lanes.iter().map(|lane| width(&lane.name));
+    let margin = names.max().unwrap_or(0) + 2;
+    let height = usize::from(inner.height);
+    let lanes = timeline.lanes.len().min(height.saturating_sub(1));
+    for (number, lane) in timeline.lanes.iter().take(lanes).enumerate() {
+        let place = row(inner, number);
+        put(&clip(&lane.name, room, theme), Style::new(), 1, place, buf);
+        let columns = Columns {
+            timeline,
+            margin,
+            count: usize::from(inner.width).saturating_sub(margin + 1),
+            place,
+        };
+        // What is bright lies over the rest.
+        let mut marks: Vec<&Mark> = lane.marks.iter().collect();
+        marks.sort_by_key(|mark| mark.bright);
+        marks.iter().for_each(|mark| columns.draw(mark, theme, buf));
+    }
+    below(timeline, theme, pane::rows(inner, lanes, height), buf);
+}
+
+/// What the lanes are about, and what their glyphs mean.
+fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let room = usize::from(area.width).saturating_sub(1);
+    let sentence = clip(&timeline.sentence, room, theme);
+    put(&sentence, theme.strong(), 1, row(area, 0), buf);
+    let legend = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
+    let text = format!("{}   ( ) select  v V zoom", legend.join("  "));
+    put(
+        &clip(&text, room, theme),
+        theme.faint(),
+        1,
+        row(area, 1),
+        buf,
+    );
+}
+
+/// The columns of a lane.
+struct Columns<'a> {
+    timeline: &'a Timeline,
+    margin: usize,
+    count: usize,
+    place: Rect,
+}
+
+impl Columns<'_> {
+    fn draw(&self, mark: &Mark, theme: &Theme, buf: &mut Buffer) {
+        if self.count == 0 {
+            return;
+        }
+        let (first, last) = (self.column(mark.at), self.column(mark.until));
+        let style = style(mark, theme);
+        let travels = matches!(mark.kind, MarkKind::Read | MarkKind::Unread);
+        for column in first..=last.max(first) {
+            let on_the_way = travels && column < last;
+            let glyph = match on_the_way {
+                true => theme.glyph("─", "-"),
+                false => glyph(mark.kind, theme),
+            };
+            put(glyph, style, self.margin + column, self.place, buf);
+        }
+    }
+
+    /// The column of a run time; the first and the last for what is beyond.
+    fn column(&self, at: Time) -> usize {
+        let Timeline { from, to, .. } = self.timeline;
+        let span = to.since(*from).as_secs_f64().max(1e-9);
+        let share = at.since(*from).as_secs_f64() / span;
+        ((share * self.count as f64) as usize).min(self.count - 1)
+    }
+}
+
+fn glyph(kind: MarkKind, theme: &Theme) -> &'static str {
+    match kind {
+        MarkKind::Tick => theme.glyph("█", "#"),
+        MarkKind::Late => theme.glyph("▒", "~"),
+        MarkKind::Overrun => theme.glyph("×", "x"),
+        MarkKind::Read => theme.glyph("•", "o"),
+        MarkKind::Unread => theme.glyph("·", "."),
+        MarkKind::Lost => theme.glyph("✖", "X"),
+    }
+}
+
+fn style(mark: &Mark, theme: &Theme) -> Style {
+    match (mark.bright, mark.kind) {
+        (true, _) => theme.active(),
+        (false, MarkKind::Lost | MarkKind::Overrun) => {
+            theme.alarm_line().remove_modifier(Modifier::BOLD)
+        }
+        (false, _) => theme.faint(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dashboard::{
+        timeline::Lane,
+        view::pane::testing::{POOR, RICH, screen, styled, text, torture},
+    };
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    fn sample() -> Timeline {
+        let lane = |name: &str, marks: &[(u64, u64, MarkKind, bool)]| Lane {
+            name: name.to_owned(),
+            marks: marks
+                .iter()
+                .map(|&(at, until, kind, bright)| Mark {
+                    at: ms(at),
+                    until: ms(until),
+                    kind,
+                    bright,
+                })
+                .collect(),
+        };
+        use MarkKind::{Late, Lost, Overrun, Read, Tick, Unread};
+        Timeline {
+            from: ms(0),
+            to: ms(200),
+            lanes: vec![
+                lane(
+                    "sensor",
+                    &[
+                        (0, 0, Tick, true),
+                        (50, 50, Tick, false),
+                        (100, 100, Tick, false),
+                    ],
+                ),
+                lane(
+                    "/obs",
+                    &[
+                        (0, 20, Read, true),
+                        (50, 50, Unread, false),
+                        (100, 100, Lost, false),
+                    ],
+                ),
+                lane(
+                    "policy",
+                    &[
+                        (20, 30, Late, true),
+                        (30, 110, Tick, true),
+                        (110, 110, Overrun, false),
+                    ],
+                ),
+            ],
+            sentence: "this push is 110 ms old: 30 waiting for the policy + 80 thinking".to_owned(),
+            newest: true,
+        }
+    }
+
+    #[test]
+    fn lanes_have_a_time_axis_in_common_and_the_chain_is_bright() {
+        let drawn = |theme| {
+            screen(80, 7, |area, buf| {
+                render(Some(&sample()), theme, true, area, buf)
+            })
+        };
+        insta::assert_snapshot!(text(&drawn(&RICH)));
+        assert!(text(&drawn(&POOR)).is_ascii());
+        let bright = styled(&drawn(&RICH), RICH.active());
+        assert!(bright.contains('█') && !bright.contains('✖'), "{bright}");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        torture(|theme, area, buf| render(Some(&sample()), theme, false, area, buf));
+        torture(|theme, area, buf| render(None, theme, false, area, buf));
+    }
+}

@@ -1,0 +1,35 @@
+//! A file that is written at one go.
+
+use std::{io::Write, path::Path};
+
+use super::{
+    paths::{is_same, resolved},
+    print::write_error,
+    unfinished::Unfinished,
+};
+use crate::error::Error;
+
+/// Writes `bytes` to the file at `path`, which `option` named. It takes its name when
+/// it is whole, and is not the file that is `read`.
+///
+/// # Errors
+/// [`Error::BadInput`] if nothing can be written there, [`Error::Write`] with what
+/// went wrong.
+pub fn write_whole(
+    option: &str,
+    path: &Path,
+    read: Option<&Path>,
+    bytes: &[u8],
+) -> Result<(), Error> {
+    if read.is_some_and(|read| is_same(path, read)) {
+        return Err(Error::BadInput(format!(
+            "{option} {}: this is the file that is read: choose another name",
+            path.display()
+        )));
+    }
+    let file = resolved(path).and_then(|target| Unfinished::create(&target));
+    let file = file.map_err(|why| Error::unwritable(option, path, &why))?;
+    let written = file.writer().and_then(|mut writer| writer.write_all(bytes));
+    let written = written.and_then(|()| file.complete());
+    written.map_err(|why| write_error(path, why))
+}

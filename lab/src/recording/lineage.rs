@@ -1,0 +1,87 @@
+//! Who read what in a recorded run.
+
+use std::iter::Peekable;
+
+use ratelab::runtime::{
+    Knob, TickRecord, Time, TimedKnob,
+    telemetry::{Event, Lineage},
+};
+
+use super::reader::Recording;
+
+impl Recording {
+    /// The chains behind the actions of the run.
+    pub fn lineage(&self) -> Lineage {
+        let mut lineage = Lineage::new(self.origin.topology.clone());
+        for timed in self.knobs() {
+            lineage.knob(timed.at, &timed.knob);
+        }
+        for (topic, rows) in self.topics.iter().enumerate() {
+            rows.heads()
+                .iter()
+                .for_each(|head| lineage.message(topic, head));
+        }
+        for (node, ticks) in self.ticks.iter().enumerate() {
+            ticks.iter().for_each(|tick| lineage.tick(node, *tick));
+        }
+        lineage.settle();
+        lineage
+    }
+
+    /// The knobs of the run in the order in which they were turned: first those that
+    /// it was started with.
+    pub fn knobs(&self) -> Vec<TimedKnob> {
+        let start = self.origin.config.setup.iter().cloned();
+        let start = start.map(|knob| TimedKnob {
+            at: Time::ZERO,
+            knob,
+        });
+        let later = self.events.iter().filter_map(Event::knob);
+        start.chain(later).collect()
+    }
+
+    /// Finds out when the ticks of all nodes published and acted. A tick that took
+    /// time by a knob did so at its end, and any other one at once.
+    pub(super) fn find_ends(&mut self) {
+        let knobs = self.knobs();
+        let nodes = self.origin.topology.nodes.iter();
+        for (node, ticks) in nodes.zip(&mut self.ticks) {
+            let mine = knobs
+                .iter()
+                .filter(|timed| timed.knob.target() == node.name);
+            let mut costs = Costs::default();
+            let mut mine = mine.peekable();
+            for tick in ticks {
+                tick.ends = costs.end_of(&mut mine, tick);
+            }
+        }
+    }
+}
+
+/// Whether ticks of a node take time by a knob.
+#[derive(Default)]
+struct Costs {
+    takes: bool,
+    hangs: bool,
+}
+
+impl Costs {
+    fn end_of<'a>(
+        &mut self,
+        knobs: &mut Peekable<impl Iterator<Item = &'a TimedKnob>>,
+        tick: &TickRecord,
+    ) -> Option<Time> {
+        while let Some(timed) = knobs.next_if(|timed| timed.at <= tick.at) {
+            match &timed.knob {
+                Knob::Takes { spec, .. } => self.takes = !spec.draw.is_none(),
+                Knob::Hang { .. } => self.hangs = true,
+                Knob::Crash { .. } | Knob::Restart { .. } => self.hangs = false,
+                _ => {}
+            }
+        }
+        match std::mem::take(&mut self.hangs) || self.takes {
+            true => tick.took.map(|took| tick.at + took),
+            false => Some(tick.at),
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! A recorded run as a trace for <https://ui.perfetto.dev>: a lane for each node and
+//! each topic, messages as flows between them, and counters.
+
+mod perfetto;
+mod tracks;
+
+use prost::Message;
+use ratelab::runtime::{
+    Time,
+    telemetry::{Lineage, Sent, Worked},
+};
+
+use crate::recording::Recording;
+use perfetto::DebugAnnotation;
+use tracks::{Slice, Tracks};
+
+/// The bytes of a trace of `recording`; `acts` is the node whose push has an age.
+pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
+    let lineage = recording.lineage();
+    let topology = lineage.topology();
+    let mut tracks = Tracks::new();
+    let nodes = tracks.group("nodes");
+    for (node, known) in topology.nodes.iter().enumerate() {
+        let lane = tracks.lane(nodes, &known.name);
+        let ticks = (0..).zip(lineage.ticks(node));
+        let mut overruns = 0;
+        for (index, worked) in ticks {
+            tick(
+                &mut tracks,
+                lane,
+                worked,
+                flows(&lineage, node, index, worked),
+            );
+            let more = worked.tick.overruns.saturating_sub(overruns);
+            overruns = worked.tick.overruns;
+            if more > 0 {
+                let name = format!("{more} overrun");
+                tracks.instant(lane, end_of(worked), &name, Vec::new(), Vec::new());
+            }
+        }
+    }
+    let topics = tracks.group("topics");
+    for (topic, known) in topology.topics.iter().enumerate() {
+        let lane = tracks.lane(topics, &known.name);
+        for sent in lineage.sent(topic) {
+            message(&mut tracks, lane, topic, sent);
+        }
+    }
+    counters(&mut tracks, recording, &lineage, acts);
+    tracks.finish().encode_to_vec()
+}
+
+/// A tick, before it the time by which it was late.
+fn tick(tracks: &mut Tracks, lane: u64, worked: &Worked, flows: Vec<u64>) {
+    let tick = &worked.tick;
+    if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
+        let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+        tracks.slice(lane, Slice::new("late", due, tick.at));
+    }
+    let slice = Slice {
+        flows,
+        facts: vec![fact("tick", tick.number)],
+        ..Slice::new("tick", tick.at, end_of(worked))
+    };
+    tracks.slice(lane, slice);
+}
+
+/// When a tick was over; under the real clock by the wall.
+fn end_of(worked: &Worked) -> Time {
+    let tick = &worked.tick;
+    let took = tick.lateness.and(tick.took).unwrap_or_default();
+    tick.ends.unwrap_or(tick.at).max(tick.at + took)
+}
+
+/// The messages that a tick read for the first time, and those that it published.
+fn flows(lineage: &Lineage, node: usize, index: usize, worked: &Worked) -> Vec<u64> {
+    let before = index.checked_sub(1);
+    let before = before.and_then(|before| lineage.ticks(node).nth(before));
+    let news = worked
+        .reads
+        .iter()
+        .filter(|read| before.is_none_or(|before| !before.reads.contains(read)));
+    let mut flows: Vec<u64> = news.map(|(topic, seq)| flow(*topic, *seq)).collect();
+    let made = lineage.made(node, index).into_iter();
+    flows.extend(made.map(|(topic, seq)| flow(topic, seq)));
+    flows
+}
+
+/// The number of a message among those of all topics.
+fn flow(topic: usize, seq: u64) -> u64 {
+    ((topic as u64 + 1) << 48) | seq
+}
+
+/// A message where it is published, and where it arrives if that takes time.
+fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Sent) {
+    let facts = || vec![fact("seq", sent.seq)];
+    let flows = || vec![flow(topic, sent.seq)];
+    let name = match sent.arrives {
+        None => "lost",
+        Some(at) if at > sent.released => "sent",
+        Some(_) => "message",
+    };
+    tracks.instant(lane, sent.released, name, facts(), flows());
+    if let Some(at) = sent.arrives.filter(|at| *at > sent.released) {
+        tracks.instant(lane, at, "arrived", facts(), flows());
+    }
+}
+
+fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts: Option<&str>) {
+    let topology = lineage.topology();
+    let group = tracks.group("counters");
+    let node = topology
+        .nodes
+        .iter()
+        .position(|node| Some(&*node.name) == acts);
+    if let Some(node) = node {
+        let counter = tracks.counter(group, "age of the push", Some("ms"));
+        for (at, ms) in saw(lineage, node, recording.until) {
+            tracks.count(counter, at, ms);
+        }
+    }
+    for (topic, known) in topology.topics.iter().enumerate() {
+        for &reader in &known.readers {
+            let name = format!(
+                "queue of {} before {}",
+                known.name, topology.nodes[reader].name
+            );
+            let counter = tracks.counter(group, &name, Some("messages"));
+            for (at, waiting) in lineage.queue(topic, reader) {
+                tracks.count(counter, at, waiting as f64);
+            }
+        }
+        let drops = tracks.counter(
+            group,
+            &format!("dropped on {}", known.name),
+            Some("messages"),
+        );
+        let mut dropped = None;
+        for head in recording.topics[topic].heads() {
+            if dropped.replace(head.dropped) != Some(head.dropped) {
+                tracks.count(drops, head.at, head.dropped as f64);
+            }
+        }
+    }
+}
+
+/// Run time and age (ms) at both ends of each tooth.
+fn saw(lineage: &Lineage, node: usize, until: Time) -> Vec<(Time, f64)> {
+    let mut saw = Vec::new();
+    let ms = |ns: i64| ns as f64 / 1e6;
+    let pushes = lineage.pushes(node);
+    let ends = pushes.iter().skip(1).map(|push| push.since).chain([until]);
+    for (push, end) in pushes.iter().zip(ends) {
+        for at in [push.since, end] {
+            saw.push((at, ms(push.parts(at).sum_ns())));
+        }
+    }
+    saw
+}
+
+fn fact(name: &str, value: u64) -> DebugAnnotation {
+    DebugAnnotation {
+        name: Some(name.to_owned()),
+        int_value: Some(i64::try_from(value).unwrap_or(i64::MAX)),
+        ..DebugAnnotation::default()
+    }
+}

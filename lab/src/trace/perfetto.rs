@@ -1,0 +1,113 @@
+//! The messages of a Perfetto trace, as far as a run needs them: field numbers are
+//! those of `protos/perfetto/trace` in the Perfetto repository.
+
+use prost::{Enumeration, Message};
+
+/// A trace: the whole file.
+#[derive(Clone, PartialEq, Message)]
+pub struct Trace {
+    /// What is in it.
+    #[prost(message, repeated, tag = "1")]
+    pub packet: Vec<TracePacket>,
+}
+
+/// A packet: a track, or an event on one.
+#[derive(Clone, PartialEq, Message)]
+pub struct TracePacket {
+    /// Run time (ns).
+    #[prost(uint64, optional, tag = "8")]
+    pub timestamp: Option<u64>,
+    /// Who wrote it.
+    #[prost(uint32, optional, tag = "10")]
+    pub trusted_packet_sequence_id: Option<u32>,
+    /// An event.
+    #[prost(message, optional, tag = "11")]
+    pub track_event: Option<TrackEvent>,
+    /// A track.
+    #[prost(message, optional, tag = "60")]
+    pub track_descriptor: Option<TrackDescriptor>,
+}
+
+/// A track.
+#[derive(Clone, PartialEq, Message)]
+pub struct TrackDescriptor {
+    /// What events call it.
+    #[prost(uint64, optional, tag = "1")]
+    pub uuid: Option<u64>,
+    /// What people call it.
+    #[prost(string, optional, tag = "2")]
+    pub name: Option<String>,
+    /// Under which track it is.
+    #[prost(uint64, optional, tag = "5")]
+    pub parent_uuid: Option<u64>,
+    /// Present for a counter.
+    #[prost(message, optional, tag = "8")]
+    pub counter: Option<CounterDescriptor>,
+    /// The order of the tracks under it: 3 for [`sibling_order_rank`](Self).
+    #[prost(int32, optional, tag = "11")]
+    pub child_ordering: Option<i32>,
+    /// Its place among those under the same track.
+    #[prost(int32, optional, tag = "12")]
+    pub sibling_order_rank: Option<i32>,
+}
+
+/// What a counter counts.
+#[derive(Clone, PartialEq, Message)]
+pub struct CounterDescriptor {
+    /// Its unit.
+    #[prost(string, optional, tag = "6")]
+    pub unit_name: Option<String>,
+}
+
+/// Something on a track.
+#[derive(Clone, PartialEq, Message)]
+pub struct TrackEvent {
+    /// Facts about it.
+    #[prost(message, repeated, tag = "4")]
+    pub debug_annotations: Vec<DebugAnnotation>,
+    /// What it is.
+    #[prost(enumeration = "EventType", optional, tag = "9")]
+    pub r#type: Option<i32>,
+    /// On which track.
+    #[prost(uint64, optional, tag = "11")]
+    pub track_uuid: Option<u64>,
+    /// What people call it.
+    #[prost(string, optional, tag = "23")]
+    pub name: Option<String>,
+    /// The value of a counter.
+    #[prost(double, optional, tag = "44")]
+    pub double_counter_value: Option<f64>,
+    /// The messages that pass here.
+    #[prost(fixed64, repeated, packed = "false", tag = "47")]
+    pub flow_ids: Vec<u64>,
+}
+
+/// A fact about an event.
+#[derive(Clone, PartialEq, Message)]
+pub struct DebugAnnotation {
+    /// A number.
+    #[prost(int64, optional, tag = "4")]
+    pub int_value: Option<i64>,
+    /// A text.
+    #[prost(string, optional, tag = "6")]
+    pub string_value: Option<String>,
+    /// What it is.
+    #[prost(string, optional, tag = "10")]
+    pub name: Option<String>,
+}
+
+/// What an event is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Enumeration)]
+#[repr(i32)]
+pub enum EventType {
+    /// None.
+    Unspecified = 0,
+    /// A slice begins.
+    SliceBegin = 1,
+    /// A slice ends.
+    SliceEnd = 2,
+    /// It takes no time.
+    Instant = 3,
+    /// A counter has another value.
+    Counter = 4,
+}

@@ -1,0 +1,180 @@
+//! A trace for Perfetto, decoded by a reader that shares nothing with its writer.
+
+mod support;
+
+use std::{collections::BTreeMap, fs};
+
+use support::{complaint, folder, path, ratelab, text};
+
+/// A field of a protocol buffer.
+#[derive(Clone, Debug)]
+enum Field {
+    Number(u64),
+    Bytes(Vec<u8>),
+}
+
+impl Field {
+    fn number(&self) -> u64 {
+        match self {
+            Self::Number(number) => *number,
+            Self::Bytes(bytes) => panic!("{bytes:?} are no number"),
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Bytes(bytes) => bytes,
+            Self::Number(number) => panic!("{number} is no text"),
+        }
+    }
+
+    fn text(&self) -> String {
+        text(self.bytes())
+    }
+}
+
+/// The fields of a message, by number.
+type Fields = BTreeMap<u64, Vec<Field>>;
+
+fn varint(bytes: &mut &[u8]) -> u64 {
+    let (mut value, mut shift) = (0, 0);
+    loop {
+        let (first, rest) = bytes.split_first().expect("a number to its end");
+        *bytes = rest;
+        value |= u64::from(first & 0x7f) << shift;
+        shift += 7;
+        if first & 0x80 == 0 {
+            return value;
+        }
+    }
+}
+
+fn take<'b>(bytes: &mut &'b [u8], count: usize) -> &'b [u8] {
+    let (taken, rest) = bytes.split_at(count);
+    *bytes = rest;
+    taken
+}
+
+fn fields(mut bytes: &[u8]) -> Fields {
+    let mut fields = Fields::new();
+    while !bytes.is_empty() {
+        let key = varint(&mut bytes);
+        let field = match key & 7 {
+            0 => Field::Number(varint(&mut bytes)),
+            1 => {
+                let fixed = take(&mut bytes, 8).try_into().expect("eight bytes");
+                Field::Number(u64::from_le_bytes(fixed))
+            }
+            2 => {
+                let count = varint(&mut bytes) as usize;
+                Field::Bytes(take(&mut bytes, count).to_vec())
+            }
+            other => panic!("wire type {other}"),
+        };
+        fields.entry(key >> 3).or_default().push(field);
+    }
+    fields
+}
+
+/// The tracks of a trace by their names, and its events: run time, type, track, fields.
+fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<(u64, u64, u64, Fields)>) {
+    let (mut tracks, mut events) = (BTreeMap::new(), Vec::new());
+    for packet in fields(trace).remove(&1).unwrap_or_default() {
+        let packet = fields(packet.bytes());
+        assert_eq!(packet[&10][0].number(), 1, "a sequence");
+        if let Some(track) = packet.get(&60) {
+            let track = fields(track[0].bytes());
+            tracks.insert(track[&2][0].text(), track[&1][0].number());
+        }
+        if let Some(event) = packet.get(&11) {
+            let event = fields(event[0].bytes());
+            let (kind, track) = (event[&9][0].number(), event[&11][0].number());
+            events.push((packet[&8][0].number(), kind, track, event));
+        }
+    }
+    (tracks, events)
+}
+
+#[test]
+fn a_trace_holds_what_the_recording_does() {
+    let folder = folder();
+    let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
+    let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
+    let mut args = vec![
+        "run",
+        "--clock",
+        "virtual",
+        "--world",
+        "own",
+        "--duration-s",
+        "2",
+    ];
+    knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
+    args.extend(["--record", &file, "--json"]);
+    let ran = ratelab(&args);
+    let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
+    let said = text(&ratelab(&["trace", &file]).stdout);
+    assert!(
+        said.contains("run.pftrace") && said.contains("perfetto"),
+        "{said}"
+    );
+    let (tracks, events) = decoded(&fs::read(trace).expect("a trace"));
+
+    assert!(events.is_sorted_by_key(|(at, ..)| *at));
+    let on = |track: &str, kind: u64| {
+        let track = tracks[track];
+        let events = events.iter();
+        events.filter(move |(_, known, on, _)| (*known, *on) == (kind, track))
+    };
+    for node in ["sensor", "policy", "actuator"] {
+        let named = |name: &str| {
+            let slices = on(node, 1);
+            slices
+                .filter(|(.., event)| event[&23][0].text() == name)
+                .count() as u64
+        };
+        assert_eq!(
+            Some(named("tick")),
+            metrics["nodes"][node]["ticks"].as_u64(),
+            "{node}"
+        );
+        assert_eq!(on(node, 1).count(), on(node, 2).count(), "{node}");
+        assert_eq!(named("late") > 0, node == "sensor", "{node}");
+    }
+    let published = metrics["topics"]["/action"]["published"].as_u64();
+    let sent = on("/action", 3).filter(|(.., event)| event[&23][0].text() == "sent");
+    assert_eq!(Some(sent.count() as u64), published);
+
+    // A message goes from the tick that published it to the one that read it.
+    let flow = on("/action", 3).next().expect("a message").3[&47][0].number();
+    let passes = |(.., event): &&(u64, u64, u64, Fields)| {
+        let flows = event.get(&47).into_iter().flatten();
+        flows.clone().any(|known| known.number() == flow)
+    };
+    let stops: Vec<u64> = events
+        .iter()
+        .filter(passes)
+        .map(|(_, _, track, _)| *track)
+        .collect();
+    for stop in ["policy", "/action", "actuator"] {
+        assert!(stops.contains(&tracks[stop]), "{stop} in {stops:?}");
+    }
+
+    // The age is that of the metrics: 30 ms of thought, 12 on the link, and more.
+    let ages = on("age of the push", 4).map(|(.., event)| f64::from_bits(event[&44][0].number()));
+    let ages: Vec<f64> = ages.collect();
+    assert!(ages.iter().all(|age| *age >= 42.0), "{ages:?}");
+}
+
+#[test]
+fn what_cannot_be_traced_is_refused_in_a_line() {
+    let folder = folder();
+    let recording = support::reference("fall-5hz.rrd");
+    let said = complaint(&ratelab(&["trace", &recording, "-o", &recording]), 2);
+    assert!(said.contains("this is the file that is read"), "{said}");
+    let nowhere = path(&folder, "none/run.pftrace");
+    let said = complaint(&ratelab(&["trace", &recording, "-o", &nowhere]), 2);
+    assert!(said.contains("there is no such folder"), "{said}");
+    let said = complaint(&ratelab(&["trace", &path(&folder, "no.rrd")]), 2);
+    assert!(said.contains("no.rrd"), "{said}");
+}

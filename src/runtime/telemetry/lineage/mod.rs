@@ -1,0 +1,209 @@
+//! From which messages and ticks an action came, and where its age arose.
+//!
+//! Nothing in a running graph keeps this: it follows from what taps hand out, or from
+//! what was recorded. A graph that nobody taps pays nothing for it.
+
+mod parts;
+mod push;
+mod reads;
+mod traffic;
+
+use std::collections::VecDeque;
+
+pub use parts::{AgePart, AgeParts, Stage};
+pub use push::{Chain, Push};
+
+use super::Topology;
+use crate::runtime::{
+    depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
+};
+
+/// The messages and ticks of a run, and who read what.
+///
+/// Fed with all messages and ticks in the order of each topic and node, it finds the
+/// chain behind every action. A read is as exact as the instants are: in virtual time
+/// to the nanosecond.
+#[derive(Clone, Debug)]
+pub struct Lineage {
+    topology: Topology,
+    topics: Vec<TopicRecord>,
+    nodes: Vec<NodeRecord>,
+    /// Messages and ticks that are kept of each topic and node.
+    kept: usize,
+}
+
+/// A topic and its messages.
+#[derive(Clone, Debug)]
+struct TopicRecord {
+    sent: VecDeque<Sent>,
+    /// Since when it is read in which order, and keeps how many messages.
+    rules: Vec<(Time, ReadOrder, Depth)>,
+}
+
+/// A node and its ticks.
+#[derive(Clone, Debug, Default)]
+struct NodeRecord {
+    /// The topics that it reads, as indices.
+    inputs: Vec<usize>,
+    ticks: VecDeque<Worked>,
+    /// Ticks of these whose reads are known.
+    settled: usize,
+}
+
+/// A message that was published.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// Position in the topic's history.
+    pub seq: u64,
+    /// Run time at which it was published.
+    pub released: Time,
+    /// Run time at which it can be read; `None` if it is lost.
+    pub arrives: Option<Time>,
+    /// The sensing that it was derived from, by the clock that stamped that.
+    pub sensed: Time,
+    /// Whether it was derived from another one.
+    pub derived: bool,
+}
+
+/// A tick of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Worked {
+    /// The tick.
+    pub tick: TickRecord,
+    /// What it read of each topic that the node reads: the topic, and the sequence
+    /// number of the message.
+    pub reads: Vec<(usize, u64)>,
+}
+
+impl Worked {
+    /// When it published and acted; never, if the run ended before.
+    fn ends(&self) -> Time {
+        self.tick.ends.unwrap_or(Time::MAX)
+    }
+
+    /// What it read of the topic with this index.
+    fn read(&self, topic: usize) -> Option<u64> {
+        let mut reads = self.reads.iter();
+        reads
+            .find(|(known, _)| *known == topic)
+            .map(|(_, seq)| *seq)
+    }
+}
+
+impl Lineage {
+    /// Nothing happened yet in a graph of this `topology`.
+    pub fn new(topology: Topology) -> Self {
+        let topics = topology.topics.iter().map(|topic| TopicRecord {
+            sent: VecDeque::new(),
+            rules: vec![(Time::ZERO, ReadOrder::Newest, topic.depth)],
+        });
+        let nodes = (0..topology.nodes.len()).map(|node| {
+            let topics = topology.topics.iter().enumerate();
+            let inputs = topics.filter(|(_, topic)| topic.readers.contains(&node));
+            NodeRecord {
+                inputs: inputs.map(|(index, _)| index).collect(),
+                ..NodeRecord::default()
+            }
+        });
+        Self {
+            topics: topics.collect(),
+            nodes: nodes.collect(),
+            topology,
+            kept: usize::MAX,
+        }
+    }
+
+    /// The same, with so many of the newest messages and ticks of each topic and node.
+    #[must_use]
+    pub fn keeping(self, kept: usize) -> Self {
+        Self { kept, ..self }
+    }
+
+    /// The graph.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// A message was published to the topic with index `topic`.
+    pub fn message(&mut self, topic: usize, head: &Head) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            topic.sent.push_back(Sent {
+                seq: head.seq,
+                released: head.at,
+                arrives: head.arrives,
+                sensed: head.origin.unwrap_or(head.stamp),
+                derived: head.origin.is_some(),
+            });
+            if topic.sent.len() > self.kept {
+                topic.sent.pop_front();
+            }
+        }
+    }
+
+    /// The node with index `node` ticked.
+    pub fn tick(&mut self, node: usize, tick: TickRecord) {
+        if let Some(node) = self.nodes.get_mut(node) {
+            let reads = Vec::new();
+            node.ticks.push_back(Worked { tick, reads });
+            if node.ticks.len() > self.kept {
+                node.ticks.pop_front();
+                node.settled = node.settled.saturating_sub(1);
+            }
+        }
+    }
+
+    /// A knob was turned at run time `at`.
+    pub fn knob(&mut self, at: Time, knob: &Knob) {
+        let names = self.topology.topics.iter();
+        let mut topics = names.zip(&mut self.topics);
+        let known = topics.find(|(topic, _)| topic.name == knob.target());
+        let Some((_, TopicRecord { rules, .. })) = known else {
+            return;
+        };
+        let Some(&(_, order, depth)) = rules.last() else {
+            return;
+        };
+        match knob {
+            Knob::Read { order, .. } => rules.push((at, *order, depth)),
+            Knob::Depth { depth, .. } => rules.push((at, order, *depth)),
+            _ => {}
+        }
+    }
+
+    /// Finds out what was read, as far as it was not known. To be called when all
+    /// messages are there that could be read.
+    pub fn settle(&mut self) {
+        for node in 0..self.nodes.len() {
+            for index in self.nodes[node].settled..self.nodes[node].ticks.len() {
+                let reads = self.reads_of(node, index);
+                self.nodes[node].ticks[index].reads = reads;
+            }
+            self.nodes[node].settled = self.nodes[node].ticks.len();
+        }
+    }
+
+    /// The ticks of the node with index `node`, oldest first.
+    pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &Worked> {
+        self.nodes[node].ticks.iter()
+    }
+
+    /// Those of them that were under way between two run times, and the one before,
+    /// each with its index.
+    pub fn ticks_between(
+        &self,
+        node: usize,
+        from: Time,
+        to: Time,
+    ) -> impl Iterator<Item = (usize, &Worked)> {
+        let ticks = &self.nodes[node].ticks;
+        let first = ticks.partition_point(|worked| worked.ends() < from);
+        let last = ticks.partition_point(|worked| worked.tick.at <= to);
+        let first = first.saturating_sub(1).min(last);
+        (first..last).zip(ticks.range(first..last))
+    }
+
+    /// The messages of the topic with index `topic`, oldest first.
+    pub fn sent(&self, topic: usize) -> impl DoubleEndedIterator<Item = &Sent> {
+        self.topics[topic].sent.iter()
+    }
+}

@@ -1,0 +1,294 @@
+//! An age as its parts.
+
+use std::time::Duration;
+
+use super::{Lineage, Worked};
+use crate::runtime::{telemetry::Topology, time::Time};
+
+/// Messages in the longest chain that is followed.
+pub(super) const MOST_HOPS: usize = 64;
+
+/// What an age was spent on. Nodes and topics are indices into the topology.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// From the arrival of a message to the next tick of the node that reads it.
+    Wait {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// Behind older messages, in a queue that is read from its old end.
+    Queue {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// Read already, and read again where nothing newer had come.
+    Reuse {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// In a tick that takes time.
+    Cost {
+        /// The node.
+        node: usize,
+    },
+    /// On the link of a topic.
+    Link {
+        /// The topic.
+        topic: usize,
+    },
+    /// In force while nothing newer had come.
+    Held {
+        /// The topic.
+        topic: usize,
+        /// The node that acts.
+        node: usize,
+    },
+    /// In force while something newer waited for the node that acts.
+    Kept {
+        /// The topic.
+        topic: usize,
+        /// The node that acts.
+        node: usize,
+    },
+}
+
+/// A part of an age.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AgePart {
+    /// What it was spent on.
+    pub stage: Stage,
+    /// How long.
+    pub took: Duration,
+}
+
+/// An age as its parts: they sum to it to the nanosecond.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AgeParts {
+    /// From the sensing to now. Nothing that took no time.
+    pub parts: Vec<AgePart>,
+    /// What lies before the first tick that is known (ns): the error of the clock that
+    /// stamped the sensing, or a part of the chain that is not recorded.
+    pub before_ns: i64,
+}
+
+impl AgeParts {
+    /// The age (ns). Below zero if a clock was wrong.
+    pub fn sum_ns(&self) -> i64 {
+        let parts = self.parts.iter().map(|part| nanos(part.took));
+        self.before_ns + parts.sum::<i64>()
+    }
+
+    /// Adds a part that comes after the others.
+    pub(super) fn add(&mut self, stage: Stage, from: Time, to: Time) {
+        let took = to.since(from);
+        if !took.is_zero() {
+            self.parts.push(AgePart { stage, took });
+        }
+    }
+
+    /// The age in a sentence, such as `this push is 180 ms old: 20 waiting for the
+    /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
+    /// sum to the age.
+    pub fn sentence(&self, topology: &Topology) -> String {
+        self.sentence_within(topology, usize::MAX)
+    }
+
+    /// The same in so many characters, if that can be: the smallest parts are one.
+    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
+        let age = (self.sum_ns() as f64 / 1e6).round() as i64;
+        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        loop {
+            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
+            let mut sentence = format!("this push is {age} ms old");
+            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
+                let sign = if number == 0 { ": " } else { " + " };
+                sentence += &format!("{sign}{ms} {words}");
+            }
+            let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
+            match smallest.filter(|_| sentence.chars().count() > room && parts.len() > 1) {
+                Some(smallest) => elsewhere += parts.remove(smallest).0,
+                None => return sentence,
+            }
+        }
+    }
+
+    /// The parts of a millisecond or more, each with its words.
+    fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
+        let mut words: Vec<(i64, String)> = Vec::new();
+        let costs = self.parts.iter();
+        let costs = costs.filter(|part| matches!(part.stage, Stage::Cost { .. }));
+        let alone = costs.count() == 1;
+        let before = Some((self.before_ns, "before the first tick".to_owned()));
+        let parts = self.parts.iter().map(|part| {
+            let name = part.stage.words(topology, alone);
+            (nanos(part.took), name)
+        });
+        for (nanos, name) in before.into_iter().chain(parts) {
+            match words.last_mut().filter(|(_, last)| *last == name) {
+                Some((sum, _)) => *sum += nanos,
+                None => words.push((nanos, name)),
+            }
+        }
+        // Rounded as running sums, so that they sum to the rounded age.
+        let (mut sum, mut shown) = (0, 0);
+        for (nanos, _) in &mut words {
+            sum += *nanos;
+            let until = (sum as f64 / 1e6).round() as i64;
+            *nanos = until - shown;
+            shown = until;
+        }
+        words.retain(|(ms, _)| *ms != 0);
+        words
+    }
+}
+
+impl Stage {
+    /// What it is, in words that follow a number of milliseconds; `alone` if no other
+    /// node takes time.
+    fn words(self, topology: &Topology, alone: bool) -> String {
+        let node_name = |node: usize| &topology.nodes[node].name;
+        let topic_name = |topic: usize| &topology.topics[topic].name;
+        match self {
+            Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
+            Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
+            Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
+            Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
+            Self::Cost { node } => format!("in the {}", node_name(node)),
+            Self::Link { topic } => format!("on {}", topic_name(topic)),
+            Self::Held { .. } | Self::Kept { .. } => "held".to_owned(),
+        }
+    }
+}
+
+/// Whether a node reads something and publishes something.
+fn thinks(topology: &Topology, node: usize) -> bool {
+    let mut topics = topology.topics.iter();
+    let reads = topics.clone().any(|topic| topic.readers.contains(&node));
+    reads && topics.any(|topic| topic.publishers.contains(&node))
+}
+
+/// A duration that no run exceeds.
+pub(super) fn nanos(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+impl Lineage {
+    /// The parts of the age of message number `seq` of a topic when it arrives, from
+    /// the sensing on.
+    pub fn parts_at_arrival(&self, topic: usize, seq: u64) -> Option<AgeParts> {
+        self.chain(topic, seq, MOST_HOPS)
+    }
+
+    /// The same of a chain of no more than so many messages.
+    fn chain(&self, topic: usize, seq: u64, hops: usize) -> Option<AgeParts> {
+        let sent = self.topics.get(topic)?.message(seq)?;
+        let (node, index) = self.made_by(topic, seq)?;
+        let began = self.nodes[node].ticks[index].tick.at;
+        let mut parts = match self.derived_from(node, index, sent.sensed) {
+            Some((input, read)) if sent.derived => {
+                let mut parts = self.chain(input, read, hops.checked_sub(1)?)?;
+                self.add_reading(&mut parts, (input, read), node, index);
+                parts
+            }
+            _ => AgeParts {
+                parts: Vec::new(),
+                before_ns: signed(began) - signed(sent.sensed),
+            },
+        };
+        parts.add(Stage::Cost { node }, began, sent.released);
+        parts.add(Stage::Link { topic }, sent.released, sent.arrives?);
+        Some(parts)
+    }
+
+    /// The tick in which message number `seq` of a topic was made, as a node and the
+    /// index of a tick.
+    pub fn made_by(&self, topic: usize, seq: u64) -> Option<(usize, usize)> {
+        let sent = self.topics.get(topic)?.message(seq)?;
+        let publishers = self.topology.topics[topic].publishers.iter();
+        let ticks = publishers.filter_map(|&node| {
+            let ticks = &self.nodes[node].ticks;
+            let last = ticks.partition_point(|worked| worked.tick.at <= sent.released);
+            // A tick that begins where another one ends has published nothing yet.
+            let recent = (last.saturating_sub(2)..last).rev();
+            let made = recent
+                .clone()
+                .filter(|index| ticks[*index].ends() == sent.released);
+            let knows = |index: &usize| {
+                !sent.derived || self.derived_from(node, *index, sent.sensed).is_some()
+            };
+            let made = made.clone().find(knows).or(made.clone().next());
+            Some((node, made.or(last.checked_sub(1))?, made.is_some()))
+        });
+        let ticks: Vec<_> = ticks.collect();
+        let exact = ticks.iter().find(|(.., exact)| *exact);
+        let (node, index, _) = exact.or(ticks.first())?;
+        Some((*node, *index))
+    }
+
+    /// The message that a tick read whose sensing is `sensed`.
+    pub fn derived_from(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
+        let reads = self.nodes[node].ticks[index].reads.iter();
+        let known = reads.copied().find(|&(topic, seq)| {
+            let read = self.topics[topic].message(seq);
+            read.is_some_and(|read| read.sensed == sensed)
+        });
+        known.or_else(|| self.arrived_with(node, index, sensed))
+    }
+
+    /// The same under the real clock, where a read is less exact than its tick.
+    fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
+        let at = self.nodes[node].ticks[index].tick.at;
+        self.nodes[node].inputs.iter().find_map(|&topic| {
+            let recent = self.topics[topic].after(None, at).rev().take(16);
+            let mut known = recent.filter(|sent| sent.arrives.is_some_and(|by| by <= at));
+            let read = known.find(|sent| sent.sensed == sensed)?;
+            Some((topic, read.seq))
+        })
+    }
+
+    /// Adds what it took from the arrival of a message to the tick with this `index`
+    /// of a node that read it.
+    pub(super) fn add_reading(
+        &self,
+        parts: &mut AgeParts,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) {
+        let Some(sent) = self.topics[topic].message(seq) else {
+            return;
+        };
+        let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
+        let at = |index: usize| ticks[index].tick.at;
+        let first_read = self.first_read((topic, seq), node, index);
+        let first = ticks.partition_point(|worked| worked.tick.at < arrives);
+        let could = (first..first_read).find(|&index| self.is_seen(topic, sent, node, at(index)));
+        let could = could.unwrap_or(first_read);
+        parts.add(Stage::Wait { topic, node }, arrives, at(could));
+        parts.add(Stage::Queue { topic, node }, at(could), at(first_read));
+        parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
+    }
+
+    /// The first of the ticks of a node, up to that with this `index`, that read this
+    /// message again and again.
+    pub(super) fn first_read(
+        &self,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) -> usize {
+        let ticks = self.nodes[node].ticks.range(..index);
+        let again = |worked: &&Worked| worked.read(topic) == Some(seq);
+        index - ticks.rev().take_while(again).count()
+    }
+}
+
+fn signed(time: Time) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,178 @@
+//! The action in force, and what its age is spent on.
+
+use std::time::Duration;
+
+use super::{
+    Lineage, Worked,
+    parts::{AgeParts, MOST_HOPS, Stage},
+};
+use crate::runtime::time::Time;
+
+/// A push that is in force from one run time to another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Push {
+    /// The topic with what is applied.
+    pub topic: usize,
+    /// The number of the message on it.
+    pub seq: u64,
+    /// The node that applies it.
+    pub node: usize,
+    /// Run time at which it was first applied.
+    pub since: Time,
+    /// Run time at which something newer had arrived.
+    pub outdated: Option<Time>,
+    /// The parts of its age when it was first applied.
+    parts: AgeParts,
+}
+
+impl Push {
+    /// The parts of its age at run time `at`.
+    pub fn parts(&self, at: Time) -> AgeParts {
+        let (topic, node) = (self.topic, self.node);
+        let outdated = self
+            .outdated
+            .unwrap_or(at)
+            .clamp(self.since, at.max(self.since));
+        let mut parts = self.parts.clone();
+        parts.add(Stage::Held { topic, node }, self.since, outdated);
+        parts.add(Stage::Kept { topic, node }, outdated, at);
+        parts
+    }
+
+    /// Adds the integral of its parts from `begin` to `end` (ns²) to `sums`.
+    fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
+        let stretch = end.since(begin).as_nanos() as f64;
+        for part in &self.parts.parts {
+            sums.add(part.stage, part.took.as_nanos() as f64 * stretch);
+        }
+        let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
+        let (early, late) = (end.min(outdated), begin.max(outdated));
+        let grown = |from: Time, to: Time, since: Time| {
+            let [from, to] = [from, to].map(|at| at.since(since).as_nanos() as f64);
+            (to * to - from * from).max(0.0) / 2.0
+        };
+        let (topic, node) = (self.topic, self.node);
+        let held = grown(begin, early.max(begin), self.since)
+            + outdated.since(self.since).as_nanos() as f64 * end.since(late).as_nanos() as f64;
+        sums.add(Stage::Held { topic, node }, held);
+        sums.add(
+            Stage::Kept { topic, node },
+            grown(late, end.max(late), outdated),
+        );
+    }
+}
+
+/// Sums per stage, in the order in which the stages were first met.
+#[derive(Default)]
+struct Sums(Vec<(Stage, f64)>);
+
+impl Sums {
+    fn add(&mut self, stage: Stage, sum: f64) {
+        match self.0.iter_mut().find(|(known, _)| *known == stage) {
+            Some((_, known)) => *known += sum,
+            None => self.0.push((stage, sum)),
+        }
+    }
+}
+
+impl Lineage {
+    /// The push of the node with index `node` that is in force at run time `at`;
+    /// `None` before the first, and where its chain is not known.
+    pub fn push_at(&self, node: usize, at: Time) -> Option<Push> {
+        let ticks = &self.nodes.get(node)?.ticks;
+        let last = ticks.partition_point(|worked| worked.ends() <= at);
+        self.push_of(node, last.checked_sub(1)?)
+    }
+
+    /// The push that the tick with this index applied, again or for the first time.
+    pub(super) fn push_of(&self, node: usize, index: usize) -> Option<Push> {
+        let ticks = &self.nodes[node].ticks;
+        let &(topic, seq) = ticks[index].reads.first()?;
+        let first = self.first_read((topic, seq), node, index);
+        let mut parts = self.parts_at_arrival(topic, seq)?;
+        self.add_reading(&mut parts, (topic, seq), node, first);
+        let Worked { tick, .. } = &ticks[first];
+        let since = tick.ends?;
+        parts.add(Stage::Cost { node }, tick.at, since);
+        let newer = self.topics[topic].after(Some(seq), Time::MAX).take(64);
+        Some(Push {
+            topic,
+            seq,
+            node,
+            since,
+            outdated: newer.filter_map(|sent| sent.arrives).min(),
+            parts,
+        })
+    }
+
+    /// Run time of the first push of a node that is known; zero if there is none.
+    pub fn first_push(&self, node: usize) -> Time {
+        let ticks = self.nodes[node].ticks.iter();
+        let mut pushes = ticks.filter(|worked| !worked.reads.is_empty());
+        pushes
+            .next()
+            .and_then(|worked| worked.tick.ends)
+            .unwrap_or_default()
+    }
+
+    /// The greatest push age of a node over run time `from` to `to`.
+    pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
+        let (mut greatest, mut end) = (0, to);
+        while end > from {
+            let before = Time::from_nanos(end.as_nanos() - 1);
+            let Some(push) = self.push_at(node, before) else {
+                break;
+            };
+            greatest = greatest.max(push.parts(end).sum_ns());
+            end = push.since;
+        }
+        Duration::from_nanos(greatest.unsigned_abs())
+    }
+
+    /// The mean of each part of the push age of a node over run time `from` to `to`
+    /// (ns), in the order from the sensing to now; empty where nothing is known.
+    pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(Stage, f64)> {
+        let (mut sums, mut end) = (Sums::default(), to);
+        while end > from {
+            let before = Time::from_nanos(end.as_nanos() - 1);
+            let Some(push) = self.push_at(node, before) else {
+                break;
+            };
+            push.integrate(push.since.max(from), end, &mut sums);
+            end = push.since;
+        }
+        let time = to.since(end.max(from)).as_nanos() as f64;
+        let known = sums.0.into_iter().filter(|(_, sum)| *sum > 0.0);
+        known.map(|(stage, sum)| (stage, sum / time)).collect()
+    }
+}
+
+/// The ticks and messages behind a push.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Chain {
+    /// Nodes and indices of their ticks, that which acts first.
+    pub ticks: Vec<(usize, usize)>,
+    /// Topics and sequence numbers, that which is applied first.
+    pub messages: Vec<(usize, u64)>,
+}
+
+impl Lineage {
+    /// The chain behind `push`, back to the sensing.
+    pub fn chain_of(&self, push: &Push) -> Chain {
+        let mut chain = Chain::default();
+        let ticks = &self.nodes[push.node].ticks;
+        let acts = ticks.partition_point(|worked| worked.ends() < push.since);
+        chain.ticks.push((push.node, acts));
+        let mut next = Some((push.topic, push.seq));
+        while let Some((topic, seq)) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
+            chain.messages.push((topic, seq));
+            let sent = self.topics[topic].message(seq).filter(|sent| sent.derived);
+            let made = self.made_by(topic, seq);
+            chain.ticks.extend(made);
+            next = made
+                .zip(sent)
+                .and_then(|((node, index), sent)| self.derived_from(node, index, sent.sensed));
+        }
+        chain
+    }
+}

@@ -1,0 +1,124 @@
+//! What each tick read: it follows from what had arrived.
+
+use super::{Lineage, Sent, TopicRecord};
+use crate::runtime::{read_order::ReadOrder, time::Time};
+
+impl TopicRecord {
+    /// Its message with this number.
+    pub(super) fn message(&self, seq: u64) -> Option<&Sent> {
+        let index = self.sent.partition_point(|sent| sent.seq < seq);
+        self.sent.get(index).filter(|sent| sent.seq == seq)
+    }
+
+    /// Those published by run time `until` after message number `seq`, oldest first;
+    /// all of them if there is no such number.
+    pub(super) fn after(
+        &self,
+        seq: Option<u64>,
+        until: Time,
+    ) -> impl DoubleEndedIterator<Item = &Sent> {
+        let first = seq.map_or(0, |seq| self.sent.partition_point(|sent| sent.seq <= seq));
+        let last = self.sent.partition_point(|sent| sent.released <= until);
+        self.sent.range(first.min(last)..last)
+    }
+
+    /// In which order it is read at run time `at`.
+    fn order(&self, at: Time) -> ReadOrder {
+        let known = self.rules.iter().rev().find(|(since, ..)| *since <= at);
+        known.map_or(ReadOrder::Newest, |(_, order, _)| *order)
+    }
+
+    /// The fewest messages that it kept between two run times.
+    pub(super) fn least_depth(&self, from: Time, to: Time) -> usize {
+        let first = self.rules.partition_point(|(since, ..)| *since <= from);
+        let last = self.rules.partition_point(|(since, ..)| *since <= to);
+        let rules = &self.rules[first.saturating_sub(1)..last];
+        let depths = rules.iter().map(|(.., depth)| depth.get());
+        depths.min().unwrap_or(1)
+    }
+
+    /// The oldest of the messages in `news`, as they were delivered, that is still in
+    /// the queue at run time `at`.
+    fn oldest_kept<'a>(&self, news: &[&'a Sent], at: Time) -> Option<&'a Sent> {
+        let (mut oldest, mut until, mut evicted) = (None, at, 0);
+        for (index, sent) in news.iter().enumerate().rev() {
+            // Those before `evicted` had to make room by `until`.
+            if index < evicted {
+                break;
+            }
+            oldest = Some(*sent);
+            let from = sent.arrives.unwrap_or(until);
+            let depth = self.least_depth(from, until);
+            evicted = evicted.max((index + 1).saturating_sub(depth));
+            until = from;
+        }
+        oldest
+    }
+}
+
+impl Lineage {
+    /// What the tick with this index of a node read, as pairs of a topic and the number
+    /// of a message.
+    pub(super) fn reads_of(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
+        let record = &self.nodes[node];
+        let at = record.ticks[index].tick.at;
+        let before = index.checked_sub(1).map(|before| &record.ticks[before]);
+        let inputs = record.inputs.iter();
+        let read = |&topic: &usize| {
+            let last = before.and_then(|tick| tick.read(topic));
+            let read = self.to_read(topic, node, at, last)?;
+            Some((topic, read))
+        };
+        inputs.filter_map(read).collect()
+    }
+
+    /// The number of the message that a tick at `at` reads, which had read `last`.
+    fn to_read(&self, topic: usize, node: usize, at: Time, last: Option<u64>) -> Option<u64> {
+        let record = &self.topics[topic];
+        let mut news = record
+            .after(last, at)
+            .filter(|sent| self.is_seen(topic, sent, node, at));
+        let next = match record.order(at) {
+            ReadOrder::Newest => news.next_back().map(|sent| sent.seq),
+            ReadOrder::Oldest => {
+                let mut queue: Vec<&Sent> = Vec::new();
+                for sent in news.rev() {
+                    // One that arrives after a newer one is overtaken.
+                    if queue
+                        .last()
+                        .is_none_or(|newer| sent.arrives <= newer.arrives)
+                    {
+                        queue.push(sent);
+                    }
+                }
+                queue.reverse();
+                record.oldest_kept(&queue, at).map(|sent| sent.seq)
+            }
+        };
+        next.or(last)
+    }
+
+    /// Whether a tick of `node` at run time `at` finds `sent` delivered.
+    pub(super) fn is_seen(&self, topic: usize, sent: &Sent, node: usize, at: Time) -> bool {
+        match sent.arrives {
+            Some(arrives) if arrives == at && sent.released == at => !self.follows(topic, node, at),
+            Some(arrives) => arrives <= at,
+            None => false,
+        }
+    }
+
+    /// Whether what was published to a topic at run time `at` was so by a tick that
+    /// came after one of `reader` at the same instant. Ticks that end come first, then
+    /// those that are due, by priority.
+    fn follows(&self, topic: usize, reader: usize, at: Time) -> bool {
+        let rank = |node: usize| (self.topology.nodes[node].priority, node);
+        let publishers = self.topology.topics[topic].publishers.iter();
+        let mut at_once = publishers.filter(|&&node| {
+            let record = &self.nodes[node];
+            let first = record.ticks.partition_point(|worked| worked.tick.at < at);
+            let before = first.checked_sub(1).map(|before| &record.ticks[before]);
+            before.is_none_or(|before| before.ends() != at)
+        });
+        at_once.any(|&node| rank(node) >= rank(reader))
+    }
+}

@@ -1,0 +1,313 @@
+//! Where the age of an action arose: the chain behind it, and its parts.
+
+mod support;
+
+use std::sync::{Arc, Mutex};
+
+use proptest::prelude::*;
+use ratelab::runtime::{
+    ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
+    Tick, Time, TimedCommand, Topic,
+    clock::{Clock, VirtualClock},
+    telemetry::{Lineage, PushAge},
+};
+use support::{depth, hz, secs};
+
+/// The messages behind a message: topics and sequence numbers, from the sensing on.
+type Chain = Vec<(usize, u64)>;
+
+/// A node that passes on the newest of what it reads, with what is behind it.
+struct Relay {
+    inputs: Vec<Subscription<Chain>>,
+    output: Publisher<Chain>,
+    topic: usize,
+    published: u64,
+}
+
+impl Node for Relay {
+    fn tick(&mut self, now: Time) -> Tick {
+        let reads = self.inputs.iter_mut().filter_map(|input| input.latest(now));
+        let freshest = reads.max_by_key(|message| message.sensed());
+        if freshest.is_none() && !self.inputs.is_empty() {
+            return GO_ON;
+        }
+        let sensed = freshest.as_ref().map(|message| message.sensed());
+        let mut chain = freshest.map_or_else(Vec::new, |message| message.data);
+        chain.push((self.topic, self.published));
+        self.published += 1;
+        self.output.publish(chain, now, sensed);
+        GO_ON
+    }
+}
+
+/// Run times at which something was applied, the sensing behind it, and its chain.
+type Applied = Arc<Mutex<Vec<(Time, Time, Chain)>>>;
+
+/// A node that applies what it reads.
+struct Actor {
+    input: Subscription<Chain>,
+    command: Option<(Time, Chain)>,
+    age: PushAge,
+    applied: Applied,
+}
+
+impl Node for Actor {
+    fn tick(&mut self, now: Time) -> Tick {
+        let read = self.input.latest(now);
+        self.command = read.map(|message| (message.sensed(), message.data));
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some((sensed, chain)) = self.command.clone() {
+            self.age.push(now, sensed);
+            self.applied.lock().expect("log").push((now, sensed, chain));
+        }
+        GO_ON
+    }
+}
+
+/// A graph by chance: nodes from the sensor to the one that acts.
+#[derive(Clone, Debug)]
+struct Plan {
+    /// Per node its rate, its priority, and which of the topics before it it reads.
+    nodes: Vec<(u32, u32, Vec<usize>)>,
+    /// Knobs, at run times in ms.
+    knobs: Vec<(u64, String)>,
+}
+
+fn plans(most_inputs: usize) -> impl Strategy<Value = Plan> {
+    let node = (
+        1..=100u32,
+        0..3u32,
+        prop::collection::vec(0..8usize, 1..=most_inputs),
+    );
+    let takes = prop_oneof![
+        (0..3u32).prop_map(|kind| format!("takes NODE {}", ["none", "15", "7.5"][kind as usize])),
+        (0..40u32, 0..60u32).prop_map(|(from, more)| format!("takes NODE {from}..{}", from + more)),
+        (0..30u32).prop_map(|ms| format!("offset NODE {ms}")),
+        (0..9u32).prop_map(|ms| format!("wakes NODE {ms}")),
+        (1..90u32).prop_map(|ms| format!("hang NODE {ms}")),
+        (0..60u32).prop_map(|ms| format!("link TOPIC delay:{ms}")),
+        (0..60u32).prop_map(|ms| format!("link TOPIC delay:0..{ms}")),
+        (0..60u32).prop_map(|ms| format!("link TOPIC delay:0..{ms},in-order")),
+        (0..9u32).prop_map(|p| format!("link TOPIC loss:0.{p}")),
+        (0..9u32).prop_map(|p| format!("link TOPIC loss:0.{p},reliable:13")),
+        Just("read TOPIC oldest".to_owned()),
+        (1..7usize).prop_map(|depth| format!("depth TOPIC {depth}")),
+    ];
+    let at = prop_oneof![3 => Just(0u64), 1 => 0..700u64];
+    let knob = (at, takes, 0..8usize);
+    let nodes = prop::collection::vec(node, 2..5);
+    (nodes, prop::collection::vec(knob, 0..7)).prop_map(|(nodes, knobs)| {
+        let count = nodes.len();
+        let knobs = knobs.into_iter().map(|(at, knob, of)| {
+            let node = format!("n{}", of % count);
+            let topic = format!("/t{}", of % (count - 1));
+            (at, knob.replace("NODE", &node).replace("TOPIC", &topic))
+        });
+        Plan {
+            knobs: knobs.collect(),
+            nodes,
+        }
+    })
+}
+
+/// What came of a second of a plan: its lineage, what was applied, and by which node.
+fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge) {
+    const ROOM: usize = 4_096;
+    let last = plan.nodes.len() - 1;
+    let mut graph = Graph::new();
+    graph.set_seed(seed);
+    let topics: Vec<Topic<Chain>> = (0..last)
+        .map(|topic| Topic::new(format!("/t{topic}"), depth(1)))
+        .collect();
+    let (applied, age) = (Applied::default(), Mutex::new(None));
+    for (number, (rate, priority, inputs)) in plan.nodes.iter().enumerate() {
+        let name = format!("n{number}");
+        // The rate in thousands of a second, so that instants are odd and even.
+        let rate = hz(f64::from(*rate) * 2.0);
+        let mut inputs: Vec<usize> = match number {
+            0 => Vec::new(),
+            n if n == last => vec![n - 1],
+            n => inputs.iter().map(|input| input % n).collect(),
+        };
+        inputs.sort_unstable();
+        inputs.dedup();
+        let added = graph.node(&name, rate, *priority, |wiring| {
+            let mut inputs: Vec<_> = inputs
+                .iter()
+                .map(|input| wiring.subscription(&topics[*input]))
+                .collect();
+            let node: Box<dyn FnMut(Time, bool) -> Tick + Send> = if number == last {
+                let mut actor = Actor {
+                    input: inputs.remove(0),
+                    command: None,
+                    age: wiring.push_age(),
+                    applied: applied.clone(),
+                };
+                *age.lock().expect("age") = Some(actor.age.clone());
+                Box::new(move |now, ends| {
+                    if ends {
+                        actor.apply(now)
+                    } else {
+                        actor.tick(now)
+                    }
+                })
+            } else {
+                let output = wiring.publisher(&topics[number]);
+                let mut relay = Relay {
+                    inputs,
+                    output,
+                    topic: number,
+                    published: 0,
+                };
+                Box::new(move |now, ends| if ends { GO_ON } else { relay.tick(now) })
+            };
+            AnyNode(node)
+        });
+        added.expect("a node");
+    }
+    let commands: Vec<TimedCommand> = plan
+        .knobs
+        .iter()
+        .map(|(ms, knob)| TimedCommand {
+            at: Time::from_nanos(ms * 1_000_000),
+            command: Command::Set(knob.parse().expect(knob)),
+        })
+        .collect();
+    let taps: Vec<Tap<TapMessage<Chain>>> =
+        topics.iter().map(|topic| graph.tap(topic, ROOM)).collect();
+    let ticks = graph.tap_handle().ticks(ROOM);
+    let mut lineage = Lineage::new(graph.observer().topology());
+    let (_commander, mut inbox) = Inbox::new(commands);
+    let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
+    assert_eq!(exit.expect("no fault"), ClockExit::Completed);
+    let observer = graph.observer();
+    for event in observer.events(0) {
+        if let Some(timed) = event.knob() {
+            lineage.knob(timed.at, &timed.knob);
+        }
+    }
+    let names = observer.topology().topics;
+    for (topic, tap) in topics.iter().zip(&taps) {
+        let index = names.iter().position(|known| known.name == topic.name());
+        let index = index.expect("a topic");
+        for tapped in tap.items().try_iter() {
+            lineage.message(index, &Head::of(&tapped));
+        }
+    }
+    for (node, ticks) in ticks.iter().enumerate() {
+        ticks
+            .items()
+            .try_iter()
+            .for_each(|tick| lineage.tick(node, tick));
+    }
+    lineage.settle();
+    let applied = std::mem::take(&mut *applied.lock().expect("log"));
+    let age = age.into_inner().expect("age").expect("an actor");
+    (lineage, applied, age)
+}
+
+struct AnyNode(Box<dyn FnMut(Time, bool) -> Tick + Send>);
+
+impl Node for AnyNode {
+    fn tick(&mut self, now: Time) -> Tick {
+        (self.0)(now, false)
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        (self.0)(now, true)
+    }
+}
+
+/// The chain behind a message, as the lineage has it.
+fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
+    let mut chain = vec![(topic, seq)];
+    loop {
+        let (topic, seq) = chain[0];
+        let sent = lineage.sent(topic).find(|sent| sent.seq == seq);
+        let sent = *sent.expect("the message");
+        let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
+        match lineage
+            .derived_from(node, tick, sent.sensed)
+            .filter(|_| sent.derived)
+        {
+            Some(before) => chain.insert(0, before),
+            None => break,
+        }
+    }
+    let name = |topic: usize| lineage.topology().topics[topic].name[2..].parse();
+    let named = chain
+        .iter()
+        .map(|&(topic, seq)| (name(topic).expect("a number"), seq));
+    named.collect()
+}
+
+/// The parts sum to the age whenever it is asked for; the mean parts to the mean age.
+fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseError> {
+    let (lineage, applied, age) = played(plan, seed);
+    let actor = plan.nodes.len() - 1;
+    for (number, (since, sensed, truth)) in applied.iter().enumerate() {
+        let until = applied.get(number + 1).map_or(secs(1.0), |next| next.0);
+        let push = lineage.push_at(actor, *since);
+        prop_assert!(push.is_some(), "{since}");
+        let push = push.expect("a push");
+        if chains {
+            prop_assert_eq!(&chain(&lineage, push.topic, push.seq), truth);
+        }
+        for share in 0..4 {
+            let at = *since + until.since(*since) * share / 4;
+            let parts = push.parts(at);
+            prop_assert_eq!(parts.sum_ns() as u128, at.since(*sensed).as_nanos());
+            prop_assert_eq!(parts.before_ns, 0);
+        }
+    }
+    if let Some((first, ..)) = applied.first() {
+        let mean = age.view(secs(1.0)).and_then(|view| view.mean_s());
+        let parts = lineage.mean_parts(actor, *first, secs(1.0));
+        let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
+        let mean = mean.unwrap_or_default() * 1e9;
+        prop_assert!((sum - mean).abs() < 1.0, "{sum} for {mean}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    #[test]
+    fn the_parts_of_an_age_sum_to_it_and_the_chain_is_that_of_the_messages(
+        plan in plans(1), seed in 0..100u64,
+    ) {
+        sums_are_exact(&plan, seed, true)?;
+    }
+
+    /// Günzel and others, On the Equivalence of Maximum Reaction Time and Maximum Data
+    /// Age for Cause-Effect Chains, ECRTS 2023.
+    #[test]
+    fn the_greatest_reaction_time_is_the_greatest_age(plan in plans(1), seed in 0..100u64) {
+        let (lineage, applied, _) = played(&plan, seed);
+        let (Some(first), Some(last)) = (applied.first(), applied.last()) else {
+            return Ok(());
+        };
+        // From a sensing, as something changes right after it, to the first action that
+        // is derived from a later one.
+        let sensings = lineage.ticks(0).map(|worked| worked.tick.at);
+        let sensings = sensings.filter(|at| (first.1..last.1).contains(at));
+        let reaction = sensings.filter_map(|sensed| {
+            let answer = applied.iter().find(|(_, later, _)| *later > sensed)?;
+            Some(answer.0.since(sensed))
+        });
+        let answered = applied.iter().find(|(_, sensed, _)| *sensed == last.1);
+        let until = answered.expect("the last sensing").0;
+        let acts = plan.nodes.len() - 1;
+        if let Some(reaction) = reaction.max() {
+            prop_assert_eq!(lineage.greatest_age(acts, first.0, until), reaction);
+        }
+    }
+
+    #[test]
+    fn the_parts_sum_to_the_age_where_readings_meet(plan in plans(3), seed in 0..100u64) {
+        sums_are_exact(&plan, seed, false)?;
+    }
+}
