@@ -103,6 +103,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         let plural = match stem.filter(|stem| !stem.ends_with(['a', 'e', 'o', 'u'])) {
             _ if count == 1 => what.to_owned(),
             Some(stem) => format!("{stem}ies"),
+            None if what.ends_with('s') => format!("{what}es"),
             None => format!("{what}s"),
         };
         format!("{count} {plural}")
