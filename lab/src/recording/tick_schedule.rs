@@ -67,9 +67,11 @@ impl TickSchedule {
     /// one asked for.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
         let (due, timed) = (self.ticks_before(at), self.timed);
-        self.wrong
-            || number <= due.saturating_add(self.slack)
-                && (timed || due <= number.saturating_add(self.slack))
+        let (most, least) = (
+            due.saturating_add(self.slack),
+            due.saturating_sub(self.slack),
+        );
+        self.wrong || (number <= most && (timed || least <= number))
     }
 
     /// Whether run time may have come to `at` without a tick after tick `last`.
