@@ -3,6 +3,7 @@
 
 mod completions;
 mod exercise;
+mod hunt;
 mod info;
 mod keys;
 mod lab;
@@ -14,6 +15,7 @@ mod verify;
 
 pub use completions::completions;
 pub use exercise::exercise;
+pub use hunt::hunt;
 pub use info::info;
 pub use keys::print_keys;
 pub use lab::lab;
