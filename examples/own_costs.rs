@@ -11,7 +11,8 @@ use ratelab::{
     system::{BuildError, Builder, System},
 };
 
-struct Robot;
+/// Four nodes in a row.
+pub struct Robot;
 
 impl System for Robot {
     fn name(&self) -> &'static str {

@@ -13,6 +13,13 @@ use ratelab::{
     system::WorldKind,
 };
 
+/// The robot whose detector takes long, as a user writes it.
+#[path = "../examples/own_costs.rs"]
+#[allow(dead_code)] // Its `main`.
+mod own_costs;
+
+use own_costs::Robot;
+
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
@@ -330,4 +337,78 @@ fn the_actions_of_a_slow_policy_have_the_origin_of_their_reading() {
         );
     }
     assert_eq!(summary.latency.max(), Some(ms(40)));
+}
+
+#[test]
+fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
+    let run = |clock| {
+        let config = Config {
+            clock,
+            end: at(6_000),
+            ..with(&["takes detector 60..110"], Config::default())
+        };
+        let experiment = Experiment::new(Arc::new(Robot), &config).expect("a graph");
+        experiment.run().expect("no fault")
+    };
+    let [modelled, real] = [ClockKind::Virtual, ClockKind::Real].map(run);
+    let late = real
+        .nodes
+        .iter()
+        .filter_map(|node| node.lateness.quantile(0.9))
+        .max();
+    if late > Some(ms(5)) {
+        eprintln!("not compared: every tenth tick began {late:?} late on this machine, or later");
+        return;
+    }
+    let median = |summary: &Summary| {
+        summary
+            .latency
+            .quantile(0.5)
+            .expect("a latency")
+            .as_secs_f64()
+    };
+    let (modelled, real) = (median(&modelled), median(&real));
+    println!("sense→act p50: {modelled} s in virtual time, {real} s on the real clock");
+    assert!(
+        (real / modelled - 1.0).abs() < 0.1,
+        "{modelled} s, {real} s"
+    );
+}
+
+/// The age of the push in force, on average over time (ms).
+fn push_age(summary: &Summary) -> f64 {
+    let age = summary.nodes.iter().find_map(|node| node.push_age);
+    age.expect("pushes").run_s * 1e3
+}
+
+#[test]
+fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
+    // Decisions of two periods and of four. The sensor is ahead of the policy, so that
+    // nobody need decide who is first of those who are due together.
+    for (think, falls) in [(35, false), (70, true)] {
+        let asked = |clock| {
+            let takes = format!("takes policy {think}");
+            let own = Config {
+                clock,
+                end: at(4_000),
+                world: WorldKind::OWN,
+                ..Config::default()
+            };
+            run(&with(&[&takes, "offset policy 2"], own))
+        };
+        let [modelled, real] = [ClockKind::Virtual, ClockKind::Real].map(asked);
+        let [expected, age] = [&modelled, &real].map(push_age);
+        println!(
+            "{think} ms: {} at {expected} ms in virtual time, {} at {age} ms on the real clock",
+            modelled.verdict, real.verdict
+        );
+        assert_eq!(modelled.verdict.is_lost(), falls, "{think} ms");
+        if age < 85.0 {
+            assert!(!real.verdict.is_lost(), "{think} ms: {age} ms");
+        } else if falls {
+            assert!(real.verdict.is_lost(), "{think} ms: {age} ms");
+        } else {
+            eprintln!("{think} ms not compared: this machine makes the push {age} ms old");
+        }
+    }
 }

@@ -1,19 +1,21 @@
 //! The margins of a loop, compared with figures of other programs, closed forms and
 //! simulations by other code.
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use nalgebra::{Matrix4, SMatrix, Vector4};
 use proptest::prelude::*;
 use rand_pcg::{Pcg64, rand_core::RngCore};
 use ratelab::{
-    cartpole::{LinearPlant, generator},
+    cartpole::{CartPole, ControlStep, LinearPlant, STATE, generator},
+    experiment::{Config, Experiment},
     policy::Scripted,
     runtime::{Hz, Time},
     stability::{
         Cadence, Dynamics, Loop, Loss, Lost, Noise, Push, Rates, Timing, Weights, World, age_limit,
         gains,
     },
+    system::WorldKind,
 };
 
 fn hz(hz: f64) -> Hz {
@@ -241,6 +243,53 @@ fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
             (age - delay - 500.0 / rate).abs() < 1e-5,
             "{rate} Hz: {age}"
         );
+    }
+}
+
+/// How far the pole swings (rad) in the last second of a minute in the own world in
+/// which everything ticks at `rate`, but for an actuator that applies an action as soon
+/// as it is delivered, `delay` ms after it was decided.
+fn swing(rate: f64, delay: u64) -> f64 {
+    let knobs = [
+        format!("rate sensor {rate}"),
+        format!("rate policy {rate}"),
+        "rate actuator 1000".to_owned(),
+        format!("link /action delay:{delay}"),
+    ];
+    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
+    let config = Config {
+        world: WorldKind::OWN,
+        end: Time::from_nanos(60_000_000_000),
+        setup: knobs.collect(),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("a graph");
+    let tap = experiment.taps().messages::<ControlStep>(STATE, 4_096);
+    let tap = tap.expect(STATE);
+    experiment.run().expect("no fault");
+    let steps = tap.items();
+    let angles: Vec<f64> = steps
+        .iter()
+        .map(|step| step.message.data.qpos[1].abs())
+        .collect();
+    assert_eq!(angles.len(), 3_000, "{rate} Hz, {delay} ms: it fell");
+    angles[2_950..].iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn in_runs_deviations_grow_from_the_delay_on_that_theory_tells() {
+    for rate in [500.0, 200.0, 100.0, 50.0, 25.0, 20.0] {
+        let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
+        // The first whole millisecond at which they grow.
+        let first = shortest_unstable_delay(&own).as_millis() as u64 + 1;
+        // So near the margin they grow slowly, and end in a swing where the motor clips.
+        let [shrunk, grown] = [first - 2, first + 1].map(|delay| swing(rate, delay));
+        println!("{rate} Hz: from {first} ms on; 2 ms before {shrunk} rad, 1 ms after {grown} rad");
+        assert!(
+            shrunk < 1e-3,
+            "{rate} Hz, 2 ms before {first}: {shrunk} rad"
+        );
+        assert!(grown > 1e-2, "{rate} Hz, 1 ms after {first}: {grown} rad");
     }
 }
 

@@ -32,7 +32,8 @@ fn knobs(text: &str) -> Result<Vec<Knob>, TestCaseError> {
     };
     for knob in &knobs {
         let printed = knob.to_string();
-        prop_assert_eq!(printed.parse::<Knob>().as_ref(), Ok(knob), "{}", printed);
+        let parsed = printed.parse::<Knob>();
+        prop_assert_eq!(parsed.as_ref(), Ok(knob), "{}", printed);
         let json = serde_json::to_string(knob).expect("JSON");
         let read: Knob = serde_json::from_str(&json).expect("a knob");
         prop_assert_eq!(&read, knob, "{}", json);

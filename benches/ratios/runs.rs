@@ -2,6 +2,7 @@
 
 use std::{
     hint::black_box,
+    num::NonZeroUsize,
     ops::ControlFlow,
     sync::{
         Arc, LazyLock,
@@ -19,9 +20,11 @@ use ratelab::{
         sweep::{Sweep, all_cores},
     },
     policy::{Policy, Scripted},
+    system::WorldKind,
 };
 
 use super::{
+    causes,
     paired::{Nanos, Paired, nanos, paired, time},
     table::Table,
 };
@@ -29,18 +32,24 @@ use super::{
 /// Rounds of two runs of a millisecond each.
 const ROUNDS: usize = 500;
 
+/// Rounds of two runs of ten milliseconds each.
+const OWN_ROUNDS: usize = 100;
+
 /// Capacity for every message of a run, so that no publisher waits.
 const TAP: usize = 1024;
+
+/// Rounds of two runs of ten milliseconds each.
+const LINKED_ROUNDS: usize = 60;
 
 /// Duration of each round of a throughput measurement.
 const STRETCH: Duration = Duration::from_millis(400);
 
 /// Fills in the rows about whole runs.
 pub fn measure(table: &mut Table) {
-    let floor = Floor::new();
+    let floor = Floor::new(WorldKind::Course);
     table.heading(format!(
         "A virtual run of 10 s, beside its {} bare physics steps",
-        floor.actions.len() * SUBSTEPS as usize
+        floor.steps()
     ));
     let stepping = || {
         let mut data = floor.start();
@@ -79,6 +88,41 @@ pub fn measure(table: &mut Table) {
         throughput(table, &floor, what, threads);
     }
     sweep(table);
+    own_world(table);
+    links(table);
+    ages(table);
+}
+
+/// The same in a world that moves by itself, in ten times as many steps.
+fn own_world(table: &mut Table) {
+    let floor = Floor::new(WorldKind::OWN);
+    table.heading(format!(
+        "A run of 10 s in a world of its own, beside its {} bare physics steps",
+        floor.steps()
+    ));
+    // A cost below what makes the policy miss a tick: the same physics.
+    for (what, knobs) in [
+        ("run", &[][..]),
+        ("run whose policy takes 3 ms", &["takes policy 3"]),
+        (
+            "run whose three nodes take time and wake late",
+            &[
+                "takes sensor 0.1..0.3",
+                "takes policy lognormal:2,4",
+                "takes actuator 0.1..0.3",
+                "wakes sensor 0..0.1",
+                "wakes policy 0..0.1",
+                "wakes actuator 0..0.1",
+            ],
+        ),
+    ] {
+        let ours = || time_run(experiment_with(WorldKind::OWN, knobs));
+        let bare = || {
+            let mut data = floor.start();
+            time(|| floor.step(&mut data))
+        };
+        table.row(what, &paired(OWN_ROUNDS, ours, bare), Some(1.1));
+    }
 }
 
 /// The work of the three nodes, without nodes, topics and a clock: the minimum for any
@@ -107,6 +151,17 @@ fn experiment() -> Experiment {
 fn experiment_of(seed: u64) -> Experiment {
     let config = Config {
         seed,
+        ..Config::default()
+    };
+    Experiment::new(cart_pole(), &config).expect("experiment")
+}
+
+/// A run in `world` that `knobs` set up.
+fn experiment_with(world: WorldKind, knobs: &[&str]) -> Experiment {
+    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
+    let config = Config {
+        world,
+        setup: knobs.collect(),
         ..Config::default()
     };
     Experiment::new(cart_pole(), &config).expect("experiment")
@@ -187,6 +242,67 @@ fn sweep(table: &mut Table) {
     row(what, paired(7, swept, together));
 }
 
+/// Every kind of link, on both topics.
+const LINKS: &str = "link /obs delay:0..10,in-order,loss:0.05, \
+    link /action delay:lognormal:3,10,burst:0.01,2,reliable:10";
+
+/// Fills in the row about links, in a world that does not wait.
+fn links(table: &mut Table) {
+    table.heading("A virtual run of 10 s in its own world".to_owned());
+    let run = |links: &str| {
+        let mut config = Config {
+            world: WorldKind::OWN,
+            ..Config::default()
+        };
+        for knob in links.split(", ").filter(|knob| !knob.is_empty()) {
+            config
+                .setup
+                .extend(CartPole::KNOBS.parse(knob).expect("knob"));
+        }
+        let experiment = Experiment::new(cart_pole(), &config).expect("experiment");
+        time(|| assert!(!execute(experiment).verdict.is_lost()))
+    };
+    let linked = paired(LINKED_ROUNDS, || run(LINKS), || run(""));
+    table.row("every kind of link, beside none", &linked, Some(1.1));
+}
+
+/// Fills in the row about the sweeps of `docs/age.md`, with one start of each
+/// configuration: on all cores beside one, times the cores.
+fn ages(table: &mut Table) {
+    let base = causes::base("scripted").expect("configuration");
+    let sweeps: Vec<Sweep> = causes::CAUSES
+        .iter()
+        .map(|cause| causes::sweep(&cart_pole(), &base, cause, 1).expect("sweep"))
+        .collect();
+    let runs: usize = sweeps
+        .iter()
+        .map(|sweep| sweep.cells().expect("cells"))
+        .sum();
+    let per_run = |threads: NonZeroUsize| {
+        let whole = time(|| {
+            for sweep in &sweeps {
+                let swept = sweep.run(threads, |_, _| ControlFlow::Continue(()));
+                assert!(swept.expect("swept").is_complete());
+            }
+        });
+        whole / runs as f64
+    };
+    let cores = all_cores().get() as f64;
+    let rates = paired(
+        3,
+        || per_run(all_cores()),
+        || per_run(NonZeroUsize::MIN) / cores,
+    );
+    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
+    let cells = [per_second(rates.ours), per_second(rates.floor)];
+    table.cells(
+        "runs/s of docs/age.md, beside one core's",
+        cells,
+        rates.ratio,
+        Some(1.11),
+    );
+}
+
 /// Wall time per piece of `work` while `threads` threads run it.
 fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
     let (done, over) = (AtomicU64::new(0), AtomicBool::new(false));
@@ -206,33 +322,48 @@ fn time_of_one(threads: usize, work: impl Fn() + Sync) -> Nanos {
     nanos(began.elapsed()) / done.into_inner() as f64
 }
 
-/// The physics of the default run alone: same model, same start, same actions, so the
-/// same numbers pass through the same instructions.
+/// The physics of the default run in one of the worlds alone: same model, same start, same
+/// actions, so the same numbers pass through the same instructions.
 struct Floor {
     model: MjModel,
     qpos: [f64; 2],
     qvel: [f64; 2],
     actions: Vec<f64>,
+    /// Steps of physics with each action.
+    substeps: usize,
     /// The final state, which proves that the work was done.
     end: [f64; 2],
 }
 
 impl Floor {
-    fn new() -> Self {
+    fn new(world: WorldKind) -> Self {
         let model = include_str!("../../src/cartpole/cartpole.xml");
+        let mut model = MjModel::from_xml_string(model).expect("model");
+        let substeps = match world {
+            WorldKind::Course => SUBSTEPS as usize,
+            WorldKind::Own { step_ms } => {
+                model.opt_mut().timestep = step_ms.get() as f64 / 1e3;
+                20 / step_ms.get() as usize
+            }
+        };
         let plant = Plant::new(Config::default().seed).expect("plant");
-        let experiment = experiment();
+        let experiment = experiment_with(world, &[]);
         let tap = experiment.taps().messages::<ControlStep>(STATE, TAP);
         let tap = tap.expect(STATE);
         execute(experiment);
         let steps: Vec<_> = tap.items().iter().map(|step| step.message.data).collect();
         Self {
-            model: MjModel::from_xml_string(model).expect("model"),
+            model,
             qpos: plant.qpos(),
             qvel: plant.qvel(),
             actions: steps.iter().map(|s| f64::from(s.action.0)).collect(),
+            substeps,
             end: steps.last().expect("steps").qpos,
         }
+    }
+
+    fn steps(&self) -> usize {
+        self.actions.len() * self.substeps
     }
 
     fn start(&self) -> MjData<&MjModel> {
@@ -246,7 +377,7 @@ impl Floor {
     fn step(&self, data: &mut MjData<&MjModel>) {
         for &action in &self.actions {
             data.ctrl_mut()[0] = action;
-            for _ in 0..SUBSTEPS {
+            for _ in 0..self.substeps {
                 data.step();
             }
         }

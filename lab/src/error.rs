@@ -8,7 +8,10 @@ use std::{
 
 use exercises::framework::{AnswersError, Failure};
 use ratelab::{
-    experiment::sweep::SweepError, runtime::Fault, stability::StabilityError, system::BuildError,
+    experiment::{hunt::HuntError, sweep::SweepError},
+    runtime::Fault,
+    stability::StabilityError,
+    system::BuildError,
 };
 use thiserror::Error;
 
@@ -32,6 +35,9 @@ pub enum Error {
     /// A sweep was invalid, or one of its runs failed.
     #[error("{0}")]
     Sweep(#[from] SweepError),
+    /// A hunt that cannot be, or one of its runs failed.
+    #[error("{0}")]
+    Hunt(#[from] HuntError),
     /// Ctrl-C ended a sweep.
     #[error("stopped after {done} of {cells} runs: the result is of these")]
     Stopped {
@@ -143,6 +149,14 @@ impl Error {
                 why: VerifyError::OtherSystem { .. },
                 ..
             }
+            | Self::Hunt(
+                HuntError::NoBudget
+                | HuntError::TooMuch
+                | HuntError::Endless
+                | HuntError::Target { .. }
+                | HuntError::LostAnyway(_)
+                | HuntError::Build(BuildError::Setting(_)),
+            )
             | Self::Sweep(
                 SweepError::Setting(_)
                 | SweepError::Empty(_)

@@ -42,6 +42,8 @@ mod commands;
 mod csv;
 mod dashboard;
 mod error;
+mod hunt;
+mod like;
 mod metrics;
 mod names;
 mod options;
@@ -104,6 +106,7 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Lab(args)) => commands::lab(program, &args),
         Ok(Command::Run(args)) => commands::run(program, &args),
         Ok(Command::Sweep(args)) => commands::sweep(program, &args),
+        Ok(Command::Hunt(args)) => commands::hunt(program, &args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::Picture(args)) => commands::picture(program, &args),

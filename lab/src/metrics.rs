@@ -11,20 +11,25 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     names::{self, good, key},
-    report::{ReportContext, push_age_s, saw_the_wall},
+    report::{ReportContext, saw_the_wall},
     timing::is_timed,
 };
 
-/// The metrics as JSON, with sorted keys.
+/// The metrics by their keys.
 ///
 /// Under the virtual clock they are independent of wall time, so the same run gives the
 /// same bytes.
-pub fn json(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let mut metrics = keys(system, summary, context);
     metrics.extend(system_keys(system, summary));
     if saw_the_wall(summary) {
         metrics.extend(wall_keys(summary, context));
     }
+    metrics
+}
+
+/// Metrics as JSON, all keys in order.
+pub fn json(metrics: Map<String, Value>) -> String {
     format!("{:#}", Value::Object(metrics))
 }
 
@@ -58,8 +63,14 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     if let WorldKind::Own { step_ms } = config.world {
         keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
     }
-    if let Some(age) = push_age_s(summary) {
-        keys.insert("mean_push_age_ms".to_owned(), json!(rounded(age * 1e3)));
+    if let Some(age) = summary.push_age() {
+        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
+        keys.insert("mean_push_age_ms".to_owned(), run);
+        keys.insert("late_push_age_ms".to_owned(), late);
+    }
+    if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {
+        keys.insert("quadratic_cost".to_owned(), json!(mean));
+        keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     keys
 }
@@ -68,8 +79,10 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
 /// the run.
 fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
-    let aliases = system.aliases().iter().map(|alias| {
-        let value = alias.value(&summary.config.setup);
+    let setup = &summary.config.setup;
+    let aliases = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
+    let aliases = aliases.map(|alias| {
+        let value = alias.value(setup);
         let value = match names::value(alias.kind(), &value) {
             Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
             value => value,

@@ -16,8 +16,8 @@ pub fn key(name: &str) -> String {
 }
 
 /// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
-/// `queue-depth`, `pilot` for `rate pilot`, `pilot cost` for `takes pilot`, `/obs delay`
-/// for `link /obs delay:{}`.
+/// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
+/// `takes pilot`, `/obs delay` for `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
     if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
         let of_link = filled.strip_prefix("link ");
@@ -28,7 +28,10 @@ pub fn label(name: &str) -> String {
         Some(("takes", node)) => format!("{node} cost"),
         Some(("wakes", node)) => format!("{node} delay"),
         Some((kind, target)) => format!("{target} {kind}"),
-        None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        None => match name.strip_suffix("-ms") {
+            Some(what) => format!("{} time", what.replace('-', " ")),
+            None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        },
     }
 }
 
@@ -71,14 +74,16 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
-/// The aliases to be shown: all but messages that are neither the first of their kind
-/// nor `wanted`.
+/// The aliases to be shown. A cost, and a message other than the first, is shown where it
+/// is `wanted`.
 pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
-    let is_message = |alias: &&Alias| alias.kind() == KnobKind::Send;
-    let aliases = system.aliases().iter();
-    let first = aliases.clone().find(is_message);
-    let shown = |alias: &&Alias| !is_message(alias) || first == Some(*alias) || wanted(alias);
-    aliases.filter(shown).collect()
+    let first = first_alias(system, KnobKind::Send);
+    let shown = |alias: &&Alias| match alias.kind() {
+        KnobKind::Takes => wanted(alias),
+        KnobKind::Send => first == Some(*alias) || wanted(alias),
+        _ => true,
+    };
+    system.aliases().iter().filter(shown).collect()
 }
 
 /// Whether `alias` is set away from its default in `setup`.

@@ -12,6 +12,7 @@ use ratelab::{
 use crate::{
     cli::{ClockArg, GraphArgs, RunArgs, TimingArgs, WorldArg},
     error::Error,
+    like::{self, Like},
     output::note,
     program::Program,
     recording::with_durations,
@@ -38,9 +39,14 @@ const SMOKE: Time = Time::from_nanos(2_000_000_000);
 ///
 /// # Errors
 /// [`Error::BadInput`] if they are invalid for the system.
-pub fn config(program: &Program, args: &RunArgs, defaults: &Defaults) -> Result<Config, Error> {
+pub fn config(
+    program: &Program,
+    args: &RunArgs,
+    defaults: &Defaults,
+    like: Option<&Like>,
+) -> Result<Config, Error> {
     if !args.smoke {
-        return graph(program, &args.graph, defaults);
+        return graph(program, &args.graph, defaults, like);
     }
     if args.graph.clock == Some(ClockArg::Real) {
         let why = "--smoke runs on the virtual clock: leave --clock real out";
@@ -51,23 +57,46 @@ pub fn config(program: &Program, args: &RunArgs, defaults: &Defaults) -> Result<
         end: SMOKE,
         ..*defaults
     };
-    graph(program, &args.graph, &smoke)
+    graph(program, &args.graph, &smoke, like)
 }
 
-/// The same of a graph alone.
+/// The run that `args.like` names, if it names one.
 ///
 /// # Errors
-/// [`Error::BadInput`] if the options make no sense to the system.
-pub fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result<Config, Error> {
-    let clock = args.clock.map_or(defaults.clock, ClockKind::from);
+/// [`Error`] if it is no model of a machine.
+pub fn like(program: &Program, args: &GraphArgs) -> Result<Option<Like>, Error> {
+    let file = args.like.as_deref();
+    file.map(|file| like::read(program, file)).transpose()
+}
+
+/// Builds the configuration from the options of a graph alone.
+///
+/// # Errors
+/// [`Error::BadInput`] if they are invalid for the system.
+pub fn graph(
+    program: &Program,
+    args: &GraphArgs,
+    defaults: &Defaults,
+    like: Option<&Like>,
+) -> Result<Config, Error> {
+    let usual = match like {
+        Some(like) => like.config.clone(),
+        None => Config {
+            clock: defaults.clock,
+            end: defaults.end,
+            ..Config::default()
+        },
+    };
+    let clock = args.clock.map_or(usual.clock, ClockKind::from);
     check_clock(args, clock)?;
+    let seed = args.seed.unwrap_or(usual.seed);
     let mut config = Config {
-        seed: args.seed,
+        seed,
         clock,
         speed: args.speed.unwrap_or(defaults.speed),
-        end: args.duration_s.unwrap_or(defaults.end),
-        world: world(&args.timing)?,
-        ..Config::default()
+        end: args.duration_s.unwrap_or(usual.end),
+        world: world(&args.timing, usual.world)?,
+        ..usual
     };
     let aliases = args.system.given.iter();
     let mut settings: Vec<(String, Vec<Knob>)> = aliases
@@ -77,24 +106,28 @@ pub fn graph(program: &Program, args: &GraphArgs, defaults: &Defaults) -> Result
     if let Some(knob) = broken {
         settings.push(read_knob(program, "--break", knob)?);
     }
-    settings.extend(timing(&args.timing, args.think_ms.as_ref()));
+    settings.extend(timing(&args.timing));
     for knob in &args.knob {
         settings.push(read_knob(program, "--knob", knob)?);
     }
-    config.setup = setup(program, args.seed, settings)?;
+    config
+        .setup
+        .extend(setup(program, seed, settings)?.iter().cloned());
     if let Some(path) = &args.knobs {
         config.knobs = read_knobs(program, &config, path)?;
     }
     Ok(config)
 }
 
-/// The world in the options.
+/// The world in the options, or else the `usual` one.
 ///
 /// # Errors
 /// [`Error::BadInput`] for an invalid step.
-pub fn world(args: &TimingArgs) -> Result<WorldKind, Error> {
+pub fn world(args: &TimingArgs, usual: WorldKind) -> Result<WorldKind, Error> {
     let name = match args.world {
-        None | Some(WorldArg::Course) => "course",
+        None if args.world_step_ms.is_none() => return Ok(usual),
+        None => usual.name(),
+        Some(WorldArg::Course) => "course",
         Some(WorldArg::Own) => "own",
     };
     let world = WorldKind::parse(name, args.world_step_ms);
@@ -102,11 +135,8 @@ pub fn world(args: &TimingArgs) -> Result<WorldKind, Error> {
 }
 
 /// The knobs with options of their own, each with a prefix for its errors.
-pub fn timing<'a>(
-    args: &'a TimingArgs,
-    think: Option<&'a Knob>,
-) -> impl Iterator<Item = (String, Vec<Knob>)> + use<'a> {
-    let knobs = think.into_iter().chain(&args.takes).chain(&args.offset);
+pub fn timing(args: &TimingArgs) -> impl Iterator<Item = (String, Vec<Knob>)> + use<'_> {
+    let knobs = args.takes.iter().chain(&args.offset);
     knobs.map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
 }
 
@@ -162,6 +192,9 @@ pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Resu
 /// Refuses options without effect on the chosen clock.
 fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
     let why = match clock {
+        ClockKind::Real if args.like.is_some() => {
+            "--like runs in virtual time what was recorded: leave --clock real out"
+        }
         ClockKind::Virtual if args.realtime => {
             "--realtime has no meaning on the virtual clock: add --clock real"
         }

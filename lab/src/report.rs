@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{
-    experiment::{NodeSummary, Summary, TopicSummary},
+    experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
     runtime::{
         ClockKind, Command, Hz, Knob, KnobKind,
         telemetry::{Distribution, Event, EventKind},
@@ -45,8 +45,9 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     ]);
     lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
-    let age = push_age_s(summary).filter(|_| asked);
-    lines.extend(age.map(|age| ("push age", format!("mean {:.1} ms", age * 1e3))));
+    let age = summary.push_age().filter(|_| asked);
+    lines.extend(age.map(|age| ("push age", push_age(age))));
+    lines.extend(quadratic_cost(system, summary).map(|text| ("quadratic", text)));
     lines.extend(times(summary));
     let knobs = KnobText(system.aliases());
     lines.extend(changes(knobs, &summary.events));
@@ -83,9 +84,20 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     lines.into_iter().filter(told).collect()
 }
 
-/// Mean over time of the age of pushes on the world (s), if there were any.
-pub fn push_age_s(summary: &Summary) -> Option<f64> {
-    summary.nodes.iter().find_map(|node| node.push_age_s)
+fn push_age(age: MeanPushAge) -> String {
+    let [run, late] = [age.run_s, age.late_s].map(|seconds| seconds * 1e3);
+    format!("mean {run:.1} ms, in the last second {late:.1} ms")
+}
+
+/// What the states cost on average; those of a fall count as long as it stood.
+fn quadratic_cost(system: &dyn System, summary: &Summary) -> Option<String> {
+    let (mean, cost) = summary.cost.zip(system.quadratic_cost())?;
+    let until = if summary.verdict.is_lost() {
+        " until then"
+    } else {
+        ""
+    };
+    Some(format!("cost {mean:.4}: the mean{until} of {}", cost.sum))
 }
 
 /// A line with the `text` of `name`.
@@ -274,7 +286,8 @@ fn overruns(node: &NodeSummary) -> String {
     )
 }
 
-fn ms(duration: Option<Duration>) -> String {
+/// A duration in milliseconds.
+pub fn ms(duration: Option<Duration>) -> String {
     duration.map_or("-".to_owned(), |d| {
         format!("{:.1} ms", d.as_secs_f64() * 1e3)
     })

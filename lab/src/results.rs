@@ -12,6 +12,7 @@ use crate::{
     cli::RunArgs,
     csv,
     error::Error,
+    like::{self, Like},
     metrics,
     output::{OutputPlan, Outputs, print_line},
     program::Program,
@@ -31,6 +32,8 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
     let mut inputs = input_files(&**experiment.system(), config.setup.iter().chain(timed));
     let knobs = args.graph.knobs.clone();
     inputs.extend(knobs.map(|path| ("--knobs".to_owned(), path)));
+    let like = args.graph.like.clone();
+    inputs.extend(like.map(|path| ("--like".to_owned(), path)));
     let header = csv::header(experiment);
     if let (Some(path), None) = (&args.csv, &header) {
         let name = experiment.system().name();
@@ -68,27 +71,40 @@ pub fn input_files<'k>(
     files.collect()
 }
 
-/// Writes and prints the results of a run.
-pub fn print_results(
-    program: &Program,
+/// What is to be printed of a run that was asked for by `args`.
+pub fn context(
     args: &RunArgs,
-    outputs: Outputs,
-    summary: &Summary,
     realtime: Option<Result<RealtimePriority, String>>,
     csv_lost: u64,
-) -> Result<(), Error> {
-    let context = ReportContext {
+) -> ReportContext {
+    ReportContext {
         break_bug: args.graph.system.broken,
         smoke: args.smoke,
         realtime: realtime.map(|asked| asked.map(drop)),
         csv_lost,
         open: None,
-    };
-    let metrics = metrics::json(&*program.system, summary, &context);
+    }
+}
+
+/// Writes and prints the results of a run, beside those of the recorded one that it
+/// is `like`.
+pub fn print_results(
+    program: &Program,
+    args: &RunArgs,
+    outputs: Outputs,
+    summary: &Summary,
+    context: &ReportContext,
+    like: Option<&Like>,
+) -> Result<(), Error> {
+    let system = &*program.system;
+    let mut metrics = metrics::of(system, summary, context);
+    metrics.extend(like.map(|of| ("like".to_owned(), like::json(of, summary))));
+    let metrics = metrics::json(metrics);
     outputs.write(&metrics)?;
     if args.json {
-        print_line(&metrics)
-    } else {
-        print_line(&report::text(&*program.system, summary, &context))
+        return print_line(&metrics);
     }
+    print_line(&report::text(system, summary, context))?;
+    let table = like.map(|of| like::text(system, of, summary));
+    table.map_or(Ok(()), |table| print_line(&table))
 }

@@ -16,18 +16,29 @@ pub fn is_of_time(knob: &Knob) -> bool {
     )
 }
 
+/// Whether the effect of `knob` depends on the world: a cost, a link or a fault does less
+/// where the world waits.
+pub fn depends_on_the_world(knob: &Knob) -> bool {
+    !matches!(
+        knob.kind(),
+        KnobKind::Rate | KnobKind::Depth | KnobKind::Send | KnobKind::Read
+    )
+}
+
 /// Whether the timing of `node` was configured at any time of a run.
 pub fn is_timed(summary: &Summary, node: &str) -> bool {
-    knobs_of_time(summary).any(|knob| knob.target() == node)
+    knobs(summary).any(|knob| is_of_time(&knob) && knob.target() == node)
 }
 
-fn knobs_of_time(summary: &Summary) -> impl Iterator<Item = Knob> {
+/// The knobs that were turned before a run and while it went.
+fn knobs(summary: &Summary) -> impl Iterator<Item = Knob> {
     let before = summary.config.setup.iter().cloned();
     let turned = summary.knobs().into_iter().map(|timed| timed.knob);
-    before.chain(turned).filter(is_of_time)
+    before.chain(turned)
 }
 
-/// A description of a run's world, if it moves by itself or if timing is configured.
+/// A description of a run's world, if it moves by itself or if a knob was turned whose
+/// effect depends on it.
 pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
     match summary.config.world {
         WorldKind::Own { step_ms } => Some(format!(
@@ -36,8 +47,8 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
         )),
         WorldKind::Course => {
             system.state()?;
-            knobs_of_time(summary).next()?;
-            Some("course: it waits for the actuator, whatever ticks take".to_owned())
+            knobs(summary).find(depends_on_the_world)?;
+            Some("course: it waits for the actuator, whatever is late or lost".to_owned())
         }
     }
 }

@@ -45,6 +45,8 @@ fn its_runs_are_recorded_and_verified_where_the_system_is() {
     assert!(said(&["info", &file]).contains("DOWN at 3.200 s"));
     let refused = complaint(&ratelab(&["verify", &file]), 2);
     assert!(refused.contains("\"drone\""), "{refused}");
+    let refused = complaint(&ratelab(&["run", "--like", &file]), 2);
+    assert!(refused.contains("of the system drone"), "{refused}");
 }
 
 #[test]

@@ -417,6 +417,10 @@ fn the_world_is_printed_where_it_matters() {
         waits.contains("course: it waits for the actuator"),
         "{waits}"
     );
+    for knob in ["link /action delay:10", "lose /obs 3", "crash sensor"] {
+        let waits = summary(&["--knob", knob]);
+        assert!(waits.contains("course: it waits for"), "{knob}: {waits}");
+    }
     assert!(waits.contains("push age  mean 90.0 ms"), "{waits}");
     assert!(waits.contains("overruns  policy 334 of 501"), "{waits}");
     let own = summary(&["--world", "own", "--world-step-ms", "5"]);

@@ -144,6 +144,75 @@ fn theory_stands_beside_the_measurement() {
 }
 
 #[test]
+fn edges_are_drawn_where_theory_changes_its_mind() {
+    let own = [
+        "--world",
+        "own",
+        "--duration-s",
+        "1",
+        "--seeds",
+        "0",
+        "--theory",
+    ];
+    let fixed = ["--knob", "control-hz 50", "--knob", "rate actuator 500"];
+    let list = |links: &str| {
+        let axis = ["--axis", "link /action", links];
+        sweep(&[&own[..], &fixed, &axis].concat())
+    };
+    let place = |said: &str, text: &str| {
+        let mut lines = said.lines();
+        let place = lines.position(|line| line.trim_start().starts_with(text));
+        place.unwrap_or_else(|| panic!("{text} is missing in\n{said}"))
+    };
+    // 59.8 ms in continuous time, less half a period.
+    let delays = list("delay:40,delay:48,delay:52,delay:60");
+    assert_eq!(
+        place(&delays, "┄┄┄"),
+        place(&delays, "delay:48") + 1,
+        "{delays}"
+    );
+    // 57 % by the mean square.
+    let losses = list("loss:0.5,loss:0.56,loss:0.58");
+    assert_eq!(
+        place(&losses, "┄┄┄"),
+        place(&losses, "loss:0.56") + 1,
+        "{losses}"
+    );
+    // 36.8 ms by the jitter margin, less what the actuator and the world add.
+    let jitter = list("delay:0..30,delay:0..38");
+    assert_eq!(
+        place(&jitter, "┈┈┈"),
+        place(&jitter, "delay:0..30") + 1,
+        "{jitter}"
+    );
+    // What theory does not know gets no edge.
+    let unknown = list("delay:lognormal:1\\,2,delay:lognormal:90\\,99");
+    assert!(
+        !unknown.contains('┄') && !unknown.contains('┈'),
+        "{unknown}"
+    );
+    let map = ["--axis", "link /action", "delay:0,delay:40,delay:60"];
+    let rates = ["--control-hz", "25,50", "--knob", "rate actuator 500"];
+    let map = sweep(&[&own[..], &rates, &map].concat());
+    assert!(map.contains('┊') && map.contains('┄'), "{map}");
+}
+
+#[test]
+fn runs_are_counted_by_the_age_of_their_pushes() {
+    let args = ["--control-hz", "4..12", "--seeds", "0..4", "--by", "age"];
+    let swept = json(&args);
+    let bins = swept["by_age"]["bins"].as_array().expect("bins");
+    let sum = |key: &str| bins.iter().filter_map(|bin| bin[key].as_u64()).sum::<u64>();
+    let cells = swept["cells"].as_array().expect("cells");
+    let held = cells.iter().filter(|cell| cell["balanced"] == true).count();
+    assert_eq!((sum("runs"), sum("balanced")), (45, held as u64));
+    let limit = swept["by_age"]["limit_ms"].as_f64().expect("a limit");
+    assert!((70.0..95.0).contains(&limit), "{limit}");
+    let said = sweep(&args);
+    assert!(said.contains("parts them best"), "{said}");
+}
+
+#[test]
 fn theory_is_left_out_for_policies_beyond_its_scope() {
     let args = ["--control-hz", "10", "--seeds", "0", "--policy", "zero"];
     let said = sweep(&[&args[..], &["--theory"]].concat());

@@ -14,6 +14,7 @@
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 
 mod body;
+mod falls;
 mod free_plant;
 mod linear;
 mod message;

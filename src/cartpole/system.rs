@@ -1,21 +1,23 @@
 //! The cart-pole as a system: sensor, policy and actuator around a plant.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use super::{
     ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
-    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, mujoco_version, picture,
+    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    falls::falls,
+    mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
 use crate::{
     experiment::Config,
     runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring},
-    stability::{Rates, age_limit},
+    stability::{Rates, Weights, age_limit},
     system::{
-        AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture, Setup,
-        Signal, System, Table, Verdict, VerdictKind, WorldKind,
+        AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture,
+        QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WorldKind,
     },
 };
 
@@ -30,11 +32,6 @@ pub const STATE: &str = "/state";
 
 /// A control rate at which the scripted policy loses the pole for every seed (Hz).
 pub const BROKEN_HZ: f64 = 5.0;
-
-/// The mean push age at which the scripted policy loses the pole. Measured in
-/// sweeps of rates and delays: 230 of 230 runs stand below 85 ms, 0 of 220 above
-/// 95 ms.
-pub const SCRIPTED_FALLS: Duration = Duration::from_millis(90);
 
 /// The verdicts of the cart-pole.
 pub mod verdict {
@@ -106,6 +103,13 @@ impl CartPole {
             default: "scripted",
             choices: &["scripted", "lqr", "zero", "random"],
             help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
+        },
+        Alias {
+            name: "think-ms",
+            knobs: &[(KnobKind::Takes, POLICY)],
+            default: "none",
+            choices: &[],
+            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90 or recorded:FILE",
         },
         Alias {
             name: "on-stale",
@@ -249,10 +253,16 @@ impl System for CartPole {
         match builder.world() {
             WorldKind::Course => {
                 let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
+                // Its rate was a knob once, and there are recordings of that.
+                let fixed: &'static [KnobKind] = if builder.was_turned(KnobKind::Rate, ACTUATOR) {
+                    &[KnobKind::Clock]
+                } else {
+                    &[KnobKind::Rate, KnobKind::Clock]
+                };
                 topics.robot(builder, plant.clone(), policy, move |wiring, input| {
                     const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                         choose another node, or the world \"own\"";
-                    wiring.fix(&[KnobKind::Rate, KnobKind::Clock], REASON);
+                    wiring.fix(fixed, REASON);
                     Actuator {
                         plant: plant.clone(),
                         input,
@@ -379,11 +389,17 @@ impl System for CartPole {
         let (Ok(policy), Ok(sensor), Ok(control)) = (policy, rate(SENSOR), rate(POLICY)) else {
             return AgeLimits::default();
         };
-        let scripted = policy == PolicySpec::BuiltIn(PolicyKind::Scripted);
         AgeLimits {
             grows: age_limit(&policy, Rates { sensor, control }).ok(),
-            falls: scripted.then_some(SCRIPTED_FALLS),
+            falls: falls(&policy, control),
         }
+    }
+
+    fn quadratic_cost(&self) -> Option<QuadraticCost> {
+        Some(QuadraticCost {
+            sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
+            of_state: cost_of,
+        })
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {
@@ -414,6 +430,17 @@ fn pose(state: &[f64]) -> Option<Pose> {
     Some(Pose::of(step.qpos))
 }
 
+/// What a state costs, by the weights of `lqr`: 1 for a cart at the end of its rail,
+/// a pole at its limit, and a motor that has no more.
+fn cost_of(state: &[f64]) -> f64 {
+    let &[_, action, _, cart, hinge, ..] = state else {
+        return 0.0;
+    };
+    let (weights, pole) = (Weights::default(), Pose::of([cart, hinge]).pole_angle);
+    let [of_cart, of_pole, ..] = weights.state;
+    of_cart * cart * cart + of_pole * pole * pole + weights.action * action * action
+}
+
 /// The pole's angle from upright in a message on [`STATE`] (rad).
 pub fn pole_angle(state: &[f64]) -> f64 {
     pose(state).map_or(0.0, |pose| pose.pole_angle)
@@ -431,11 +458,12 @@ mod tests {
     #[test]
     fn age_limits_follow_the_policy_and_its_rates() {
         let scripted = limits("");
-        assert_eq!(scripted.falls, Some(SCRIPTED_FALLS));
+        assert!(scripted.falls.is_some());
         let grows = scripted.grows.expect("a linear feedback").as_secs_f64();
         assert!((0.055..0.065).contains(&grows), "{grows}");
         let lqr = limits("policy lqr");
-        assert!(lqr.grows.is_some() && lqr.falls.is_none());
+        assert!(lqr.grows.is_some() && lqr.falls.is_some());
+        assert_eq!(limits("policy lqr, control-hz 20").falls, None);
         for policy in ["zero", "random", "none.pt"] {
             assert_eq!(limits(&format!("policy {policy}")), AgeLimits::default());
         }

@@ -14,24 +14,28 @@
 //! ```
 
 mod config;
+pub mod hunt;
 mod summary;
 pub mod sweep;
 mod taps;
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
 
 use crossbeam_channel::Sender;
 
 pub use config::Config;
-pub use summary::{NodeSummary, RunEnd, Summary, TopicSummary};
+pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
 pub use taps::Taps;
 
 use crate::{
     runtime::{
         ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
-        clock,
+        TimedKnob, clock,
     },
-    system::{BuildError, Builder, Built, System},
+    system::{BuildError, Builder, Built, MeanCost, System},
 };
 
 /// The graph of a system, ready to run once.
@@ -40,8 +44,25 @@ pub struct Experiment {
     config: Config,
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
+    cost: Option<SharedCost>,
     commands: Sender<Command>,
     inbox: Inbox,
+}
+
+/// What the states of a run cost so far.
+type SharedCost = Arc<Mutex<MeanCost>>;
+
+/// Begins to measure what the states of `system` cost, if it judges them.
+fn watch_cost(system: &dyn System, recorded: &[Arc<dyn RecordedTopic>]) -> Option<SharedCost> {
+    let (cost, name) = system.quadratic_cost().zip(system.state())?;
+    let states = recorded.iter().find(|topic| topic.name() == name)?;
+    let mean = SharedCost::default();
+    let shared = mean.clone();
+    states.watch(Box::new(move |now, state| {
+        let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        mean.state(now, (cost.of_state)(state));
+    }));
+    Some(mean)
 }
 
 impl Experiment {
@@ -54,9 +75,31 @@ impl Experiment {
         Self::of_resolved(system, config)
     }
 
+    /// Builds the graph for running a recording again. The recorded run was turned by the
+    /// `taken` knobs: this graph takes them, even if a new run may not.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the system cannot, or does not take a setting.
+    pub fn again(
+        system: Arc<dyn System>,
+        config: &Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        Self::built(system, config, taken)
+    }
+
     /// Builds the graph for a configuration with resolved messages.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(config.seed, &config.setup, config.world);
+        Self::built(system, config, &[])
+    }
+
+    fn built(
+        system: Arc<dyn System>,
+        config: Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(config.seed, &config.setup, config.world).again(taken);
         system.build(&mut builder)?;
         let Built {
             mut graph,
@@ -67,6 +110,7 @@ impl Experiment {
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
         let (commands, inbox) = Inbox::new(timed.collect());
         Ok(Self {
+            cost: watch_cost(&*system, &recorded),
             system,
             config,
             graph,
@@ -129,6 +173,7 @@ impl Experiment {
             config,
             mut graph,
             recorded,
+            cost,
             commands,
             mut inbox,
         } = self;
@@ -156,6 +201,10 @@ impl Experiment {
             sim_time,
             wall_time,
             state,
+            cost: cost.and_then(|mean| {
+                let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
+                mean.until(sim_time)
+            }),
         };
         Ok(Summary::observed(&*system, &config, end, &observer))
     }

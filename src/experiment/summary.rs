@@ -22,6 +22,9 @@ pub struct Summary {
     pub steps: u64,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
+    /// The mean over run time of the system's
+    /// [quadratic cost](System::quadratic_cost); of a run that was lost, until then.
+    pub cost: Option<f64>,
     /// Run time at the end.
     pub sim_time: Time,
     /// Wall time of the run.
@@ -47,6 +50,8 @@ pub struct RunEnd {
     pub wall_time: Duration,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
+    /// The mean of the system's quadratic cost.
+    pub cost: Option<f64>,
 }
 
 /// A topic's figures in a run.
@@ -88,8 +93,17 @@ pub struct NodeSummary {
     pub tick_time: Distribution,
     /// Response time: from the due time to the end of a tick.
     pub response: Distribution,
-    /// Mean over time of the age of its pushes on the world (s); `None` without pushes.
-    pub push_age_s: Option<f64>,
+    /// The mean age of its pushes; `None` without a push.
+    pub push_age: Option<MeanPushAge>,
+}
+
+/// The mean age of the push in force, over time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanPushAge {
+    /// From the first push to the end of the run (s).
+    pub run_s: f64,
+    /// In the last second of it (s).
+    pub late_s: f64,
 }
 
 impl Summary {
@@ -106,7 +120,13 @@ impl Summary {
             sim_time: self.sim_time,
             wall_time: self.wall_time,
             state: self.state.clone(),
+            cost: self.cost,
         }
+    }
+
+    /// The mean age of the pushes of the run; `None` without a push.
+    pub fn push_age(&self) -> Option<MeanPushAge> {
+        self.nodes.iter().find_map(|node| node.push_age)
     }
 
     /// The node called `name`.
@@ -138,6 +158,7 @@ impl Summary {
             verdict: end.verdict,
             steps: steps.map_or(0, |topic| topic.published),
             state: end.state,
+            cost: end.cost,
             sim_time: end.sim_time,
             wall_time: end.wall_time,
             latency: latency(system, &snapshot),
@@ -192,7 +213,12 @@ impl NodeSummary {
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
             response: node.response.clone(),
-            push_age_s: node.push_age.and_then(|age| age.mean_s()),
+            push_age: node.push_age.and_then(|age| {
+                Some(MeanPushAge {
+                    run_s: age.mean_s()?,
+                    late_s: age.late_s?,
+                })
+            }),
         }
     }
 }

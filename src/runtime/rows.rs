@@ -142,7 +142,14 @@ pub trait RecordedTopic: Any + Send + Sync {
 
     /// The newest message, read without a subscription; `None` before the first.
     fn newest(&self) -> Option<Rows>;
+
+    /// Has `watcher` look at every message from now on, with the run time at which it
+    /// is published. It is called by the publisher, so it has to be quick.
+    fn watch(&self, watcher: RowWatcher);
 }
+
+/// Looks at the run time and the numbers of a message.
+pub type RowWatcher = Box<dyn FnMut(Time, &[f64]) + Send>;
 
 impl<T: Fields + Payload> RecordedTopic for Topic<T> {
     fn name(&self) -> &str {
@@ -165,6 +172,15 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
         let mut rows = Rows::new(T::FIELDS.len());
         rows.push_message(&newest);
         Some(rows)
+    }
+
+    fn watch(&self, mut watcher: RowWatcher) {
+        let mut row = Vec::with_capacity(T::FIELDS.len());
+        self.set_watcher(move |now, data| {
+            row.clear();
+            data.append_to(&mut row);
+            watcher(now, &row);
+        });
     }
 }
 

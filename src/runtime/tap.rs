@@ -6,6 +6,7 @@ use crossbeam_channel::{Receiver, Sender, TrySendError};
 
 use super::{
     message::Message,
+    push::Push,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
@@ -61,6 +62,8 @@ pub struct TickRecord {
     pub took: Option<Duration>,
     /// Periods that the node has skipped so far because it was busy.
     pub overruns: u64,
+    /// What it did to the world; `None` if it did nothing that was sensed for.
+    pub push: Option<Push>,
 }
 
 /// The sending end of a tap.

@@ -25,7 +25,7 @@
 //!
 //! Each row is a test in `tests/topic.rs`.
 
-use std::{collections::VecDeque, time::Duration};
+use std::{collections::VecDeque, fmt, time::Duration};
 
 use super::{
     depth::Depth,
@@ -80,6 +80,16 @@ struct Queue<T> {
     transit: Option<Box<Transit<T>>>,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
+    watcher: Option<Watcher<T>>,
+}
+
+/// Somebody who looks at each message in the moment of publishing.
+struct Watcher<T>(Box<dyn FnMut(Time, &T) + Send>);
+
+impl<T> fmt::Debug for Watcher<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Watcher")
+    }
 }
 
 impl<T> Clone for Topic<T> {
@@ -102,6 +112,7 @@ impl<T: Payload> Topic<T> {
                 transit: None,
                 marks: Vec::new(),
                 taps: Vec::new(),
+                watcher: None,
             }),
         }))
     }
@@ -159,6 +170,11 @@ impl<T: Payload> Topic<T> {
         let (end, tap) = tap(capacity, backpressure);
         lock(&self.0.queue).taps.push(end);
         tap
+    }
+
+    /// Calls `watcher` with every message from now on, when it is published.
+    pub(crate) fn set_watcher(&self, watcher: impl FnMut(Time, &T) + Send + 'static) {
+        lock(&self.0.queue).watcher = Some(Watcher(Box::new(watcher)));
     }
 
     /// Changes the queue depth at run time `now`. Messages that no longer fit are
@@ -426,6 +442,9 @@ impl<T: Payload> Bus<T> {
     #[inline]
     fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         let mut queue = lock(&self.queue);
+        if let Some(Watcher(watch)) = &mut queue.watcher {
+            watch(now, &data);
+        }
         let seq = queue.next_seq;
         queue.next_seq += 1;
         let message = Message {

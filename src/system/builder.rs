@@ -18,6 +18,8 @@ pub struct Builder<'a> {
     world: WorldKind,
     /// Whether the system has asked for the kind of world.
     knows_worlds: bool,
+    /// Knobs that a recorded run was turned by, if it is run again.
+    taken: &'a [TimedKnob],
     graph: Graph,
     recorded: Vec<Arc<dyn RecordedTopic>>,
     /// Nodes that were built with their configured message.
@@ -41,6 +43,7 @@ impl<'a> Builder<'a> {
             setup,
             world,
             knows_worlds: false,
+            taken: &[],
             graph,
             recorded: Vec::new(),
             answered: Vec::new(),
@@ -62,6 +65,18 @@ impl<'a> Builder<'a> {
     pub fn world(&mut self) -> WorldKind {
         self.knows_worlds = true;
         self.world
+    }
+
+    /// The same for a run again of one that was turned by `taken` knobs.
+    pub(crate) fn again(self, taken: &'a [TimedKnob]) -> Self {
+        Self { taken, ..self }
+    }
+
+    /// Whether this is a recorded run, executed again, that was turned by a knob of this
+    /// `kind` on `target`: recordings may hold knobs that new runs do not have.
+    pub fn was_turned(&self, kind: KnobKind, target: &str) -> bool {
+        let mut knobs = self.taken.iter().map(|timed| &timed.knob);
+        knobs.any(|knob| knob.kind() == kind && knob.target() == target)
     }
 
     /// Adds a plant that moves by itself, as a node called [`WORLD`]. At rate `hz`,

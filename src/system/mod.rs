@@ -50,6 +50,7 @@ mod builder;
 mod comment;
 mod knob_text;
 mod picture;
+mod quadratic_cost;
 mod setup;
 mod signal;
 mod table;
@@ -66,6 +67,7 @@ pub(crate) use builder::Built;
 pub use builder::{Builder, WORLD};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
+pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
 pub use table::Table;
@@ -153,6 +155,12 @@ pub trait System: Send + Sync + 'static {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let _ = state;
         Verdict::of_exit(exit, at)
+    }
+
+    /// By which sum of squares its states are judged, if they are: it tells how well
+    /// a run goes that is not lost.
+    fn quadratic_cost(&self) -> Option<QuadraticCost> {
+        None
     }
 
     /// The reason why a run with `setup` is lost at any rate, if there is one: a policy

@@ -7,8 +7,8 @@ use crate::program;
 /// Heading of the examples.
 pub const EXAMPLES: &str = "Examples:\n";
 
-/// Examples by command; the first are those of the program itself.
-const OF_COMMANDS: [(&str, &str); 12] = [
+/// Examples by command; the first are of the program itself.
+const OF_COMMANDS: [(&str, &str); 13] = [
     (
         "",
         "\
@@ -26,14 +26,21 @@ const OF_COMMANDS: [(&str, &str); 12] = [
         "\
   ratelab run --break                   decide 5 times a second: it falls
   ratelab run --clock virtual --record  the same to the bit every time, and kept
-  ratelab run --world own --takes policy=60..80    neither waits for the other",
+  ratelab run --world own --think-ms 60..80  neither waits for the other",
     ),
     (
         "sweep",
         "\
   ratelab sweep --control-hz 5..10 --seeds 0..199 --theory
+  ratelab sweep --control-hz 5..10 --by age
   ratelab sweep --policy scripted,lqr --queue-depth 1,100
   ratelab sweep --axis \"rate NODE\" 1,10,100 --csv runs.csv",
+    ),
+    (
+        "hunt",
+        "\
+  ratelab hunt --control-hz 9 --lose 5
+  ratelab hunt --world own --hang policy=1000 --save hang.knobs --record hang.rrd",
     ),
     (
         "replay",

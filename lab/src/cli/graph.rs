@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ratelab::runtime::{ClockKind, Knob, Speed, Time};
+use ratelab::runtime::{ClockKind, Speed, Time};
 
 use super::{
     heading,
@@ -20,15 +20,9 @@ pub struct GraphArgs {
     #[command(flatten)]
     pub system: SystemArgs<Setting>,
 
-    /// Seed of the start and of all random numbers.
-    #[arg(
-        long,
-        default_value_t = 0,
-        value_name = "N",
-        value_parser = values::seed,
-        allow_hyphen_values = true
-    )]
-    pub seed: u64,
+    /// Seed of the start and of all random numbers [default: 0]
+    #[arg(long, value_name = "N", value_parser = values::seed, allow_hyphen_values = true)]
+    pub seed: Option<u64>,
 
     /// Turn a knob before the run begins: "rate NODE HZ", "depth TOPIC N", "send NODE
     /// TEXT", "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given
@@ -55,13 +49,14 @@ pub struct GraphArgs {
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub speed: Option<Speed>,
 
+    /// Run in virtual time what was recorded on the real clock: with its rates, depths
+    /// and knobs, costs and lateness as they were measured. Other options change that.
+    #[arg(long, value_name = "FILE", help_heading = heading::TIME)]
+    pub like: Option<PathBuf>,
+
     /// The world and the machine.
     #[command(flatten)]
     pub timing: TimingArgs,
-
-    /// Let the policy take this many milliseconds per decision: --takes policy=MS.
-    #[arg(long, alias = "think_ms", value_name = "MS", value_parser = values::think, allow_hyphen_values = true, help_heading = heading::TIME)]
-    pub think_ms: Option<Knob>,
 
     /// Ask for real-time scheduling and locked memory (real clock only).
     #[arg(long, help_heading = heading::TIME)]

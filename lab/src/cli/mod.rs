@@ -4,6 +4,7 @@ mod examples;
 mod exercise;
 mod explain;
 mod graph;
+mod hunt;
 mod picture;
 mod recordings;
 mod run;
@@ -27,10 +28,11 @@ pub use self::{
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
     graph::{ClockArg, GraphArgs},
+    hunt::HuntArgs,
     picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
-    sweep::SweepArgs,
+    sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
     timing::{TimingArgs, WorldArg},
 };
@@ -56,6 +58,8 @@ pub enum Command {
     Run(RunArgs),
     /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
+    /// Find the least that has to go wrong for a run to be lost.
+    Hunt(HuntArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
     /// Print the content of a recording.
@@ -85,9 +89,9 @@ pub enum Command {
     },
 }
 
-/// Name of the command that only a course has, and its place in the help: the others have
-/// even places.
-const EXERCISE: (&str, usize) = ("exercise", 17);
+/// The name of the command that only a course has, and its place in the help: the
+/// others have the even ones.
+const EXERCISE: (&str, usize) = ("exercise", 19);
 
 /// Parses the command line of `program`.
 ///
@@ -128,7 +132,7 @@ pub fn command(program: &Program) -> clap::Command {
         command = command.subcommand(exercise.about(about));
     }
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "picture" => system::with_run_options(command, program),
+        "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
         "sweep" => system::with_axes(command, program),
         _ => command,
     };

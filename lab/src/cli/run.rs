@@ -15,7 +15,7 @@ pub struct RunArgs {
     pub graph: GraphArgs,
 
     /// A short check: 2 seconds on the virtual clock.
-    #[arg(long, conflicts_with = "duration_s", help_heading = heading::TIME)]
+    #[arg(long, conflicts_with_all = ["duration_s", "like"], help_heading = heading::TIME)]
     pub smoke: bool,
 
     /// Write metrics.json into this folder, which is created if needed.

@@ -2,7 +2,7 @@
 
 use std::{num::NonZeroUsize, path::PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use ratelab::{
     experiment::sweep::{Axis, SweepAxis},
     runtime::Time,
@@ -56,6 +56,11 @@ pub struct SweepArgs {
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,
 
+    /// Count the runs by what they have in common, whatever the axes are. age: mean
+    /// push age in the last second of a run.
+    #[arg(long, value_enum, value_name = "WHAT", hide_possible_values = true, help_heading = heading::OUTPUT)]
+    pub by: Option<ByArg>,
+
     /// Write one row per run to this file.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub csv: Option<PathBuf>,
@@ -77,9 +82,17 @@ pub struct SweepArgs {
     pub ascii: bool,
 }
 
+/// What runs are counted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ByArg {
+    /// How old the sensing behind their actions was.
+    Age,
+}
+
 /// The maximum number of threads.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1_024).expect("it is not zero");
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+/// A number of threads.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     within(text, "threads", NonZeroUsize::MIN..=MOST_THREADS)
 }

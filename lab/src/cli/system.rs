@@ -73,6 +73,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
         let what = match alias.kind() {
             KnobKind::Rate => "a list or a range (Hz), such as 1..30",
             KnobKind::Depth => "a list or a range",
+            KnobKind::Takes => "several with commas in between",
             _ => "several with commas in between (a comma in one is \\,)",
         };
         let help = format!("{}; {what}", alias.help);
@@ -92,8 +93,8 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
     if !program.course {
         return command;
     }
-    let what = "Put what linear theory says beside what was measured: how fast a small deviation \
-                grows (1/s)";
+    let what = "Add linear theory to the measurement: how fast a small deviation grows (1/s), and \
+                the edges between rows or cells from which on it does";
     let theory = flag(THEORY, what.to_owned()).help_heading(heading::OUTPUT);
     command.arg(theory.display_order(0))
 }
@@ -102,7 +103,10 @@ fn option(alias: &'static Alias, help: &str, default: &str) -> Arg {
     let option = Arg::new(alias.name)
         .long(alias.name)
         .help(format!("{help} [default: {default}]"))
-        .help_heading(heading::GRAPH);
+        .help_heading(match alias.kind() {
+            KnobKind::Takes => heading::TIME,
+            _ => heading::GRAPH,
+        });
     let underscored = alias.name.replace('-', "_");
     let option = match underscored == alias.name {
         true => option,

@@ -1,6 +1,6 @@
 //! Parses the values of options.
 
-use std::{ops::RangeInclusive, str::FromStr};
+use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 
 use ratatui::layout::Size;
 use ratelab::runtime::{Knob, KnobKind, Speed, Time};
@@ -32,11 +32,19 @@ pub fn duration(text: &str) -> Result<Time, String> {
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
-/// Duration of a decision, as a knob of the node that decides.
-pub fn think(text: &str) -> Result<Knob, String> {
-    let ms = number(text, "milliseconds", 0.0, 60_000.0)?.to_string();
-    let knob = KnobKind::Takes.set("policy", &ms);
-    knob.map_err(|error| error.to_string())
+/// A time in milliseconds.
+pub fn milliseconds(text: &str) -> Result<Duration, String> {
+    let ms = number(text, "milliseconds", 0.0, 60_000.0)?;
+    Ok(Duration::from_secs_f64(ms / 1e3))
+}
+
+/// What one tick of a node takes.
+pub fn hang(text: &str) -> Result<(String, Duration), String> {
+    let parts = text
+        .split_once('=')
+        .filter(|(node, _)| !node.trim().is_empty());
+    let (node, ms) = parts.ok_or_else(|| "expected NODE=MS".to_owned())?;
+    Ok((node.trim().to_owned(), milliseconds(ms)?))
 }
 
 pub fn step_ms(text: &str) -> Result<u64, String> {

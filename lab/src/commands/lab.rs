@@ -13,7 +13,7 @@ use crate::{
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
     recording::Destination,
-    results::{plan, print_results},
+    results::{context, plan, print_results},
     screen::{need_terminal, screen},
 };
 
@@ -26,7 +26,8 @@ const DEFAULTS: Defaults = Defaults {
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
-    let config = options::config(program, &args.run, &DEFAULTS)?;
+    let like = options::like(program, &args.run.graph)?;
+    let config = options::config(program, &args.run, &DEFAULTS, like.as_ref())?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
@@ -44,13 +45,14 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         print_recorded(args.run.json, recorded)?;
     }
     let ended = left.ended.map_err(|error| unfinished(args, error))?;
+    let context = context(&args.run, realtime, ended.csv_lost);
     print_results(
         program,
         &args.run,
         outputs,
         &ended.summary,
-        realtime,
-        ended.csv_lost,
+        &context,
+        like.as_ref(),
     )?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }

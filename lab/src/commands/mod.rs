@@ -3,6 +3,7 @@
 
 mod completions;
 mod exercise;
+mod hunt;
 mod info;
 mod keys;
 mod lab;
@@ -16,6 +17,7 @@ mod verify;
 
 pub use completions::completions;
 pub use exercise::exercise;
+pub use hunt::hunt;
 pub use info::info;
 pub use keys::print_keys;
 pub use lab::lab;

@@ -41,7 +41,12 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         return Err(Error::BadInput(why.to_owned()));
     }
     let end = args.at.unwrap_or(DEFAULTS.end);
-    let config = options::graph(program, &args.graph, &Defaults { end, ..DEFAULTS })?;
+    let config = options::graph(
+        program,
+        &args.graph,
+        &Defaults { end, ..DEFAULTS },
+        options::like(program, &args.graph)?.as_ref(),
+    )?;
     let setup = Setup {
         system: program.system.clone(),
         course: program.course,
@@ -62,7 +67,8 @@ fn refuse_options(args: &PictureArgs) -> Result<(), Error> {
         || graph.knobs.is_some()
         || graph.clock.is_some()
         || graph.duration_s.is_some()
-        || graph.seed != 0;
+        || graph.seed.is_some()
+        || graph.like.is_some();
     match given {
         true => {
             let why = "the run of a recording is what it was: leave the options of the graph out";

@@ -15,7 +15,7 @@ use crate::{
     output::{self, Outputs, print_recorded, record_error},
     program::Program,
     recording::{Destination, Recorder, Source, StopReason},
-    results::{plan, print_results},
+    results::{context, plan, print_results},
     signals,
 };
 
@@ -28,7 +28,8 @@ const DEFAULTS: Defaults = Defaults {
 
 /// Runs the graph, then prints and writes its summary.
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
-    let config = options::config(program, args, &DEFAULTS)?;
+    let like = options::like(program, &args.graph)?;
+    let config = options::config(program, args, &DEFAULTS, like.as_ref())?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     let commands = experiment.commands();
     // After the end of the run the first signal has no effect, so that its results are
@@ -49,7 +50,8 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
-        print_results(program, args, outputs, &summary, realtime, csv_lost)
+        let context = context(args, realtime, csv_lost);
+        print_results(program, args, outputs, &summary, &context, like.as_ref())
     });
     let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));
     both(reported, recorded)

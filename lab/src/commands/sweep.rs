@@ -9,7 +9,7 @@ use std::{
 use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
 
 use crate::{
-    cli::SweepArgs,
+    cli::{ByArg, SweepArgs},
     error::Error,
     output::{OutputPlan, Outputs, print_line},
     program::Program,
@@ -17,6 +17,7 @@ use crate::{
     screen::theme,
     signals,
     sweep::{
+        by_age::AgeTable,
         csv, json,
         map::{self, MapStyle},
         progress::Bar,
@@ -94,12 +95,17 @@ fn print_results(
         let header = csv::header(swept.sweep(), topics);
         csv.complete(csv::write(file, &header, swept))?;
     }
-    let json = json::text(&summary, swept, topics, theory);
+    let by_age = args.by.map(|ByArg::Age| AgeTable::of(swept, &summary));
+    let json = json::text(&summary, swept, topics, theory, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
         print_line(&json)?;
     } else {
-        print_line(&map::text(&summary, theory, &style(args)))?;
+        let style = style(args);
+        print_line(&match by_age {
+            Some(table) => map::by_age(&summary, &table, &style),
+            None => map::text(&summary, theory, &style),
+        })?;
     }
     match record {
         Some(record) => record.write(&summary),

@@ -24,6 +24,8 @@ pub struct FrameData {
     pub status: Status,
     /// Seed of the start.
     pub seed: u64,
+    /// The world, where it matters.
+    pub world: Option<&'static str>,
     /// The messages that are set, such as `policy scripted`.
     pub settings: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.

@@ -30,7 +30,7 @@ use super::{
     settings::setting,
     timeline::{Timeline, TimelineView},
 };
-use crate::{names, timing::is_of_time};
+use crate::{names, timing::depends_on_the_world};
 
 /// How long a node stays lit after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -167,6 +167,7 @@ impl Sampler {
             wall_s: session.wall_time().as_secs(),
             status: counters.status,
             seed: session.config().seed,
+            world: world(session, &self.setup(session)),
             settings: self.settings(session),
             verdict,
             age,
@@ -285,9 +286,7 @@ impl Sampler {
         let (system, setup) = (session.system(), self.setup(session));
         let shown = names::shown(system, |alias| names::is_set(alias, &setup)).into_iter();
         let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
-        let sent = sent.map(|alias| setting(system, alias, &setup));
-        let world = world(session, &setup).map(str::to_owned);
-        world.into_iter().chain(sent).collect()
+        sent.map(|alias| setting(system, alias, &setup)).collect()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
@@ -480,8 +479,8 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
         return Some("world: own");
     }
     session.system().state()?;
-    let asked = setup.iter().any(is_of_time);
-    asked.then_some("the world waits for the actuator")
+    let asked = setup.iter().any(depends_on_the_world);
+    asked.then_some("world: waits")
 }
 
 /// A run that goes on, and well.

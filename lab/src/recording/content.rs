@@ -174,7 +174,8 @@ fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> 
         let follows = last.is_none_or(|last| {
             tick.number > last.number && tick.at >= last.at && tick.overruns >= last.overruns
         });
-        if !follows {
+        let acted = tick.push.is_none_or(|push| push.at >= tick.at);
+        if !(follows && acted) {
             return Err(Damaged { after });
         }
         ticks.push(tick);

@@ -25,7 +25,8 @@ pub fn with_durations(mut knob: Knob) -> Result<Knob, String> {
     Ok(knob)
 }
 
-fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
+/// What was measured of `node` that a knob of this `kind` draws from.
+pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
     let measured = match kind {
         KnobKind::Wakes => |tick: &TickRecord| tick.lateness,
         _ => |tick: &TickRecord| tick.took,

@@ -5,10 +5,10 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     experiment::{Config, RunEnd, Summary},
     runtime::{
-        ClockExit, Observer, Rows, Time,
+        ClockExit, Observer, Push, Rows, Time,
         telemetry::{EventKind, ReplayCounters, Status},
     },
-    system::System,
+    system::{MeanCost, System},
 };
 
 use super::{reader::Recording, schema::RunStatus};
@@ -17,8 +17,19 @@ use super::{reader::Recording, schema::RunStatus};
 #[derive(Clone, Copy, Debug)]
 enum ReplayItem {
     Event(usize),
-    Tick { node: usize, index: usize },
-    Message { topic: usize, index: usize },
+    Tick {
+        node: usize,
+        index: usize,
+    },
+    /// What a tick did to the world, when it did it.
+    Push {
+        node: usize,
+        push: Push,
+    },
+    Message {
+        topic: usize,
+        index: usize,
+    },
 }
 
 /// A recording, replayed up to some run time.
@@ -33,10 +44,13 @@ pub struct Replay {
     /// Messages replayed of each topic, and those of them that were handed out.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
-    /// The topic of states, and the node that measures the latency of each, if it
-    /// publishes them: a world of its own does that by itself.
+    /// The topic of states, and the node that measures how old the sensing behind each
+    /// push is.
     state: Option<usize>,
     latency: Option<usize>,
+    /// Whether states tell what that node did, as they do in old recordings of a world
+    /// that waits for it.
+    by_states: bool,
 }
 
 impl Replay {
@@ -51,14 +65,17 @@ impl Replay {
         let makes = |node: &usize| state.is_some_and(|s| topics[s].publishers.contains(node));
         let latency = system.latency();
         let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
+        let recorded = latency.and_then(|node| recording.ticks.get(node));
+        let told = recorded.is_some_and(|ticks| ticks.iter().any(|tick| tick.push.is_some()));
         Self {
+            by_states: !told && latency.as_ref().is_some_and(makes),
             order: order(&recording),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topics.len()],
             handed_out: vec![0; topics.len()],
             state,
-            latency: latency.filter(makes),
+            latency,
             recording,
             system,
         }
@@ -115,10 +132,9 @@ impl Replay {
             self.apply(item);
         }
         self.tell_losses(until);
-        let end = self.recording.outcome.as_ref().map(|outcome| outcome.at);
-        let end = end.unwrap_or(self.recording.until);
-        self.counters.deliver(until.min(end));
-        self.counters.advance_to(until);
+        let now = until.min(self.end());
+        self.counters.deliver(now);
+        self.counters.advance_to(now);
     }
 
     /// The messages of the topic called `name` that were replayed since the last call.
@@ -135,6 +151,13 @@ impl Replay {
         }
         self.handed_out[topic] = until;
         new
+    }
+
+    /// Run time at which the recording ends.
+    fn end(&self) -> Time {
+        let outcome = self.recording.outcome.as_ref();
+        let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
+        end.max(self.recording.until)
     }
 
     /// Goes back to the beginning.
@@ -161,16 +184,27 @@ impl Replay {
             ReplayItem::Tick { node, index } => {
                 self.counters.tick(node, &self.recording.ticks[node][index]);
             }
+            ReplayItem::Push { node, push } => self.push(node, push),
             ReplayItem::Message { topic, index } => {
                 let head = self.recording.topics[topic].heads()[index];
                 self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
-                let measured = self.system.latency().zip(head.origin);
-                let measured = measured.filter(|_| self.state == Some(topic));
-                if let (Some(node), Some(((_, meter), origin))) = (self.latency, measured) {
-                    self.counters.sample(node, meter, head.at.since(origin));
+                let tells = self.by_states && self.state == Some(topic);
+                let sensed = head.origin.filter(|_| tells);
+                if let (Some(node), Some(sensed)) = (self.latency, sensed) {
+                    let at = head.at;
+                    self.push(node, Push { at, sensed });
                 }
             }
+        }
+    }
+
+    fn push(&mut self, node: usize, push: Push) {
+        self.counters.push(node, push);
+        let meter = self.system.latency().filter(|_| self.latency == Some(node));
+        if let Some((_, meter)) = meter {
+            self.counters
+                .sample(node, meter, push.at.since(push.sensed));
         }
     }
 
@@ -199,8 +233,20 @@ impl Replay {
             sim_time,
             wall_time,
             state: self.newest_state().to_vec(),
+            cost: self.cost(sim_time),
         };
         Summary::observed(&*self.system, self.config(), end, &self.observer())
+    }
+
+    /// What the states cost that are replayed, on average until run time `end`.
+    fn cost(&self, end: Time) -> Option<f64> {
+        let (cost, topic) = self.system.quadratic_cost().zip(self.state)?;
+        let states = self.recording.topics[topic].iter();
+        let mut mean = MeanCost::default();
+        for (head, state) in states.take(self.replayed[topic]) {
+            mean.state(head.stamp, (cost.of_state)(state));
+        }
+        mean.until(end)
     }
 
     fn status(&self) -> Option<&RunStatus> {
@@ -252,8 +298,14 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     for (node, ticks) in recording.ticks.iter().enumerate() {
         let rank = 1 + 2 * priority(node);
         let ticks = ticks.iter().enumerate();
-        order
-            .extend(ticks.map(|(index, tick)| ((tick.at, rank), ReplayItem::Tick { node, index })));
+        for (index, tick) in ticks {
+            order.push(((tick.at, rank), ReplayItem::Tick { node, index }));
+            if let Some(push) = tick.push {
+                // Ticks that take time end before others start.
+                let rank = if push.at > tick.at { 1 } else { rank };
+                order.push(((push.at, rank), ReplayItem::Push { node, push }));
+            }
+        }
     }
     for (topic, rows) in recording.topics.iter().enumerate() {
         let publisher = topology.topics[topic].publishers.first();

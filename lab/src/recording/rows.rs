@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, TickRecord, Time};
+use ratelab::runtime::{Head, Push, TickRecord, Time};
 use rerun::{archetypes::Scalars, log::Chunk};
 use serde_json::Value;
 
@@ -53,8 +53,9 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
         .zip(numbers(chunk, tick::NUMBER))
         .zip(values(chunk))
         .zip(numbers(chunk, tick::TOOK))
-        .zip(numbers(chunk, tick::OVERRUNS));
-    rows.map(|((((at, number), lateness), took), overruns)| {
+        .zip(numbers(chunk, tick::OVERRUNS))
+        .zip(pushes(chunk));
+    rows.map(|(((((at, number), lateness), took), overruns), push)| {
         let at = at?;
         Some(TickRecord {
             number: number??,
@@ -63,7 +64,23 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
             lateness: lateness_of(lateness?)?,
             took: took?.map(Duration::from_nanos),
             overruns: overruns??,
+            push: push?,
         })
+    })
+}
+
+/// What each tick in `chunk` did to the world, if it did something.
+fn pushes(chunk: &Chunk) -> impl Iterator<Item = Option<Option<Push>>> {
+    let ends = numbers_if_any(chunk, tick::PUSHED)
+        .into_iter()
+        .zip(numbers_if_any(chunk, tick::SENSED));
+    ends.map(|ends| match ends {
+        (Some(Some(at)), Some(Some(sensed))) => {
+            let [at, sensed] = [at, sensed].map(Time::from_nanos);
+            Some(Some(Push { at, sensed }))
+        }
+        (Some(None), Some(None)) => Some(None),
+        _ => None,
     })
 }
 
@@ -107,7 +124,8 @@ pub fn numbers(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     one_a_row(chunk, rows.map(only))
 }
 
-/// The same of a component that most chunks are without.
+/// The component `name` of the rows of `chunk`, as [`numbers`]; none in each row of a
+/// chunk without that component.
 fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     match chunk.components().get_array(name.into()) {
         Some(_) => numbers(chunk, name),

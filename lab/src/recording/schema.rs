@@ -62,6 +62,10 @@ pub mod tick {
     pub const TOOK: &str = "took_ns";
     /// Periods skipped so far.
     pub const OVERRUNS: &str = "overruns";
+    /// Run time at which it acted on the world, where it did (ns).
+    pub const PUSHED: &str = "pushed_ns";
+    /// Run time of the sensing behind that (ns).
+    pub const SENSED: &str = "sensed_ns";
 }
 
 /// The entity with these parts of a path, whatever characters are in them.

@@ -175,12 +175,19 @@ impl NodeTrack {
         let nanos = |duration: Option<Duration>| duration.map(|d| d.as_nanos() as u64);
         let late = ticks.iter().map(|tick| nanos(tick.lateness));
         let late = late.map(|nanos| nanos.map_or(f64::NAN, |nanos| nanos as f64 / NANOS_PER_MICRO));
-        let columns = [
+        let mut columns = vec![
             series(late.collect(), 1, ticks.len())?,
             numbers(tick::NUMBER, ticks.iter().map(|tick| tick.number))?,
             numbers_or_none(tick::TOOK, ticks.iter().map(|tick| nanos(tick.took)))?,
             numbers(tick::OVERRUNS, ticks.iter().map(|tick| tick.overruns))?,
         ];
+        let pushes = || ticks.iter().map(|tick| tick.push);
+        if pushes().any(|push| push.is_some()) {
+            let pushed = pushes().map(|push| Some(push?.at.as_nanos()));
+            let sensed = pushes().map(|push| Some(push?.sensed.as_nanos()));
+            columns.push(numbers_or_none(tick::PUSHED, pushed)?);
+            columns.push(numbers_or_none(tick::SENSED, sensed)?);
+        }
         rec.send_columns(self.entity.clone(), stamps.columns(), columns)
     }
 }

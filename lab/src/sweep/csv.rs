@@ -30,6 +30,10 @@ pub fn read_topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
     Ok(read.map(|topic| topic.name.to_string()).collect())
 }
 
+/// How old what was done to the world was: on average over the run, and over its last
+/// second.
+const AGES: [&str; 2] = ["mean_push_age_s", "late_push_age_s"];
+
 /// Names and units of the columns.
 pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     let knobs = columns::of(sweep)
@@ -45,10 +49,13 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
     let finals = sweep.system.finals(&[]).into_iter();
     let finals = finals.map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
+    let cost = sweep.system.quadratic_cost().map(|_| "quadratic_cost");
+    let late = AGES.into_iter().chain(cost).map(str::to_owned);
     let columns = knobs
         .chain(figures.map(str::to_owned))
         .chain(dropped)
-        .chain(finals);
+        .chain(finals)
+        .chain(late);
     columns.collect::<Vec<_>>().join(",")
 }
 
@@ -56,7 +63,7 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
 pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
     writeln!(out, "{header}")?;
-    let knobs = columns::of(sweep);
+    let (knobs, cost) = (columns::of(sweep), sweep.system.quadratic_cost().is_some());
     for (cell, outcome) in swept.finished() {
         let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
         let latency = outcome.mean_latency_s.map(|latency| latency.to_string());
@@ -70,6 +77,10 @@ pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
         row.extend(outcome.dropped.iter().map(ToString::to_string));
         let finals = sweep.system.finals(&outcome.state).into_iter();
         row.extend(finals.map(|figure| figure.value.to_string()));
+        let age = outcome.push_age;
+        let late = [age.map(|age| age.run_s), age.map(|age| age.late_s)];
+        let late = late.into_iter().chain(cost.then_some(outcome.cost));
+        row.extend(late.map(|figure| figure.map_or_else(String::new, |figure| figure.to_string())));
         let row: Vec<Cow<str>> = row.iter().map(|text| field(text)).collect();
         writeln!(out, "{}", row.join(","))?;
     }

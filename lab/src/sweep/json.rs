@@ -4,6 +4,7 @@ use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 use serde_json::{Map, Value, json};
 
 use super::{
+    by_age::AgeTable,
     columns,
     summary::{RowSummary, SweepSummary},
 };
@@ -12,16 +13,22 @@ use crate::{
     names::{self, key},
 };
 
-/// The sweep as JSON: survival first, then every run. It is independent of wall time, so
-/// the same sweep gives the same bytes.
-pub fn text(summary: &SweepSummary, swept: &Swept, topics: &[String], theory: bool) -> String {
+/// The sweep as JSON: how often the runs were not lost, then every run. It holds
+/// nothing of the wall's, so the same sweep gives the same bytes.
+pub fn text(
+    summary: &SweepSummary,
+    swept: &Swept,
+    topics: &[String],
+    theory: bool,
+    by_age: Option<&AgeTable>,
+) -> String {
     let rows = summary
         .rows()
         .iter()
         .map(|row| survival(summary, row, theory));
     let cells = swept.finished();
     let cells = cells.map(|(cell, outcome)| run(summary, topics, &cell, outcome));
-    let whole = json!({
+    let mut whole = object(json!({
         "cells": cells.collect::<Vec<_>>(),
         "complete": swept.is_complete(),
         "duration_s": rounded(summary.sweep.base.end.as_secs_f64()),
@@ -29,8 +36,14 @@ pub fn text(summary: &SweepSummary, swept: &Swept, topics: &[String], theory: bo
         "runs_asked_for": summary.cells,
         "survival": rows.collect::<Vec<_>>(),
         "version": env!("CARGO_PKG_VERSION"),
-    });
-    format!("{whole:#}")
+    }));
+    if let Some(cost) = summary.sweep.system.quadratic_cost() {
+        whole.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
+    }
+    if let Some(by_age) = by_age {
+        whole.insert("by_age".to_owned(), by_age.json());
+    }
+    format!("{:#}", Value::Object(whole))
 }
 
 fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
@@ -42,8 +55,16 @@ fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
         "runs": row.runs,
         "share": row.share().map(rounded),
     })));
+    if summary.sweep.system.quadratic_cost().is_some() {
+        figures.insert("mean_quadratic_cost".to_owned(), json!(row.cost));
+    }
     if theory {
-        figures.insert("growth_per_s".to_owned(), json!(row.growth.map(rounded)));
+        let growth = row.theory.growth.map(rounded);
+        figures.insert("growth_per_s".to_owned(), json!(growth));
+        figures.insert(
+            "shrinks_whatever_the_pattern".to_owned(),
+            json!(row.theory.sure),
+        );
     }
     Value::Object(figures)
 }
@@ -60,6 +81,18 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
         "sim_time_s": rounded(outcome.sim_time.as_secs_f64()),
         "steps": outcome.steps,
     })));
+    let ages = outcome.push_age.into_iter().flat_map(|age| {
+        let ages = [
+            ("mean_push_age_ms", age.run_s),
+            ("late_push_age_ms", age.late_s),
+        ];
+        ages.map(|(name, seconds)| (name.to_owned(), json!(rounded(seconds * 1e3))))
+    });
+    figures.extend(ages);
+    let cost = outcome
+        .cost
+        .map(|cost| ("quadratic_cost".to_owned(), json!(cost)));
+    figures.extend(cost);
     let dropped = topics.iter().zip(&outcome.dropped);
     figures.extend(dropped.map(|(topic, dropped)| {
         let name = format!("{}_dropped", key(topic));

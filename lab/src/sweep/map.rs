@@ -6,9 +6,11 @@ mod list;
 use ratelab::experiment::sweep::Sweep;
 
 use super::{
+    by_age::AgeTable,
     cliff, columns,
     summary::{RowSummary, SweepSummary},
     survival_level::SurvivalLevel,
+    theory::{Edge, RowTheory},
 };
 use crate::{dashboard::view::theme::Theme, report::line};
 
@@ -24,6 +26,10 @@ pub struct MapStyle {
 const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it grows, which is no\n\
                       \x20         fall yet: where the motor gives all it has, the pole may swing and stay";
 
+/// The same where delays change at random.
+const SURE: &str = "deviations shrink whatever the pattern of the delays, by the jitter margin;\n\
+                    \x20         ? is no promise, and no prediction of a fall: the margin is sufficient only";
+
 /// The map: a list if one knob is swept, otherwise a line for each combination of the
 /// slower knobs.
 pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
@@ -37,9 +43,10 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
             if summary.runs == summary.cells {
                 lines.extend(cliff::lines(summary, rows));
             }
+            lines.extend(quadratic_cost(summary));
         }
         _ => {
-            lines.extend(heat::lines(summary, style));
+            lines.extend(heat::lines(summary, theory, style));
             if theory {
                 lines.push(String::new());
                 lines.extend(heat::growth(summary, style));
@@ -49,11 +56,46 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
         }
     }
     if theory {
-        lines.push(line("growth", THEORY));
+        lines.extend(theory_lines(summary, &style.theme));
     }
     while lines.last().is_some_and(String::is_empty) {
         lines.pop();
     }
+    lines.join("\n")
+}
+
+/// What is said of the theory, and of the edges that it draws.
+fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
+    let mut lines = vec![line("growth", THEORY)];
+    if summary.rows().iter().any(|row| row.theory.sure.is_some()) {
+        lines.push(line("sure", SURE));
+    }
+    let edges: Vec<Edge> = summary.edges().collect();
+    let drawn = Edge::ALL.into_iter().filter(|edge| edges.contains(edge));
+    let single = summary.groups().len() == 1;
+    lines.extend(drawn.map(|edge| {
+        let flat = edge_mark(edge, theme).repeat(2);
+        let mark = match single {
+            true => flat,
+            false => format!("{flat} {}", cell_mark(edge, theme)),
+        };
+        line(&mark, edge.text())
+    }));
+    lines
+}
+
+/// What the figures under `cost` are.
+fn quadratic_cost(summary: &SweepSummary) -> Option<String> {
+    let cost = summary.sweep.system.quadratic_cost()?;
+    let text = format!("cost: mean of {}, {} runs only", cost.sum, summary.good);
+    Some(line("quadratic", &text))
+}
+
+/// The runs of all rows by age.
+pub fn by_age(summary: &SweepSummary, table: &AgeTable, style: &MapStyle) -> String {
+    let mut lines = head(summary, &style.theme);
+    lines.push(String::new());
+    lines.extend(table.lines(&style.theme));
     lines.join("\n")
 }
 
@@ -116,22 +158,33 @@ fn factors(sweep: &Sweep) -> Vec<String> {
     several.chain([count(sweep.seeds.len(), "seed")]).collect()
 }
 
-/// `text` in the colour of `level`, if there are colours.
-fn paint(text: &str, level: SurvivalLevel, theme: &Theme) -> String {
-    // Blue and orange of the sixteen terminal colours, as in the dashboard.
-    match level.is_good().filter(|_| theme.colour) {
-        None => text.to_owned(),
-        Some(true) => format!("\x1b[34m{text}\x1b[0m"),
-        Some(false) => format!("\x1b[33m{text}\x1b[0m"),
-    }
-}
-
 /// The survival level of a row.
 fn level(row: &RowSummary) -> SurvivalLevel {
     SurvivalLevel::of(row.held, row.runs)
 }
 
-/// A growth rate (1/s).
-fn growth_text(growth: Option<f64>) -> String {
-    growth.map_or("-".to_owned(), |growth| format!("{growth:+.2}"))
+/// A growth rate (1/s), or whether deviations shrink for sure.
+fn growth_text(theory: RowTheory) -> String {
+    match (theory.growth, theory.sure) {
+        (Some(growth), _) => format!("{growth:+.2}"),
+        (None, Some(true)) => "sure".to_owned(),
+        (None, Some(false)) => "?".to_owned(),
+        (None, None) => "-".to_owned(),
+    }
+}
+
+/// What an edge that theory draws is made of, in a list.
+fn edge_mark(edge: Edge, theme: &Theme) -> &'static str {
+    match edge {
+        Edge::Grows => theme.glyph("┄", "-"),
+        Edge::Sure => theme.glyph("┈", "."),
+    }
+}
+
+/// The same between two cells of a map.
+fn cell_mark(edge: Edge, theme: &Theme) -> &'static str {
+    match edge {
+        Edge::Grows => theme.glyph("┊", "|"),
+        Edge::Sure => theme.glyph("┆", ":"),
+    }
 }

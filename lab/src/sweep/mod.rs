@@ -5,6 +5,7 @@
 //!                                        └──────────────► CSV
 //! ```
 
+pub mod by_age;
 pub mod cliff;
 pub mod columns;
 pub mod csv;

@@ -28,11 +28,11 @@ impl SweepArgs {
             .knob
             .iter()
             .map(|knob| read_knob(program, "--knob", knob));
-        let knobs = timing(&self.timing, None).map(Ok).chain(knobs);
+        let knobs = timing(&self.timing).map(Ok).chain(knobs);
         let usual = Config::default();
         let base = Config {
             end: self.duration_s.unwrap_or(usual.end),
-            world: world(&self.timing)?,
+            world: world(&self.timing, usual.world)?,
             setup: setup(program, usual.seed, knobs.collect::<Result<_, _>>()?)?,
             ..usual
         };

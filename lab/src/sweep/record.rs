@@ -50,9 +50,9 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
             row.mean_latency_s.map(|s| s * 1e3)
         }));
     }
-    if summary.rows().iter().any(|row| row.growth.is_some()) {
+    if summary.rows().iter().any(|row| row.theory.growth.is_some()) {
         let title = "growth of a small deviation by linear theory (1/s): above 0 is no fall yet";
-        plots.push(("growth", title.to_owned(), |row| row.growth));
+        plots.push(("growth", title.to_owned(), |row| row.theory.growth));
     }
     plots
 }

@@ -4,7 +4,7 @@ use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 
 use super::{
     columns::{self, Column},
-    theory::Theory,
+    theory::{Edge, RowTheory, Theory},
 };
 use crate::{error::Error, names};
 
@@ -37,10 +37,12 @@ pub struct RowSummary {
     pub held: usize,
     /// Mean over the runs of their mean latency (s).
     pub mean_latency_s: Option<f64>,
+    /// Mean over the runs that were not lost of the mean quadratic cost.
+    pub cost: Option<f64>,
     /// The median run time of the loss (s); `None` without lost runs.
     pub lost_at_s: Option<f64>,
-    /// The growth of a small deviation by linear theory (1/s).
-    pub growth: Option<f64>,
+    /// What linear theory says.
+    pub theory: RowTheory,
 }
 
 impl SweepSummary {
@@ -57,14 +59,16 @@ impl SweepSummary {
             let group = finished.by_ref().take(survival.runs);
             let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
             let lost = outcomes.iter().filter(|o| o.verdict.is_lost());
-            let setup = sweep.config(&survival.cell).setup;
+            let held = outcomes.iter().filter(|o| !o.verdict.is_lost());
+            let said = wanted.then(|| theory.of(&sweep.config(&survival.cell)));
             Ok(RowSummary {
                 value: main.short(sweep, &survival.cell),
                 runs: survival.runs,
                 held: survival.held,
                 mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
+                cost: mean(held.filter_map(|o| o.cost)),
                 lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
-                growth: wanted.then(|| theory.growth(&setup)).transpose()?.flatten(),
+                theory: said.transpose()?.unwrap_or_default(),
                 cell: survival.cell,
             })
         });
@@ -84,6 +88,24 @@ impl SweepSummary {
         &self.rows
     }
 
+    /// The edges that theory draws between neighbours.
+    pub fn edges(&self) -> impl Iterator<Item = Edge> {
+        let groups: Vec<&[RowSummary]> = self.groups().collect();
+        let within = self.groups().flat_map(|rows| rows.windows(2));
+        let within: Vec<Edge> = within.filter_map(|pair| pair[0].edge(&pair[1])).collect();
+        let between = groups.windows(2).filter(|_| self.is_plane());
+        let between = between.flat_map(|pair| pair[0].iter().zip(pair[1]));
+        let between: Vec<Edge> = between.filter_map(|(row, next)| row.edge(next)).collect();
+        within.into_iter().chain(between)
+    }
+
+    /// Whether the groups differ in one thing only, so that those that follow each other
+    /// are neighbours.
+    pub fn is_plane(&self) -> bool {
+        let several = self.sweep.axes.iter().filter(|axis| axis.values.len() > 1);
+        several.filter(|axis| axis.name != self.main.name).count() == 1
+    }
+
     /// Groups of rows that differ only in the fastest knob.
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &[RowSummary]> {
         self.rows.chunks(self.main.count(&self.sweep).max(1))
@@ -91,6 +113,11 @@ impl SweepSummary {
 }
 
 impl RowSummary {
+    /// The edge that theory draws between this row and the next.
+    pub fn edge(&self, next: &Self) -> Option<Edge> {
+        Edge::between(self.theory, next.theory)
+    }
+
     /// The value of the fastest knob, if it is a number.
     pub fn number(&self) -> f64 {
         self.value.parse().unwrap_or(f64::NAN)

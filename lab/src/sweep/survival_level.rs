@@ -68,6 +68,33 @@ impl SurvivalLevel {
         }
     }
 
+    /// `text` in its colour, if there are colours: blue and orange of the sixteen, as
+    /// in the dashboard.
+    pub fn paint(self, text: &str, theme: &Theme) -> String {
+        match self.is_good().filter(|_| theme.colour) {
+            None => text.to_owned(),
+            Some(true) => format!("\x1b[34m{text}\x1b[0m"),
+            Some(false) => format!("\x1b[33m{text}\x1b[0m"),
+        }
+    }
+
+    /// A bar of `width` columns, as long as the share of `held` in `runs`; only none
+    /// is empty, and only all is full.
+    pub fn bar(held: usize, runs: usize, width: usize, theme: &Theme) -> String {
+        let level = Self::of(held, runs);
+        let full = match level {
+            Self::Unknown | Self::None => 0,
+            Self::All => width,
+            _ => (held * width * 2 / runs).div_ceil(2).clamp(1, width - 1),
+        };
+        let rest = match level {
+            Self::Unknown => " ",
+            _ => theme.glyph("·", "."),
+        };
+        let text = level.glyph(theme).repeat(full) + &rest.repeat(width - full);
+        level.paint(&text, theme)
+    }
+
     /// Blue where most runs are successful, orange where most are lost.
     pub fn style(self, theme: &Theme) -> Style {
         match self.is_good() {

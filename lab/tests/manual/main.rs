@@ -106,6 +106,8 @@ manual! {
     recordings: "docs/recordings.md",
     docs_policies: "docs/policies.md",
     your_own: "docs/your-own.md",
+    age: "docs/age.md",
+    hunt: "docs/hunt.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
     faults: "docs/faults.md",

@@ -29,6 +29,7 @@
 //! | Up to which changing delay, whatever its pattern? | [`Loop::jitter_margin`] |
 //! | Up to which age, for any cause? | [`Loop::oldest_push`] |
 //! | Up to which random loss? | [`Loop::loss_margin`], [`Loop::mean_square_growth`] |
+//! | All of this, of a run by its setup? | [`expected`] |
 //! | The cost of deviations? | [`Loop::expected_cost`], [`Loop::cost_along`] |
 //!
 //! # Limits
@@ -55,6 +56,7 @@ mod covariance;
 mod criterion;
 mod delay;
 mod dynamics;
+mod expected;
 mod frequency;
 mod gains;
 mod growth;
@@ -74,6 +76,7 @@ pub use covariance::{Loss, Lost};
 pub use criterion::{Noise, Weights};
 pub use delay::DelayMargin;
 pub use dynamics::Dynamics;
+pub use expected::{Expected, NotExpected, expected};
 pub use frequency::ContinuousMargins;
 pub use gains::{NoTheory, gains};
 pub use growth::measured_growth;

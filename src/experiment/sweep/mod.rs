@@ -17,6 +17,7 @@
 //! ```
 
 mod axis;
+mod by_age;
 mod knobs;
 mod result;
 mod work;
@@ -26,6 +27,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 pub use axis::{Axis, AxisError, Decimal, Quantity};
+pub use by_age::{AgeBin, AgeSplit, ByAge};
 pub use knobs::{SweepAxis, SweepValue};
 pub use result::{CellResult, Survival, Swept};
 pub use work::all_cores;

@@ -1,7 +1,11 @@
 //! The results of a sweep's cells.
 
 use super::{Cell, Sweep};
-use crate::{experiment::Summary, runtime::Time, system::Verdict};
+use crate::{
+    experiment::{MeanPushAge, Summary},
+    runtime::Time,
+    system::Verdict,
+};
 
 /// The result of one cell: the part of a [`Summary`] for maps and tables.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +18,10 @@ pub struct CellResult {
     pub sim_time: Time,
     /// Mean of the main latency (s); `None` without samples.
     pub mean_latency_s: Option<f64>,
+    /// How old what was done to the world was; `None` if nothing was done.
+    pub push_age: Option<MeanPushAge>,
+    /// The mean of the system's quadratic cost; of a run that was lost, until then.
+    pub cost: Option<f64>,
     /// Messages lost unread, for each topic with readers.
     pub dropped: Vec<u64>,
     /// The last state of the plant.
@@ -28,6 +36,8 @@ impl From<&Summary> for CellResult {
             steps: summary.steps,
             sim_time: summary.sim_time,
             mean_latency_s: summary.latency.mean_s(),
+            push_age: summary.push_age(),
+            cost: summary.cost,
             dropped: read.map(|topic| topic.dropped).collect(),
             state: summary.state.clone().into(),
         }

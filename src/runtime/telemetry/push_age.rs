@@ -1,11 +1,15 @@
 //! The age of the sensing behind the push in force, over time.
 
-use std::time::Duration;
+use std::{collections::VecDeque, time::Duration};
 
 use crate::runtime::{
+    push::Push,
     sync::{Arc, Mutex, lock},
     time::Time,
 };
+
+/// The end of a run whose ages decide whether it is lost.
+const LATE: Duration = Duration::from_secs(1);
 
 /// The age of the push in force: run time now minus the run time of the sensing behind
 /// it. It grows with time and drops when a fresher push is applied.
@@ -14,24 +18,27 @@ pub struct PushAge(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    in_force: Option<InForce>,
+    /// The pushes of the last second and the one before, the one in force last.
+    late: VecDeque<InForce>,
     /// Run time of the first push.
     first: Time,
-    /// Twice the integral of the age up to the newest push (ns²): whole numbers.
-    twice_area: u128,
+    /// Run time at which the push in force was last applied.
+    applied: Time,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct InForce {
     since: Time,
     sensed: Time,
+    /// Twice the integral of the age until then (ns²), as a whole number.
+    twice_area: u128,
 }
 
 impl InForce {
-    /// Twice the integral of the age up to `now` (ns²).
+    /// The same up to `now`, while it is in force.
     fn twice_area(self, now: Time) -> u128 {
         let age = |at: Time| u128::from(at.as_nanos().saturating_sub(self.sensed.as_nanos()));
-        age(now.max(self.since)).pow(2) - age(self.since).pow(2)
+        self.twice_area + age(now.max(self.since)).pow(2) - age(self.since).pow(2)
     }
 }
 
@@ -47,34 +54,67 @@ pub struct PushAgeView {
     /// The integral of the age since the first push (s²): between two readings it grows
     /// by the mean age times the elapsed time.
     pub area_s2: f64,
+    /// The mean over the last second, or since the first push (s); `None` if no time
+    /// has passed.
+    pub late_s: Option<f64>,
 }
 
 impl PushAge {
     /// Records a push at run time `now` that was derived from a sensing at `sensed`.
     pub fn push(&self, now: Time, sensed: Time) {
         let mut state = lock(&self.0);
-        match state.in_force {
-            Some(before) => state.twice_area += before.twice_area(now),
-            None => state.first = now,
+        state.applied = now;
+        let twice_area = match state.late.back() {
+            Some(before) if before.sensed == sensed => return, // Applied again.
+            Some(before) => before.twice_area(now),
+            None => {
+                state.first = now;
+                0
+            }
+        };
+        state.late.push_back(InForce {
+            since: now,
+            sensed,
+            twice_area,
+        });
+        while state
+            .late
+            .get(1)
+            .is_some_and(|next| next.since + LATE <= now)
+        {
+            state.late.pop_front();
         }
-        state.in_force = Some(InForce { since: now, sensed });
+    }
+
+    /// The push in force; `None` before the first.
+    pub fn in_force(&self) -> Option<Push> {
+        let state = lock(&self.0);
+        let sensed = state.late.back()?.sensed;
+        let at = state.applied;
+        Some(Push { at, sensed })
     }
 
     /// Run time of the sensing behind the push in force; `None` before the first.
     pub fn sensed(&self) -> Option<Time> {
-        lock(&self.0).in_force.map(|push| push.sensed)
+        self.in_force().map(|push| push.sensed)
     }
 
     /// Reads the age at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
         let state = lock(&self.0);
-        let push = state.in_force?;
-        let twice_area = state.twice_area + push.twice_area(now);
+        let push = state.late.back()?;
+        let twice_area = push.twice_area(now);
+        let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
+        let from = from.max(state.first);
+        let then = state.late.iter().rev().find(|push| push.since <= from);
+        let before = then.map_or(0, |then| then.twice_area(from));
+        let late = now.since(from).as_secs_f64();
         Some(PushAgeView {
             at: now,
             first: state.first,
             age: now.since(push.sensed),
             area_s2: twice_area as f64 / 2e18,
+            late_s: (late > 0.0).then(|| (twice_area - before) as f64 / 2e18 / late),
         })
     }
 }
@@ -106,5 +146,22 @@ mod tests {
         assert_eq!(view.age, Duration::from_millis(10));
         let mean = (20.0 * 20.0 + 10.0 * 5.0) / 30.0 / 1e3;
         assert!((view.mean_s().expect("time passed") - mean).abs() < 1e-15);
+        assert_eq!(view.late_s, view.mean_s());
+    }
+
+    #[test]
+    fn the_last_second_begins_in_the_middle_of_a_push() {
+        let age = PushAge::default();
+        age.push(ms(0), ms(0)); // 0 to 600 ms old, then
+        age.push(ms(600), ms(600)); // 0 to 1000 ms old.
+        let late = |now| {
+            age.view(ms(now))
+                .expect("pushes")
+                .late_s
+                .expect("time passed")
+        };
+        assert!((late(600) - 0.3).abs() < 1e-15);
+        assert!((late(1_200) - (0.4 * 0.4 + 0.6 * 0.3)).abs() < 1e-15);
+        assert!((late(1_600) - 0.5).abs() < 1e-15);
     }
 }

@@ -4,13 +4,14 @@ use std::{collections::BTreeMap, time::Duration};
 
 use super::{
     Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
-    Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry, TopicTopology,
-    Topology,
+    PushAge, Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry,
+    TopicTopology, Topology,
 };
 use crate::runtime::{
     command::Command,
     head::Head,
     knob::Knob,
+    push::Push,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -128,6 +129,14 @@ impl ReplayCounters {
         }
     }
 
+    /// Records what the node with index `node` did to the world.
+    pub fn push(&mut self, node: usize, push: Push) {
+        let node = self.nodes.get(node);
+        if let Some(age) = node.and_then(|node| node.entry.push_age.as_ref()) {
+            age.push(push.at, push.sensed);
+        }
+    }
+
     /// Records an event of the run.
     pub fn event(&mut self, event: &Event) {
         self.advance_to(event.at);
@@ -189,7 +198,7 @@ impl ReplayNode {
             topology.priority,
             topology.hz,
             entries,
-            None,
+            Some(PushAge::default()),
         );
         Self {
             entry,

@@ -385,6 +385,8 @@ pub mod sample {
             (&POLE_FELL, fell)
         };
         CellResult {
+            push_age: None,
+            cost: None,
             verdict: Verdict::new(kind, sim_time),
             steps: 180,
             sim_time,

@@ -285,6 +285,21 @@ fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
 }
 
 #[test]
+fn the_smallest_screen_shows_that_the_world_waits_where_it_matters() {
+    for (knob, waits) in [
+        ("control-hz 40", false),
+        ("think-ms 30", true),
+        ("link /action delay:10", true),
+        ("hang policy 50", true),
+    ] {
+        let mut app = ended(CartPole::config(knob).expect("a knob"));
+        app.sample().expect("no fault");
+        let drawn = screen(&app, &PLAIN, 80, 24);
+        assert_eq!(drawn.contains("world: waits"), waits, "{knob}: {drawn}");
+    }
+}
+
+#[test]
 fn a_key_starts_again_in_the_other_world_and_back() {
     let mut app = ended(CartPole::config("control-hz 40").expect("a knob"));
     assert!(!screen(&app, &PLAIN, 160, 50).contains("world"), "course");

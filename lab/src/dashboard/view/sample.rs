@@ -239,6 +239,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             speed: Speed::REAL_TIME,
         },
         seed: 0,
+        world: None,
         settings: vec!["policy scripted".to_owned()],
         nodes,
         topics,

@@ -47,6 +47,7 @@ pub fn render_status(
     let wall = told.then(|| (format!("{:>5} s wall", frame.wall_s), Style::new()));
     let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
+    parts.extend(frame.world.map(|world| (world.to_owned(), Style::new())));
     parts.extend(wall);
     parts.push((format!("seed {}", frame.seed), Style::new()));
     let settings = frame.settings.iter().cloned();

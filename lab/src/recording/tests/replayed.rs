@@ -2,8 +2,9 @@
 
 use ratelab::{
     cartpole::{CartPole, STATE},
-    experiment::Config,
+    experiment::{Config, Summary},
     runtime::{ClockKind, Snapshot, Time, telemetry::Distribution},
+    system::WorldKind,
 };
 
 use super::{Dice, cases, folder, read, record, recording, replay, verify};
@@ -122,6 +123,57 @@ fn a_real_clock_run_is_told_and_not_verified() {
         assert_eq!(replayed.lateness.sum(), node.lateness.sum());
         assert_eq!(replayed.tick_time.sum(), node.tick_time.sum());
     }
+}
+
+#[test]
+fn a_replay_in_the_own_world_measures_what_the_run_measured() {
+    let folder = folder();
+    for (place, setup) in [
+        "",
+        "takes policy 15..55, takes actuator 3, link /action loss:0.2",
+        "control-hz 7, clock sensor 5 40",
+        "takes actuator 4..30, takes policy 9",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let config = Config {
+            world: WorldKind::OWN,
+            seed: 3,
+            ..CartPole::config(setup).expect("a setup")
+        };
+        let path = folder.path().join(format!("{place}.rrd"));
+        let summary = record(&config, &path).0.expect("no fault");
+        let recording = read(&path);
+        verify(&recording).expect("identical");
+        let mut replay = replay(recording);
+        replay.advance_to(Time::MAX);
+        let replayed = replay.summary();
+        assert!(summary.latency.count() > 10, "{setup}");
+        assert_eq!(replayed.latency.count(), summary.latency.count(), "{setup}");
+        assert_eq!(replayed.latency.sum(), summary.latency.sum(), "{setup}");
+        let age = |summary: &Summary| summary.nodes[3].push_age.expect("pushes");
+        assert_eq!(age(&replayed), age(&summary), "{setup}");
+    }
+}
+
+#[test]
+fn a_tick_that_pushed_otherwise_is_found() {
+    let folder = folder();
+    let path = folder.path().join("own.rrd");
+    let config = Config {
+        world: WorldKind::OWN,
+        ..Config::default()
+    };
+    record(&config, &path).0.expect("no fault");
+    let mut altered = read(&path);
+    let push = altered.ticks[3][40].push.as_mut().expect("a push");
+    push.sensed = push.sensed + Time::TICK;
+    let error = verify(&altered).expect_err("a difference").to_string();
+    assert!(
+        error.contains("actuator tick 40, what it applied"),
+        "{error}"
+    );
 }
 
 #[test]

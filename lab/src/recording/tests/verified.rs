@@ -4,13 +4,17 @@ use std::ops::ControlFlow;
 
 use ratelab::{
     cartpole::CartPole,
+    experiment::{Config, Experiment},
     runtime::{
-        Command, Head, Rows, Time,
+        Command, Head, Knob, Rows, Time, TimedCommand,
         telemetry::{Event, EventKind},
     },
 };
 
-use super::{Dice, cart_pole, cases, folder, read, record, recording, verify};
+use super::{
+    Dice, cart_pole, cases, experiment, folder, read, record, record_run, recording, verify,
+    with_knobs,
+};
 use crate::recording::{Recording, VerifyError, schema::RunStatus};
 
 /// `rows` with message `index` as `change` makes it.
@@ -248,4 +252,38 @@ fn nothing_is_not_identical_with_nothing() {
     let mut renamed = original;
     renamed.origin.topology.topics[1].name = "/other".to_owned();
     assert!(verify(&renamed).is_err());
+}
+
+#[test]
+fn a_rate_that_was_a_knob_once_is_turned_again_and_by_no_new_run() {
+    let folder = folder();
+    let rate = "1 rate actuator 25";
+    let taken = CartPole::KNOBS.parse_list(rate).expect("a knob");
+    for (place, (setup, knobs)) in [("rate actuator 25", ""), ("", rate)].iter().enumerate() {
+        let config = with_knobs(setup, knobs);
+        assert!(Experiment::new(cart_pole(), &config).is_err());
+        // As it was recorded when the actuator's rate was a knob.
+        let old = Experiment::again(cart_pole(), &config, &taken).expect("a graph");
+        let path = folder.path().join(format!("{place}.rrd"));
+        record_run(old, &path).0.expect("no fault");
+        verify(&read(&path)).expect("identical");
+    }
+}
+
+#[test]
+fn a_rate_that_was_refused_is_refused_again() {
+    let folder = folder();
+    let path = folder.path().join("refused.rrd");
+    let mut experiment = experiment(&Config::default());
+    let knob: Knob = "rate actuator 25".parse().expect("a knob");
+    let at = Time::from_nanos(1_000_000_000);
+    experiment.schedule(vec![TimedCommand {
+        at,
+        command: knob.into(),
+    }]);
+    record_run(experiment, &path).0.expect("no fault");
+    let recording = read(&path);
+    let refused = |event: &&Event| matches!(event.what, EventKind::Refused { .. });
+    assert_eq!(recording.events.iter().filter(refused).count(), 1);
+    verify(&recording).expect("identical");
 }

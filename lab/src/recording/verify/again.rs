@@ -11,7 +11,7 @@ use std::{
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
-    runtime::{ClockKind, Speed, Time, telemetry::Event},
+    runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Event},
     system::{BuildError, System},
 };
 
@@ -56,13 +56,13 @@ pub fn run_again(
         .filter(|outcome| outcome.end != RunStatus::WentOn);
     let config = with_tables(config_again(recording, whole))?;
     // Missing files are errors before the comparison begins.
-    let turned = recording.events.iter().filter_map(Event::knob).collect();
+    let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
     let needed = Config {
-        knobs: turned,
+        knobs: turned.clone(),
         ..config.clone()
     };
     needed.resolved(&**system)?;
-    let mut experiment = Experiment::new(system.clone(), &config)?;
+    let mut experiment = Experiment::again(system.clone(), &config, &taken(&config, turned))?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before =
@@ -106,6 +106,15 @@ pub fn run_again(
         differences.extend(whole.and_then(|end| end::compare(end, topology, &ended, &observer)));
     }
     Ok(differences)
+}
+
+/// The knobs that the recorded run took: those of its setup, and those that were
+/// `turned` while it ran.
+fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
+    let before = config.setup.iter().cloned();
+    let at = Time::ZERO;
+    turned.extend(before.map(|knob| TimedKnob { at, knob }));
+    turned
 }
 
 /// `config` with the measured durations that its knobs draw from.

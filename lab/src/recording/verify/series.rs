@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, RowTap, Rows, Tap, TickRecord, Time};
+use ratelab::runtime::{Head, Push, RowTap, Rows, Tap, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
 
@@ -125,6 +125,8 @@ fn compare_values(
 pub struct Ticks<'a> {
     node: &'a str,
     recorded: &'a [TickRecord],
+    /// Whether it was recorded what they did to the world: not in old files.
+    has_pushes: bool,
     tap: Tap<TickRecord>,
     computed: Vec<TickRecord>,
 }
@@ -135,6 +137,7 @@ impl<'a> Ticks<'a> {
         Self {
             node,
             recorded,
+            has_pushes: recorded.iter().any(|tick| tick.push.is_some()),
             tap,
             computed: Vec::new(),
         }
@@ -174,22 +177,26 @@ impl Series for Ticks<'_> {
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
         // How long a tick took is the wall's time, and not what comes again.
         let (took, ends) = (recorded.took, recorded.ends);
-        if *recorded
-            == (TickRecord {
-                took,
-                ends,
-                ..*computed
-            })
-        {
+        let push = computed.push.filter(|_| self.has_pushes);
+        let computed = &TickRecord {
+            took,
+            ends,
+            push,
+            ..*computed
+        };
+        if recorded == computed {
             return None;
         }
         let parts = |tick: &TickRecord| {
             let late = |late: Duration| format!("{} ns", late.as_nanos());
+            let push =
+                |push: Push| format!("at {}, sensed at {}", nanos(push.at), nanos(push.sensed));
             [
                 ("number", tick.number.to_string()),
                 ("run time", nanos(tick.at)),
                 ("lateness", tick.lateness.map_or("none".to_owned(), late)),
                 ("overruns by then", tick.overruns.to_string()),
+                ("what it applied", tick.push.map_or("none".to_owned(), push)),
             ]
         };
         first_of(&item, parts(recorded), parts(computed))

@@ -1,6 +1,6 @@
 //! A map with a line per group and a cell per value of the fastest knob.
 
-use super::{MapStyle, growth_text, level, paint};
+use super::{MapStyle, cell_mark, edge_mark, growth_text, level};
 use crate::{
     dashboard::view::theme::Theme,
     sweep::{
@@ -22,18 +22,28 @@ pub fn key(summary: &SweepSummary, theme: &Theme) -> String {
     format!("{key}; the digit is the share in tenths")
 }
 
-/// The map, split into several parts if it is too wide.
-pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let cell = |row: &RowSummary| paint(&cell(row, &style.theme), level(row), &style.theme);
-    pieces(summary, style, CELL, cell)
+/// The map, in several pieces if it is too wide for one.
+pub fn lines(summary: &SweepSummary, theory: bool, style: &MapStyle) -> Vec<String> {
+    let theme = &style.theme;
+    let cell = |row: &RowSummary| level(row).paint(&cell(row, theme), theme);
+    if !theory {
+        return pieces(summary, style, CELL, |rows, place| cell(&rows[place]));
+    }
+    // A column more, for the edges, and a line where there are some between groups.
+    pieces(summary, style, CELL + 1, |rows, place| {
+        let next = rows.get(place + 1);
+        let edge = next.and_then(|next| rows[place].edge(next));
+        cell(&rows[place]) + edge.map_or(" ", |edge| cell_mark(edge, theme))
+    })
 }
 
 /// The growth by linear theory for each cell, beside the map.
 pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let texts = summary.rows().iter().map(|row| growth_text(row.growth));
+    let texts = summary.rows().iter().map(|row| growth_text(row.theory));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
-    let cell = |row: &RowSummary| format!("{:>widest$} ", growth_text(row.growth));
-    pieces(summary, style, widest + 1, cell)
+    pieces(summary, style, widest + 1, |rows, place| {
+        format!("{:>widest$} ", growth_text(rows[place].theory))
+    })
 }
 
 /// A glyph, followed by tenths if some but not all runs were successful.
@@ -52,7 +62,7 @@ fn pieces(
     summary: &SweepSummary,
     style: &MapStyle,
     cell: usize,
-    text: impl Fn(&RowSummary) -> String,
+    text: impl Fn(&[RowSummary], usize) -> String,
 ) -> Vec<String> {
     let names: Vec<String> = summary.groups().map(|rows| name(summary, rows)).collect();
     let heading = summary.main.heading();
@@ -74,16 +84,38 @@ fn pieces(
             lines.push(String::new());
         }
         lines.extend(axis(&heading, &values[piece.clone()], wide, cell));
-        for (name, rows) in names.iter().zip(summary.groups()) {
-            let cells: String = rows[piece.clone()].iter().map(&text).collect();
+        let groups: Vec<&[RowSummary]> = summary.groups().collect();
+        for (place, (name, rows)) in names.iter().zip(&groups).enumerate() {
+            let cells: String = piece.clone().map(|place| text(rows, place)).collect();
             lines.push(
                 format!("{name:<wide$}{:GAP$}{cells}", "")
                     .trim_end()
                     .to_owned(),
             );
+            let next = groups.get(place + 1).filter(|_| summary.is_plane());
+            let edges = next.map(|next| {
+                edges(
+                    &rows[piece.clone()],
+                    &next[piece.clone()],
+                    cell,
+                    &style.theme,
+                )
+            });
+            let edges = edges.filter(|edges| !edges.trim().is_empty());
+            lines.extend(edges.map(|edges| format!("{:wide$}{:GAP$}{}", "", "", edges.trim_end())));
         }
     }
     lines
+}
+
+/// The edges that theory draws between two groups, each as wide as a cell.
+fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -> String {
+    let pairs = rows.iter().zip(next);
+    let marks = pairs.map(|(row, next)| match row.edge(next) {
+        Some(edge) => edge_mark(edge, theme).repeat(cell - 1) + " ",
+        None => " ".repeat(cell),
+    });
+    marks.collect()
 }
 
 /// The values above their cells, written vertically if they are too long.

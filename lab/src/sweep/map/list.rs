@@ -1,13 +1,19 @@
 //! A line per value, with a bar and figures.
 
-use super::{growth_text, level, paint};
+use super::{edge_mark, growth_text};
 use crate::{
     dashboard::view::theme::Theme,
-    sweep::summary::{RowSummary, SweepSummary},
+    sweep::{
+        summary::{RowSummary, SweepSummary},
+        survival_level::SurvivalLevel,
+    },
 };
 
 /// Width of a bar (columns).
 const BAR: usize = 24;
+
+/// The same beside more figures.
+const SHORT_BAR: usize = 16;
 
 /// The rows of one group.
 pub fn lines(
@@ -21,27 +27,40 @@ pub fn lines(
     let wide = values.max().unwrap_or(0).max(heading.chars().count());
     let most = rows.iter().map(|row| figure(row).len()).max().unwrap_or(0);
     let counts = most.max(good.len());
+    let cost = summary.sweep.system.quadratic_cost().is_some();
+    let bar_width = if theory { SHORT_BAR } else { BAR };
     let mut head = format!(
-        "{heading:>wide$}  {good:>counts$}  {:BAR$}  {:>10}  {:>9}",
+        "{heading:>wide$}  {good:>counts$}  {:bar_width$}  {:>10}  {:>9}",
         "", "latency ms", "lost at s"
     );
+    if cost {
+        head += "    cost";
+    }
     if theory {
         head += "  growth";
     }
     let mut lines = vec![head];
-    for row in rows {
+    for (place, row) in rows.iter().enumerate() {
         let mut line = format!(
             "{:>wide$}  {:>counts$}  {}  {:>10}  {:>9}",
             row.value,
             figure(row),
-            bar(row, theme),
+            SurvivalLevel::bar(row.held, row.runs, bar_width, theme),
             decimals(row.mean_latency_s.map(|s| s * 1e3), 1),
             decimals(row.lost_at_s, 2),
         );
+        if cost {
+            line += &format!("  {:>6}", cost_text(row.cost));
+        }
         if theory {
-            line += &format!("  {:>6}", growth_text(row.growth));
+            line += &format!("  {:>6}", growth_text(row.theory));
         }
         lines.push(line);
+        let next = rows.get(place + 1);
+        if let Some(edge) = next.and_then(|next| row.edge(next)) {
+            let width = wide + 2 + counts + 2 + bar_width;
+            lines.push(edge_mark(edge, theme).repeat(width));
+        }
     }
     lines
 }
@@ -53,22 +72,14 @@ fn figure(row: &RowSummary) -> String {
     }
 }
 
-/// A bar in proportion to the share; empty only for none, and full only for all.
-fn bar(row: &RowSummary, theme: &Theme) -> String {
-    let share = row.share().unwrap_or(0.0);
-    let full = match row.held {
-        0 => 0,
-        all if all == row.runs => BAR,
-        _ => ((share * BAR as f64).round() as usize).clamp(1, BAR - 1),
+/// Three digits that count.
+fn cost_text(cost: Option<f64>) -> String {
+    let places = match cost {
+        Some(cost) if cost < 0.1 => 4,
+        Some(cost) if cost < 1.0 => 3,
+        _ => 2,
     };
-    let level = level(row);
-    let rest = if row.runs == 0 {
-        " "
-    } else {
-        theme.glyph("·", ".")
-    };
-    let text = level.glyph(theme).repeat(full) + &rest.repeat(BAR - full);
-    paint(&text, level, theme)
+    decimals(cost, places)
 }
 
 fn decimals(value: Option<f64>, places: usize) -> String {

@@ -1,0 +1,211 @@
+//! What makes an action old, and the sweep of each.
+
+use std::{error::Error, sync::Arc};
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{
+        Config,
+        sweep::{Sweep, SweepAxis},
+    },
+    system::WorldKind,
+};
+
+/// What makes an action old: a name, knobs that stay, and knobs with the values that
+/// they go through.
+pub struct Cause {
+    /// In words.
+    pub name: &'static str,
+    /// Knobs that stay.
+    pub fixed: &'static [&'static str],
+    /// Knobs, and their values.
+    pub axes: &'static [(&'static str, &'static [&'static str])],
+}
+
+/// All that are measured.
+pub const CAUSES: [Cause; 10] = [
+    Cause {
+        name: "control rate and delay of `/action`",
+        fixed: &[],
+        axes: &[
+            ("rate policy", &["100", "50", "25", "20", "12.5", "10"]),
+            (
+                "link /action",
+                &[
+                    "none",
+                    "delay:20",
+                    "delay:40",
+                    "delay:60",
+                    "delay:80",
+                    "delay:100",
+                    "delay:120",
+                    "delay:150",
+                ],
+            ),
+        ],
+    },
+    Cause {
+        name: "sensor rate",
+        fixed: &[],
+        axes: &[(
+            "rate sensor",
+            &[
+                "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9", "10", "12.5", "25",
+            ],
+        )],
+    },
+    Cause {
+        name: "what the policy takes",
+        fixed: &[],
+        axes: &[(
+            "takes policy",
+            &[
+                "none", "20", "30", "40", "50", "60", "70", "80", "100", "120", "140", "160",
+            ],
+        )],
+    },
+    Cause {
+        name: "offset of the policy, at 8 Hz",
+        fixed: &["rate sensor 8", "rate policy 8"],
+        axes: &[(
+            "offset policy",
+            &[
+                "0", "10", "20", "30", "40", "50", "60", "70", "80", "90", "100", "120",
+            ],
+        )],
+    },
+    Cause {
+        name: "queue, read from its old end",
+        fixed: &["read /obs oldest", "rate policy 49"],
+        axes: &[(
+            "depth /obs",
+            &[
+                "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "12", "14",
+            ],
+        )],
+    },
+    Cause {
+        name: "loss on `/action`, held",
+        fixed: &[],
+        axes: &[(
+            "link /action",
+            &[
+                "loss:0.3",
+                "loss:0.5",
+                "loss:0.6",
+                "loss:0.65",
+                "loss:0.7",
+                "loss:0.75",
+                "loss:0.8",
+                "loss:0.83",
+                "loss:0.86",
+                "loss:0.9",
+                "loss:0.92",
+                "loss:0.94",
+            ],
+        )],
+    },
+    Cause {
+        name: "loss on `/obs`",
+        fixed: &[],
+        axes: &[(
+            "link /obs",
+            &[
+                "loss:0.3",
+                "loss:0.5",
+                "loss:0.6",
+                "loss:0.65",
+                "loss:0.7",
+                "loss:0.75",
+                "loss:0.8",
+                "loss:0.83",
+                "loss:0.86",
+                "loss:0.9",
+                "loss:0.92",
+                "loss:0.94",
+            ],
+        )],
+    },
+    Cause {
+        name: "loss, sent again after 20 ms",
+        fixed: &[],
+        axes: &[(
+            "link /action",
+            &[
+                "loss:0.2,reliable:20",
+                "loss:0.3,reliable:20",
+                "loss:0.4,reliable:20",
+                "loss:0.5,reliable:20",
+                "loss:0.55,reliable:20",
+                "loss:0.6,reliable:20",
+                "loss:0.65,reliable:20",
+                "loss:0.7,reliable:20",
+            ],
+        )],
+    },
+    Cause {
+        name: "random delay, in order",
+        fixed: &[],
+        axes: &[(
+            "link /action",
+            &[
+                "delay:0..40,in-order",
+                "delay:0..80,in-order",
+                "delay:0..100,in-order",
+                "delay:0..120,in-order",
+                "delay:0..140,in-order",
+                "delay:0..160,in-order",
+                "delay:0..200,in-order",
+                "delay:0..250,in-order",
+            ],
+        )],
+    },
+    Cause {
+        name: "random delay, overtaking",
+        fixed: &[],
+        axes: &[(
+            "link /action",
+            &[
+                "delay:0..40",
+                "delay:0..100",
+                "delay:0..200",
+                "delay:0..300",
+                "delay:0..400",
+                "delay:0..600",
+                "delay:0..800",
+                "delay:0..1000",
+            ],
+        )],
+    },
+];
+
+/// Ten seconds in a world that does not wait, the actuator so fast that it adds nothing.
+pub fn base(policy: &str) -> Result<Config, Box<dyn Error>> {
+    let config = CartPole::config(&format!("policy {policy}, rate actuator 500"))?;
+    Ok(Config {
+        world: WorldKind::OWN,
+        ..config
+    })
+}
+
+/// The runs in which `cause` makes actions old, each with so many starts.
+pub fn sweep(
+    system: &Arc<CartPole>,
+    base: &Config,
+    cause: &Cause,
+    seeds: u64,
+) -> Result<Sweep, Box<dyn Error>> {
+    let mut base = base.clone();
+    for knob in cause.fixed {
+        base.setup.extend(CartPole::KNOBS.parse(knob)?);
+    }
+    let axes = cause.axes.iter().map(|(knob, values)| {
+        let values = values.iter().map(|value| (*value).to_owned());
+        SweepAxis::of(CartPole::KNOBS, knob, values)
+    });
+    Ok(Sweep {
+        axes: axes.collect::<Result<_, _>>()?,
+        seeds: (0..seeds).collect(),
+        ..Sweep::of(system.clone(), base)
+    })
+}

@@ -1,0 +1,152 @@
+//! One law, measured: the mean push age decides whether the pole stands, whatever made
+//! it old. Prints the tables of `docs/age.md`, from thousands of runs, in minutes.
+
+mod causes;
+
+use std::{error::Error, ops::ControlFlow, sync::Arc, time::Instant};
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::sweep::{ByAge, CellResult, all_cores},
+    system::System,
+};
+
+use causes::{CAUSES, base, sweep};
+
+const POLICIES: [&str; 4] = [
+    "scripted",
+    "lqr",
+    "policies/prompt.safetensors",
+    "policies/patient.safetensors",
+];
+
+/// Starts of each configuration.
+const SEEDS: u64 = 6;
+
+/// The runs of one policy, by cause.
+struct Measured {
+    policy: &'static str,
+    grows_s: Option<f64>,
+    causes: Vec<Vec<CellResult>>,
+}
+
+impl Measured {
+    fn of(system: &Arc<CartPole>, policy: &'static str) -> Result<Self, Box<dyn Error>> {
+        let base = base(policy)?;
+        let grows = system.age_limits(&base.setup).grows;
+        let causes = CAUSES.iter().map(|cause| {
+            let sweep = sweep(system, &base, cause, SEEDS)?;
+            let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
+            Ok::<_, Box<dyn Error>>(swept.finished().map(|(_, result)| result.clone()).collect())
+        });
+        Ok(Self {
+            policy,
+            grows_s: grows.map(|age| age.as_secs_f64()),
+            causes: causes.collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn all(&self) -> ByAge {
+        ByAge::of(self.causes.iter().flatten())
+    }
+
+    /// The same by the mean age of the whole run.
+    fn by_run(&self) -> ByAge {
+        let runs = self.causes.iter().flatten();
+        let ages = runs.filter_map(|run| Some((run.push_age?.run_s, !run.verdict.is_lost())));
+        ages.collect()
+    }
+
+    fn name(&self) -> &str {
+        let file = self.policy.rsplit('/').next().unwrap_or(self.policy);
+        file.split('.').next().unwrap_or(file)
+    }
+}
+
+fn ms(seconds: Option<f64>) -> String {
+    seconds.map_or("-".to_owned(), |seconds| format!("{:.0}", seconds * 1e3))
+}
+
+/// How far from the limit a run has to be to be judged for sure (s).
+const NEAR_S: f64 = 0.01;
+
+/// How many runs of an age between two were held, of how many.
+fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
+    let (mut runs, mut held) = (0, 0);
+    let ages = by_age
+        .runs()
+        .filter(|(age, _)| (from_s..to_s).contains(age));
+    for (_, was_held) in ages {
+        runs += 1;
+        held += usize::from(was_held);
+    }
+    format!("{held} of {runs}")
+}
+
+/// The two limits of each policy (ms), and how well the second parts all runs.
+fn limits(measured: &[Measured]) {
+    println!(
+        "| policy | deviations grow from | it falls from | stand, more than 10 ms below | within \
+         10 ms | more than 10 ms above | on the wrong side | by the mean of the whole run |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for policy in measured {
+        let (late, whole) = (policy.all(), policy.by_run());
+        let Some(falls) = late.split() else {
+            continue;
+        };
+        let [below, above] = [falls.at_s - NEAR_S, falls.at_s + NEAR_S];
+        println!(
+            "| {} | {} | {} | {} | {} | {} | {} of {} | {} |",
+            policy.name(),
+            ms(policy.grows_s),
+            ms(Some(falls.at_s)),
+            held(&late, 0.0, below),
+            held(&late, below, above),
+            held(&late, above, f64::INFINITY),
+            falls.misjudged,
+            late.len(),
+            whole.split().map_or(0, |split| split.misjudged),
+        );
+    }
+}
+
+/// For each cause the limit that it has of its own (ms), and how many of its runs are
+/// on the wrong side of the limit for all causes.
+fn causes(measured: &[Measured]) {
+    let names: Vec<_> = measured.iter().map(Measured::name).collect();
+    println!("| what makes it old | {} |", names.join(" | "));
+    println!("|---|{}", "---|".repeat(names.len()));
+    for (place, cause) in CAUSES.iter().enumerate() {
+        let cells = measured.iter().map(|policy| {
+            let by_age = ByAge::of(&policy.causes[place]);
+            let own = ms(by_age.split().map(|split| split.at_s));
+            let limit = policy.all().split();
+            let wrong = limit.map_or(0, |limit| by_age.misjudged_at(limit.at_s));
+            format!("{own} ({wrong} of {})", by_age.len())
+        });
+        println!(
+            "| {} | {} |",
+            cause.name,
+            cells.collect::<Vec<_>>().join(" | ")
+        );
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (system, began) = (Arc::new(CartPole::default()), Instant::now());
+    let measured: Vec<Measured> = POLICIES
+        .iter()
+        .map(|policy| Measured::of(&system, policy))
+        .collect::<Result<_, _>>()?;
+    limits(&measured);
+    println!();
+    causes(&measured);
+    let runs: usize = measured.iter().map(|policy| policy.all().len()).sum();
+    let seconds = began.elapsed().as_secs_f64();
+    eprintln!(
+        "{runs} runs in {seconds:.0} s: {:.0} runs/s",
+        runs as f64 / seconds
+    );
+    Ok(())
+}

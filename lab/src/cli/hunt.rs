@@ -1,0 +1,58 @@
+//! What can be asked of a hunt.
+
+use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
+
+use clap::Args;
+
+use super::{GraphArgs, heading, sweep::threads, values};
+
+/// Heading of what may go wrong.
+const BUDGET: &str = "What may go wrong, at the most";
+
+/// What can be asked of a hunt: a run that goes well, and what may go wrong in it.
+#[derive(Debug, Args)]
+#[command(next_help_heading = BUDGET)]
+pub struct HuntArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// So many messages of the topic are lost.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        hide_default_value = true,
+        allow_hyphen_values = true
+    )]
+    pub lose: usize,
+
+    /// Messages of the topic are delivered later than they would be, by so many
+    /// milliseconds all together, in parts of 10 ms.
+    #[arg(long, alias = "delay_ms", value_name = "MS", value_parser = values::milliseconds, allow_hyphen_values = true)]
+    pub delay_ms: Option<Duration>,
+
+    /// The topic [default: the one that the last node reads]
+    #[arg(long, value_name = "TOPIC")]
+    pub topic: Option<String>,
+
+    /// One tick of a node takes up to so many milliseconds, in parts of 10 ms.
+    #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
+    pub hang: Option<(String, Duration)>,
+
+    /// Threads to run on, which change nothing but the time it takes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
+    pub threads: Option<NonZeroUsize>,
+
+    /// Write the faults to this file, for --knobs.
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    pub save: Option<PathBuf>,
+
+    /// Record the lost run to this file, which must be new.
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    pub record: Option<PathBuf>,
+
+    /// Print the result as JSON and nothing else.
+    #[arg(long, help_heading = heading::OUTPUT)]
+    pub json: bool,
+}

@@ -1,0 +1,139 @@
+//! `ratelab hunt`: the least that has to go wrong for a run to be lost.
+
+use std::{fs, path::Path, sync::atomic::Ordering};
+
+use ratelab::{
+    experiment::{
+        Config, Experiment,
+        hunt::{Budget, Found, Hunt, Hunted},
+    },
+    runtime::{ClockKind, Speed, Time},
+};
+use serde_json::json;
+
+use crate::{
+    cli::{ClockArg, HuntArgs},
+    error::Error,
+    hunt,
+    names::good,
+    options::{self, Defaults},
+    output::{print_line, print_recorded, record_error, write_error},
+    program::Program,
+    recording::{Recorder, Source, StopReason},
+    report::line,
+    signals,
+};
+
+/// What an ordinary run is.
+const DEFAULTS: Defaults = Defaults {
+    clock: ClockKind::Virtual,
+    end: Time::from_nanos(10_000_000_000),
+    speed: Speed::Unlimited,
+};
+
+/// Hunts, prints and writes what was found. Ctrl-C keeps the best so far.
+pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
+    if args.graph.clock == Some(ClockArg::Real) {
+        let why = "a hunt runs on the virtual clock: leave --clock real out";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let like = options::like(program, &args.graph)?;
+    let config = options::graph(program, &args.graph, &DEFAULTS, like.as_ref())?;
+    let budget = budget(program, args, &config)?;
+    for (option, path) in [("--save", &args.save), ("--record", &args.record)] {
+        refuse_existing(option, path.as_deref())?;
+    }
+    let mut hunt = Hunt::new(program.system.clone(), config);
+    hunt.threads = args.threads.unwrap_or(hunt.threads);
+    let asked = signals::stop_flag();
+    let hunted = hunt.run(&budget, &|| asked.load(Ordering::Relaxed))?;
+    if !args.json {
+        print_line(&line("hunt", &hunt::budget(&budget)))?;
+    }
+    match hunted {
+        Hunted::Held { runs, stopped } => print_held(program, args, runs, stopped),
+        Hunted::Lost(found) => {
+            let config = hunt.with(&found.knobs);
+            if args.json {
+                print_line(&format!("{:#}", hunt::json(&*program.system, &found)))?;
+            } else {
+                print_line(&hunt::lines(&*program.system, &found).join("\n"))?;
+            }
+            write(program, args, &found, &config)
+        }
+    }
+}
+
+fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget, Error> {
+    let topic = match &args.topic {
+        Some(topic) => topic.clone(),
+        None => last_read(program, config)?,
+    };
+    Ok(Budget {
+        topic,
+        lose: args.lose,
+        delay: args.delay_ms.unwrap_or_default(),
+        hang: args.hang.clone(),
+    })
+}
+
+/// The last topic that a node reads, in the order in which nodes were added.
+fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
+    let experiment = Experiment::new(program.system.clone(), config)?;
+    let topics = experiment.observer().snapshot().topics;
+    let mut read = topics
+        .iter()
+        .rev()
+        .filter(|topic| !topic.subscriptions.is_empty());
+    Ok(read
+        .next()
+        .map_or_else(String::new, |topic| topic.name.to_string()))
+}
+
+/// A hunt is long: it is not to be in vain, and to overwrite nothing.
+fn refuse_existing(option: &str, path: Option<&Path>) -> Result<(), Error> {
+    match path {
+        Some(path) if path.exists() => Err(Error::BadInput(format!(
+            "{option} {}: there is such a file: choose another name",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {
+    let good = good(&*program.system);
+    if args.json {
+        return print_line(&format!(
+            "{:#}",
+            json!({ "found": false, "lists_tried": runs, "stopped": stopped })
+        ));
+    }
+    let why = if stopped {
+        ", until it was stopped"
+    } else {
+        ""
+    };
+    let text = format!(
+        "none of {runs} lists of faults is enough{why}: the run {good} with each; allow more"
+    );
+    print_line(&line("found", &text))
+}
+
+/// Writes the files that were asked for.
+fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> Result<(), Error> {
+    if let Some(path) = &args.save {
+        let text = hunt::file(&*program.system, found, &config.knobs);
+        fs::write(path, text).map_err(|why| write_error(path, why))?;
+    }
+    let Some(path) = &args.record else {
+        return Ok(());
+    };
+    let experiment = Experiment::new(program.system.clone(), config)?;
+    let recorder = Recorder::from_the_start(path, &Source::of(&experiment));
+    let recorder = recorder.map_err(|why| record_error(path, &why))?;
+    let outcome = experiment.run();
+    recorder.end(StopReason::of(&outcome));
+    print_recorded(args.json, &recorder.finish()?)?;
+    outcome.map(drop).map_err(Error::from)
+}

@@ -1,0 +1,152 @@
+//! A run on the real clock as a model of its machine: what its nodes took and how late
+//! they were, drawn again in virtual time.
+
+mod table;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use ratelab::{
+    experiment::{Config, Experiment, Summary},
+    runtime::{ClockKind, Command, Draw, Knob, KnobKind, Time, TimedKnob, telemetry::Event},
+    system::System,
+};
+
+use crate::{
+    error::Error,
+    program::Program,
+    recording::{Recording, Replay, durations, schema::RunStatus},
+};
+
+pub use table::{json, text};
+
+/// What is measured of each node.
+const MEASURED: [KnobKind; 2] = [KnobKind::Takes, KnobKind::Wakes];
+
+/// A recorded run on the real clock.
+pub struct Like {
+    /// The recording.
+    pub file: PathBuf,
+    /// The same run in virtual time, by what was measured.
+    pub config: Config,
+    /// What was recorded.
+    pub recorded: Summary,
+}
+
+/// Reads the recording at `file`.
+///
+/// # Errors
+/// [`Error::BadInput`] if it is not a whole one of the program's system on the real
+/// clock.
+pub fn read(program: &Program, file: &Path) -> Result<Like, Error> {
+    let refused = |why: String| Error::BadInput(format!("--like {}: {why}", file.display()));
+    let recording = Recording::read(file)?;
+    check(program, &recording).map_err(refused)?;
+    let config = config(&program.system, &recording).map_err(refused)?;
+    let mut replay = Replay::new(Arc::new(recording), &program.system);
+    replay.advance_to(Time::MAX);
+    Ok(Like {
+        file: file.to_owned(),
+        config,
+        recorded: replay.summary(),
+    })
+}
+
+fn check(program: &Program, recording: &Recording) -> Result<(), String> {
+    let system = &*program.system;
+    if !recording.is_of(system) {
+        let (of, expected) = (&recording.origin.system, system.name());
+        return Err(format!(
+            "this is a recording of the system {of}: expected one of {expected}"
+        ));
+    }
+    if let Some(defect) = recording.defect() {
+        return Err(format!("{defect}; expected a whole recording"));
+    }
+    let handed_over = |event: &Event| matches!(event.applied(), Some(Command::HandOver(_)));
+    let origin = &recording.origin.config;
+    if origin.clock != ClockKind::Real || recording.events.iter().any(handed_over) {
+        return Err(
+            "this run was on the virtual clock, which measures no machine: record one on the \
+             real clock, from its beginning to its end"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// The recorded run in virtual time.
+fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, String> {
+    let given = &recording.origin.config;
+    let mut config = Config {
+        clock: ClockKind::Virtual,
+        end: end(system, recording),
+        knobs: recording.events.iter().filter_map(Event::knob).collect(),
+        ..given.clone()
+    };
+    let nodes = recording.origin.topology.nodes.iter();
+    for node in nodes.map(|node| node.name.as_str()) {
+        for kind in MEASURED {
+            if kind == KnobKind::Takes && is_costed_on_the_way(&config.knobs, node) {
+                continue;
+            }
+            let knob = measured(recording, kind, node)?;
+            let knob = knob.filter(|knob| is_taken(system, &config, knob));
+            config.setup.extend(knob);
+        }
+    }
+    Ok(config)
+}
+
+/// When the run was to end: as it was asked for, or where it was stopped.
+fn end(system: &Arc<dyn System>, recording: &Recording) -> Time {
+    let given = recording.origin.config.end;
+    match recording.outcome.as_ref().map(|outcome| &outcome.end) {
+        Some(RunStatus::Ended(end)) => {
+            let lost = end.verdict.verdict(&**system).is_lost();
+            if lost && given != Time::MAX {
+                given
+            } else {
+                end.sim_time
+            }
+        }
+        _ => recording.until,
+    }
+}
+
+/// Whether ticks of `node` were asked to take another time on the way: what was
+/// measured is then of several costs, and what was asked for holds.
+fn is_costed_on_the_way(knobs: &[TimedKnob], node: &str) -> bool {
+    let mut knobs = knobs.iter().map(|timed| &timed.knob);
+    let kinds = [KnobKind::Takes, KnobKind::Hang];
+    knobs.any(|knob| kinds.contains(&knob.kind()) && knob.target() == node)
+}
+
+/// The knob of this `kind` by which `node` does as it was measured to do; `None` if
+/// nothing was measured.
+fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<Knob>, String> {
+    let durations = durations(recording, kind, node);
+    if durations.is_empty() {
+        return Ok(None);
+    }
+    let spec = format!("recorded:{}", recording.path.display());
+    let mut knob = kind.set(node, &spec).map_err(|error| error.to_string())?;
+    if let Some(draw) = knob.draw_mut()
+        && let Some(recorded) = draw.missing()
+    {
+        *draw = Draw::from(recorded.with_durations(durations)?);
+    }
+    Ok(Some(knob))
+}
+
+/// Whether the graph takes `knob`: a world that moves by itself does not.
+fn is_taken(system: &Arc<dyn System>, config: &Config, knob: &Knob) -> bool {
+    let config = Config {
+        setup: config.setup.clone().with(knob.clone()),
+        knobs: Vec::new(),
+        ..config.clone()
+    };
+    Experiment::new(system.clone(), &config).is_ok()
+}

@@ -1,0 +1,113 @@
+//! The recorded run beside its model: how far one is from the other.
+
+use ratelab::{experiment::Summary, runtime::telemetry::Distribution, system::System};
+use serde_json::{Map, Value, json};
+
+use super::Like;
+use crate::{
+    metrics::{object, rounded},
+    report::{line, ms},
+};
+
+/// Quantiles that are compared.
+const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)];
+
+/// One figure of both runs.
+struct Row {
+    name: String,
+    cells: [String; 2],
+}
+
+/// The table: a line for each figure.
+pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
+    let rows = rows(system, [&like.recorded, model]);
+    let head = Row {
+        name: String::new(),
+        cells: ["recorded", "virtual"].map(str::to_owned),
+    };
+    let rows: Vec<&Row> = std::iter::once(&head).chain(&rows).collect();
+    let width = |text: fn(&Row) -> usize| rows.iter().map(|row| text(row)).max().unwrap_or(0);
+    let widths = [
+        width(|row| row.name.chars().count()),
+        width(|row| row.cells[0].chars().count()),
+        width(|row| row.cells[1].chars().count()),
+    ];
+    let lines = rows.iter().enumerate().map(|(place, row)| {
+        let (title, [real, model]) = (if place == 0 { "like" } else { "" }, &row.cells);
+        let [name, first, second] = widths;
+        line(
+            title,
+            &format!("{:<name$}  {real:>first$}  {model:>second$}", row.name),
+        )
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
+    let row = |name: String, cell: &dyn Fn(&Summary) -> String| Row {
+        name,
+        cells: runs.map(cell),
+    };
+    let mut rows = vec![row("verdict".to_owned(), &|run| {
+        format!("{} {}", run.verdict.name(), run.sim_time)
+    })];
+    if let Some((_, meter)) = system.latency() {
+        for (name, quantile) in QUANTILES {
+            rows.push(row(format!("{meter} {name}"), &|run| {
+                ms(run.latency.quantile(quantile))
+            }));
+        }
+        rows.push(row(format!("{meter} max"), &|run| ms(run.latency.max())));
+    }
+    if runs.iter().any(|run| run.push_age().is_some()) {
+        rows.push(row("push age mean".to_owned(), &|run| {
+            run.push_age()
+                .map_or("-".to_owned(), |age| format!("{:.1} ms", age.run_s * 1e3))
+        }));
+    }
+    let nodes = runs[1].nodes.iter().map(|node| &node.name);
+    rows.extend(nodes.map(|name| {
+        row(format!("overruns {name}"), &|run| {
+            run.node(name).map_or("-".to_owned(), |node| {
+                format!("{} of {}", node.overruns, node.ticks + node.overruns)
+            })
+        })
+    }));
+    rows
+}
+
+/// The same for programs.
+pub fn json(like: &Like, model: &Summary) -> Value {
+    json!({
+        "file": like.file.display().to_string(),
+        "recorded": figures(&like.recorded),
+        "virtual": figures(model),
+    })
+}
+
+fn figures(run: &Summary) -> Map<String, Value> {
+    let overruns = run.nodes.iter();
+    let overruns = overruns.map(|node| (node.name.clone(), json!(node.overruns)));
+    object(json!({
+        "cause_of_end": run.verdict.name(),
+        "latency": latency(&run.latency),
+        "mean_push_age_ms": run.push_age().map(|age| rounded(age.run_s * 1e3)),
+        "overruns": overruns.collect::<Map<_, _>>(),
+        "sim_time_s": rounded(run.sim_time.as_secs_f64()),
+    }))
+}
+
+fn latency(latency: &Distribution) -> Map<String, Value> {
+    let ms = |quantile| {
+        latency
+            .quantile(quantile)
+            .map(|d| rounded(d.as_secs_f64() * 1e3))
+    };
+    let quantiles = QUANTILES.map(|(name, quantile)| (format!("{name}_ms"), json!(ms(quantile))));
+    let max = latency.max().map(|d| rounded(d.as_secs_f64() * 1e3));
+    let ends = [
+        ("count".to_owned(), json!(latency.count())),
+        ("max_ms".to_owned(), json!(max)),
+    ];
+    quantiles.into_iter().chain(ends).collect()
+}

@@ -1,0 +1,229 @@
+//! What linear theory says of a run, by its setup.
+
+use std::time::Duration;
+
+use thiserror::Error;
+
+use super::{
+    control_loop::Loop,
+    covariance::{Loss, Lost},
+    gains::{NoTheory, gains},
+    monodromy::StabilityError,
+    timing::{Cadence, Timing},
+    world::World,
+};
+use crate::{
+    cartpole::{ACTION, ACTUATOR, OBS, OnStale, POLICY, PlantError, SENSOR, actuator_hz},
+    policy::{PolicyKind, PolicySpec},
+    runtime::{Draw, Knob, Link, ReadOrder},
+    system::{Setup, WorldKind},
+};
+
+/// What theory says of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// Small deviations grow at this rate (1/s), or shrink if it is negative: exactly,
+    /// where nothing is left to chance.
+    Growth(f64),
+    /// The root of their mean square does, where messages of `/action` are lost at
+    /// random: exactly.
+    MeanSquare(f64),
+    /// Delays change at random, within bounds. Deviations shrink whatever their pattern,
+    /// if this is true; and if it is not they may shrink all the same.
+    Any(bool),
+}
+
+/// Theory says nothing of a run.
+#[derive(Clone, Debug, Error)]
+pub enum NotExpected {
+    /// Its policy is no linear feedback.
+    #[error(transparent)]
+    Policy(#[from] NoTheory),
+    /// One of its knobs is not part of the theory.
+    #[error("{0} is no part of the theory")]
+    Knob(String),
+    /// It is too much for the theory.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+}
+
+impl From<PlantError> for NotExpected {
+    fn from(error: PlantError) -> Self {
+        Self::Stability(error.into())
+    }
+}
+
+/// What linear theory says of a run of the cart-pole with `setup` in `world`.
+///
+/// # Errors
+/// [`NotExpected`] if it says nothing, with the reason.
+pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected> {
+    let mut read = Reading::new(world);
+    for knob in setup.iter() {
+        if read.take(knob).is_none() {
+            return Err(NotExpected::Knob(knob.to_string()));
+        }
+    }
+    read.expected()
+}
+
+/// A loop as it is read from a setup.
+struct Reading {
+    policy: PolicySpec,
+    world: World,
+    timing: Timing,
+    /// By how much readings, decisions and actions may take longer.
+    spread: [Duration; 3],
+    loss: f64,
+    stale: OnStale,
+}
+
+/// The least that a draw may come to, and by how much it may be more, if it is bounded.
+fn bounds(draw: &Draw) -> Option<(Duration, Duration)> {
+    match draw {
+        Draw::Constant(duration) => Some((*duration, Duration::ZERO)),
+        Draw::Uniform(from, to) => Some((*from, *to - *from)),
+        Draw::Lognormal { .. } | Draw::Recorded(_) => None,
+    }
+}
+
+impl Reading {
+    fn new(world: WorldKind) -> Self {
+        let usual = Cadence::new(actuator_hz());
+        Self {
+            policy: PolicySpec::BuiltIn(PolicyKind::Scripted),
+            world: match world {
+                WorldKind::Course => World::Course,
+                WorldKind::Own { step_ms } => World::Own(Duration::from_millis(step_ms.get())),
+            },
+            timing: Timing {
+                actuator: Some(usual),
+                ..Timing::direct(usual.hz)
+            },
+            spread: [Duration::ZERO; 3],
+            loss: 0.0,
+            stale: OnStale::Hold,
+        }
+    }
+
+    fn cadence(&mut self, node: &str) -> Option<&mut Cadence> {
+        match node {
+            SENSOR => Some(&mut self.timing.sensor),
+            POLICY => Some(&mut self.timing.policy),
+            ACTUATOR => self.timing.actuator.as_mut(),
+            _ => None,
+        }
+    }
+
+    /// Takes a knob into account; `None` if the theory does not know it.
+    fn take(&mut self, knob: &Knob) -> Option<()> {
+        match knob {
+            Knob::Rate { node, hz } => self.cadence(node)?.hz = *hz,
+            Knob::Offset { node, offset } => self.cadence(node)?.offset = *offset,
+            Knob::Send { node, text } if node == POLICY => self.policy = text.parse().ok()?,
+            Knob::Send { node, text } if node == ACTUATOR => self.stale = text.parse().ok()?,
+            Knob::Takes { node, spec } if node == POLICY => {
+                (self.timing.policy_takes, self.spread[1]) = bounds(&spec.draw)?;
+            }
+            Knob::Takes { spec, .. } if !spec.draw.is_none() => return None,
+            Knob::Wakes { spec, .. } if !spec.is_none() => return None,
+            Knob::Link { topic, spec } => self.link(topic, spec)?,
+            Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
+            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
+                return None;
+            }
+            // One message or tick makes no difference in the long run, and the newest is
+            // read from a queue of any depth.
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn link(&mut self, topic: &str, link: &Link) -> Option<()> {
+        let delay = bounds(&link.delay)?;
+        let lossless = link.loss == 0.0 && link.burst.is_none();
+        match topic {
+            ACTION if lossless || (link.burst.is_none() && link.reliable.is_none()) => {
+                (self.timing.action_delay, self.spread[2]) = delay;
+                self.loss = link.loss;
+            }
+            OBS if lossless => (self.timing.obs_delay, self.spread[0]) = delay,
+            _ => return None,
+        }
+        Some(())
+    }
+
+    fn expected(&self) -> Result<Expected, NotExpected> {
+        let gains = gains(&self.policy, self.timing.policy.hz)?;
+        let control = Loop::cart_pole(gains, self.world, self.timing)?;
+        let changes = self.spread.iter().any(|spread| !spread.is_zero());
+        match (changes, self.lost()?) {
+            (false, None) => Ok(Expected::Growth(control.stability()?.growth())),
+            (false, Some(loss)) => {
+                let growth = control.mean_square_growth(loss)? / 2.0;
+                Ok(Expected::MeanSquare(growth))
+            }
+            (true, None) => {
+                let margin = control.jitter_margin()?;
+                let oldest = self.oldest();
+                Ok(Expected::Any(
+                    margin.is_some_and(|margin| oldest <= margin.oldest),
+                ))
+            }
+            (true, Some(_)) => Err(NotExpected::Knob("loss beside random delays".to_owned())),
+        }
+    }
+
+    /// Random loss, and what follows it.
+    fn lost(&self) -> Result<Option<Loss>, NotExpected> {
+        let lost = match self.stale {
+            OnStale::Hold => Lost::Hold,
+            OnStale::Zero(limit) if self.applies_once(limit) => Lost::Zero,
+            OnStale::Zero(_) => {
+                let knob = format!("send {ACTUATOR} {}", self.stale);
+                return Err(NotExpected::Knob(knob));
+            }
+        };
+        let probability = self.loss;
+        Ok((probability > 0.0).then_some(Loss { probability, lost }))
+    }
+
+    /// Whether an action is applied at once or never, and once, if none is that is older
+    /// than `limit`.
+    fn applies_once(&self, limit: Duration) -> bool {
+        let (timing, period) = (&self.timing, self.timing.policy.hz.period());
+        let slow = timing
+            .actuator
+            .is_some_and(|actuator| actuator.hz.period() >= period);
+        slow && limit < period && timing.constant().is_zero()
+    }
+
+    /// How old an action in force may be at the most: what it takes and waits for until
+    /// it is applied, and how long it is held; and a step of the world, which is not
+    /// continuous.
+    fn oldest(&self) -> Duration {
+        let timing = &self.timing;
+        let spread: Duration = self.spread.iter().sum();
+        let longest = timing.policy_takes + self.spread[1];
+        let period = timing.policy.hz.period();
+        let held = match longest <= period {
+            true => period,
+            false => longest + period, // It skips what is due meanwhile.
+        };
+        let at_once =
+            timing.sensor == timing.policy && timing.obs_delay + self.spread[0] == Duration::ZERO;
+        let for_policy = if at_once {
+            Duration::ZERO
+        } else {
+            timing.sensor.hz.period()
+        };
+        let for_actuator = timing
+            .actuator
+            .map_or(Duration::ZERO, |actuator| actuator.hz.period());
+        let step = match self.world {
+            World::Own(step) => step,
+            World::Course | World::Continuous => Duration::ZERO, // A tick of the actuator.
+        };
+        timing.constant() + spread + for_policy + for_actuator + held + step
+    }
+}

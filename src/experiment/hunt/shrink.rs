@@ -1,0 +1,124 @@
+//! From a list of faults that is enough to one of which no part can be left out.
+
+use super::{Proof, fault::Part};
+
+/// The most smaller lists that are all run.
+pub const MOST_SMALLER: usize = 4_096;
+
+/// Shrinks `list`, which is enough, with the help of `first`: the first of some lists
+/// that is enough. Each step is in `list` before the next begins.
+pub(super) fn shrink<E>(
+    list: &mut Vec<Part>,
+    mut first: impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
+) -> Result<Proof, E> {
+    delta_debug(list, &mut first)?;
+    let Some(smaller) = all_smaller(list) else {
+        return Ok(Proof::EachPart(list.len()));
+    };
+    // In the order of their size: those smaller than the first have been run.
+    if let Some(index) = first(&smaller)? {
+        list.clone_from(&smaller[index]);
+    }
+    Ok(Proof::EverySmaller(
+        all_smaller(list).map_or(0, |smaller| smaller.len()),
+    ))
+}
+
+/// Leaves out ever smaller pieces, until no single part can be.
+fn delta_debug<E>(
+    list: &mut Vec<Part>,
+    first: &mut impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
+) -> Result<(), E> {
+    let mut pieces = 2;
+    while list.len() > 1 {
+        let cuts: Vec<usize> = (0..=pieces).map(|cut| cut * list.len() / pieces).collect();
+        let alone = cuts.windows(2).map(|cut| list[cut[0]..cut[1]].to_vec());
+        let without = cuts
+            .windows(2)
+            .map(|cut| [&list[..cut[0]], &list[cut[1]..]].concat());
+        let lists: Vec<Vec<Part>> = match pieces {
+            2 => alone.collect(), // Each is what the other leaves.
+            _ => alone.chain(without).collect(),
+        };
+        match first(&lists)? {
+            Some(index) => {
+                list.clone_from(&lists[index]);
+                pieces = if index < pieces { 2 } else { pieces - 1 };
+            }
+            None if pieces >= list.len() => return Ok(()),
+            None => pieces *= 2,
+        }
+        pieces = pieces.min(list.len()).max(2);
+    }
+    Ok(())
+}
+
+/// All lists that are a part of `list` and neither empty nor all of it, by size; `None`
+/// if they are too many.
+fn all_smaller(list: &[Part]) -> Option<Vec<Vec<Part>>> {
+    let mut sorted = list.to_vec();
+    sorted.sort_unstable();
+    let mut lists = vec![Vec::new()];
+    for same in sorted.chunk_by(|one, next| one == next) {
+        if lists.len() * (same.len() + 1) > MOST_SMALLER {
+            return None;
+        }
+        let longer = lists.iter().flat_map(|list| {
+            (0..=same.len()).map(move |count| [list.as_slice(), &same[..count]].concat())
+        });
+        lists = longer.collect();
+    }
+    lists.retain(|smaller: &Vec<Part>| !smaller.is_empty() && smaller.len() < list.len());
+    lists.sort_by_key(Vec::len);
+    Some(lists)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    /// Shrinks the loss of the first `count` messages where a list is enough as `enough`
+    /// says of the numbers in it.
+    fn shrunk(count: u64, enough: impl Fn(&[u64]) -> bool) -> (Vec<Part>, Proof) {
+        let mut list: Vec<Part> = (0..count).map(Part::Lost).collect();
+        let proof = shrink(&mut list, |lists| {
+            let is_enough = |list: &Vec<Part>| {
+                let numbers = list.iter().map(|part| match part {
+                    Part::Lost(number) => *number,
+                    _ => unreachable!("only losses"),
+                });
+                enough(&numbers.collect::<Vec<_>>())
+            };
+            Ok::<_, Infallible>(lists.iter().position(is_enough))
+        });
+        (list, proof.unwrap_or(Proof::Stopped))
+    }
+
+    #[test]
+    fn what_is_left_is_what_it_takes() {
+        let (list, proof) = shrunk(100, |lost| [3, 40, 41].iter().all(|n| lost.contains(n)));
+        assert_eq!(list, [3, 40, 41].map(Part::Lost));
+        assert_eq!(proof, Proof::EverySmaller(6));
+        let (list, proof) = shrunk(30, |lost| lost.len() >= 20);
+        assert_eq!((list.len(), proof), (20, Proof::EachPart(20)));
+    }
+
+    #[test]
+    fn a_smaller_list_is_found_where_more_would_not_be_enough() {
+        // Any two but for the last pair that one-by-one shrinking would come to.
+        let (list, proof) = shrunk(8, |lost| lost.len() >= 6 || lost == [3, 6]);
+        assert_eq!(list, [3, 6].map(Part::Lost));
+        assert_eq!(proof, Proof::EverySmaller(2));
+    }
+
+    #[test]
+    fn parts_of_one_delay_count_once() {
+        let hang = Part::Hang(crate::runtime::Time::ZERO);
+        let list = [hang, hang, hang, Part::Late(1)];
+        let smaller = all_smaller(&list).expect("few");
+        assert_eq!(smaller.len(), 4 * 2 - 2);
+        assert!(smaller.is_sorted_by_key(Vec::len));
+    }
+}

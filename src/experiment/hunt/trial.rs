@@ -1,0 +1,102 @@
+//! Runs with faults, many at a time, and always with the same outcome.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use super::{
+    Hunt, HuntError,
+    fault::{Part, Targets},
+};
+use crate::experiment::{Experiment, Summary};
+
+/// Why a search does not go on.
+pub(super) enum Halt {
+    /// It was asked to stop.
+    Stopped,
+    /// A run failed.
+    Failed(HuntError),
+}
+
+impl From<HuntError> for Halt {
+    fn from(error: HuntError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// Runs with faults.
+pub(super) struct Trials<'h> {
+    hunt: &'h Hunt,
+    targets: &'h Targets,
+    stop: &'h (dyn Fn() -> bool + Sync),
+    runs: usize,
+}
+
+impl<'h> Trials<'h> {
+    /// Those of `hunt`, until `stop` says so.
+    pub fn new(hunt: &'h Hunt, targets: &'h Targets, stop: &'h (dyn Fn() -> bool + Sync)) -> Self {
+        Self {
+            hunt,
+            targets,
+            stop,
+            runs: 0,
+        }
+    }
+
+    /// How many lists were tried. Those that were begun beside a list that is enough do
+    /// not count: how many they are depends on the threads.
+    pub fn runs(&self) -> usize {
+        self.runs
+    }
+
+    /// The run with the faults of `list`.
+    pub fn summary(&self, list: &[Part]) -> Result<Summary, HuntError> {
+        let config = self.hunt.with(&self.targets.knobs(list));
+        let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
+        Ok(experiment.run()?)
+    }
+
+    /// The first of `lists` that is enough to lose the run.
+    pub fn first_lost(&mut self, lists: &[Vec<Part>]) -> Result<Option<usize>, Halt> {
+        let (next, first) = (AtomicUsize::new(0), AtomicUsize::new(lists.len()));
+        let (stopped, failed) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+        let failures = || failed.lock().unwrap_or_else(PoisonError::into_inner);
+        let work = || loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            // All before the first that is enough are run to their end.
+            if index >= first.load(Ordering::Relaxed) {
+                return;
+            }
+            if (self.stop)() {
+                return stopped.store(true, Ordering::Relaxed);
+            }
+            match self.summary(&lists[index]).map(|run| run.verdict.is_lost()) {
+                Ok(false) => continue,
+                Ok(true) => {}
+                Err(error) => failures().push((index, error)),
+            }
+            first.fetch_min(index, Ordering::Relaxed);
+        };
+        thread::scope(|scope| {
+            for _ in 1..self.hunt.threads.get().min(lists.len()) {
+                scope.spawn(work);
+            }
+            work();
+        });
+        let first = first.into_inner();
+        if stopped.into_inner() {
+            return Err(Halt::Stopped);
+        }
+        let mut failed = failures();
+        if let Some(place) = failed.iter().position(|(index, _)| *index == first) {
+            return Err(Halt::Failed(failed.swap_remove(place).1));
+        }
+        drop(failed);
+        self.runs += lists.len().min(first + 1);
+        Ok((first < lists.len()).then_some(first))
+    }
+}

@@ -1,0 +1,243 @@
+//! Where faults are looked for: next to each other, and then at random.
+
+use std::time::Duration;
+
+use super::{
+    Budget, HuntError,
+    fault::{Part, parts},
+    trial::{Halt, Trials},
+};
+use crate::{
+    experiment::Summary,
+    runtime::{Chance, Time},
+};
+
+/// Lists that are drawn where no window is enough.
+pub const RANDOM_LISTS: usize = 1_000;
+
+/// The most beginnings of windows, spread evenly over the run.
+const MOST_STARTS: u64 = 1_000;
+
+/// A random list has this many times as much room as a window.
+const ROOM: usize = 4;
+
+/// The windows of a budget in a run.
+pub(super) struct Windows {
+    topic: String,
+    lose: usize,
+    late: usize,
+    hang: usize,
+    /// Messages of the topic.
+    messages: u64,
+    /// Run time of the whole.
+    end: Time,
+    /// The period of the node that may hang.
+    period: Duration,
+}
+
+/// Windows of one kind: lists by size and beginning.
+struct Kind<'w> {
+    /// The largest size.
+    most: usize,
+    /// Numbers of what they may begin with.
+    starts: u64,
+    /// The list of a size that begins there.
+    list: Box<dyn Fn(usize, u64) -> Vec<Part> + 'w>,
+}
+
+impl Windows {
+    /// Those of `budget` in the run without faults.
+    pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
+        let (lose, late) = (budget.lose, parts(budget.delay));
+        let topic = usual.topic(&budget.topic);
+        if lose + late > 0 && !topic.read {
+            return Err(HuntError::topic(
+                &budget.topic,
+                "no node reads such a topic",
+                usual,
+            ));
+        }
+        if lose + late > 0 && topic.published == 0 {
+            return Err(HuntError::topic(
+                &budget.topic,
+                "it carried no message",
+                usual,
+            ));
+        }
+        let (mut hang, mut period) = (0, Duration::ZERO);
+        if let Some((name, longest)) = &budget.hang {
+            let node = usual.node(name);
+            let node = node.ok_or_else(|| HuntError::node(name, "there is no such node", usual))?;
+            (hang, period) = (parts(*longest), node.hz.period());
+        }
+        Ok(Self {
+            topic: budget.topic.clone(),
+            lose,
+            late,
+            hang,
+            messages: topic.published,
+            end: usual.sim_time,
+            period,
+        })
+    }
+
+    /// Puts the smallest window into `best` that is enough.
+    pub fn search(
+        &self,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<Part>>,
+    ) -> Result<(), Halt> {
+        let kinds = self.kinds();
+        for kind in &kinds {
+            kind.search(trials, best)?;
+        }
+        if best.is_none() && kinds.len() > 1 {
+            self.together().search(trials, best)?;
+        }
+        Ok(())
+    }
+
+    /// Losses; delays of 1, 2, 4, … messages, each as late as the others; hangs.
+    fn kinds(&self) -> Vec<Kind<'_>> {
+        let mut kinds = vec![Kind {
+            most: self.lose,
+            starts: self.messages,
+            list: Box::new(|size, start| self.lost(size, start)),
+        }];
+        let widths = (0..).map(|power| 1 << power);
+        kinds.extend(
+            widths
+                .take_while(|width| *width <= self.late)
+                .map(|width| Kind {
+                    most: self.late / width,
+                    starts: self.messages,
+                    list: Box::new(move |size, start| self.late(size, width, start)),
+                }),
+        );
+        kinds.push(Kind {
+            most: self.hang,
+            starts: self.ticks(),
+            list: Box::new(|size, tick| vec![Part::Hang(self.tick(tick)); size]),
+        });
+        kinds.retain(|kind| kind.most > 0 && kind.starts > 0);
+        kinds
+    }
+
+    /// The same share of everything, at the same time.
+    fn together(&self) -> Kind<'_> {
+        let most = self.lose.max(self.late).max(self.hang);
+        let share = move |of: usize, size: usize| (of * size).div_ceil(most);
+        Kind {
+            most,
+            starts: self.messages.max(self.ticks()),
+            list: Box::new(move |size, start| {
+                let moment = start as f64 / self.messages.max(self.ticks()) as f64;
+                let at = |count: u64| (moment * count as f64) as u64;
+                let tick = self.tick(at(self.ticks()));
+                let lost = share(self.lose, size);
+                let mut list = self.lost(lost, at(self.messages));
+                list.extend(self.late(share(self.late, size), 1, at(self.messages) + lost as u64));
+                list.extend(vec![Part::Hang(tick); share(self.hang, size)]);
+                list
+            }),
+        }
+    }
+
+    fn lost(&self, size: usize, start: u64) -> Vec<Part> {
+        let last = self.messages.min(start + size as u64);
+        (start..last).map(Part::Lost).collect()
+    }
+
+    fn late(&self, size: usize, width: usize, start: u64) -> Vec<Part> {
+        let last = self.messages.min(start + width as u64);
+        let messages = start..last;
+        messages
+            .flat_map(|seq| vec![Part::Late(seq); size])
+            .collect()
+    }
+
+    /// How often the node that may hang is due.
+    fn ticks(&self) -> u64 {
+        let ticks = self.end.as_nanos() as u128 / self.period.as_nanos().max(1);
+        if self.hang > 0 { ticks as u64 } else { 0 }
+    }
+
+    fn tick(&self, number: u64) -> Time {
+        Time::from_nanos(number * self.period.as_nanos() as u64)
+    }
+
+    /// Lists with all that the budget has, anywhere in a room that is larger than a
+    /// window; the draws are those of `SEED hunt TOPIC N`.
+    pub fn random(&self, seed: u64) -> Vec<Vec<Part>> {
+        let (what, name) = ("hunt", self.topic.as_str());
+        let chance = Chance { seed, what, name };
+        let mut number = 0_u64;
+        let mut below = |count: u64| {
+            number += 1;
+            (chance.uniform(number) * count as f64) as u64
+        };
+        let lists = (0..RANDOM_LISTS).map(|_| {
+            let start = below(self.messages.max(1));
+            let room = |of: usize| (of * ROOM) as u64;
+            let mut list: Vec<Part> = Vec::new();
+            let end = self.messages.min(start + room(self.lose));
+            let mut messages: Vec<u64> = (start..end).collect();
+            for _ in 0..self.lose.min(messages.len()) {
+                let place = below(messages.len() as u64) as usize;
+                list.push(Part::Lost(messages.swap_remove(place)));
+            }
+            let end = self.messages.min(start + room(self.late));
+            list.extend((0..self.late).map(|_| Part::Late(start + below(end - start))));
+            if self.hang > 0 {
+                let at = self.tick(below(self.ticks()));
+                list.extend(vec![Part::Hang(at); self.hang]);
+            }
+            list
+        });
+        lists.collect()
+    }
+}
+
+impl Kind<'_> {
+    /// Finds by bisection the smallest size that is enough anywhere, and the first
+    /// beginning at which it is; into `best` if that is smaller.
+    fn search(&self, trials: &mut Trials<'_>, best: &mut Option<Vec<Part>>) -> Result<(), Halt> {
+        let mut try_size = |size: usize| {
+            let lists = self.lists(size);
+            let first = trials.first_lost(&lists)?;
+            Ok::<_, Halt>(first.map(|index| lists[index].clone()))
+        };
+        let smaller = |list: &Vec<Part>, best: &Option<Vec<Part>>| {
+            best.as_ref().is_none_or(|best| list.len() < best.len())
+        };
+        let (mut too_small, mut enough) = (0, self.most);
+        let Some(list) = try_size(enough)? else {
+            return Ok(());
+        };
+        let mut mine = list;
+        while enough - too_small > 1 {
+            if smaller(&mine, best) {
+                *best = Some(mine.clone());
+            }
+            let middle = usize::midpoint(too_small, enough);
+            match try_size(middle)? {
+                Some(list) => (mine, enough) = (list, middle),
+                None => too_small = middle,
+            }
+        }
+        if smaller(&mine, best) {
+            *best = Some(mine);
+        }
+        Ok(())
+    }
+
+    /// Those of a size, by their beginnings.
+    fn lists(&self, size: usize) -> Vec<Vec<Part>> {
+        let count = self.starts.min(MOST_STARTS);
+        let start =
+            |place: u64| (u128::from(place) * u128::from(self.starts) / u128::from(count)) as u64;
+        (0..count)
+            .map(|place| (self.list)(size, start(place)))
+            .collect()
+    }
+}

@@ -1,0 +1,136 @@
+//! What linear theory says of a run by its setup: the loops that it reads from knobs
+//! are those that are written down by hand, and what it does not know it says.
+
+use std::time::Duration;
+
+use ratelab::{
+    cartpole::CartPole,
+    policy::Scripted,
+    runtime::Hz,
+    stability::{Cadence, Expected, Loop, Loss, Lost, Timing, World, expected},
+    system::WorldKind,
+};
+
+fn of(setup: &str) -> Expected {
+    let mut config = CartPole::config("").expect("knobs");
+    for knob in setup.split("; ") {
+        config
+            .setup
+            .extend(CartPole::KNOBS.parse(knob).expect(knob));
+    }
+    expected(&config.setup, WorldKind::OWN).expect(setup)
+}
+
+fn refused(setup: &str) -> String {
+    let mut config = CartPole::config("").expect("knobs");
+    config
+        .setup
+        .extend(CartPole::KNOBS.parse(setup).expect(setup));
+    let said = expected(&config.setup, WorldKind::OWN);
+    said.expect_err(setup).to_string()
+}
+
+fn hz(hz: f64) -> Hz {
+    Hz::new(hz).expect("rate")
+}
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// The usual graph, and what `change` makes of it.
+fn graph(change: impl FnOnce(&mut Timing)) -> Loop {
+    let mut timing = Timing {
+        actuator: Some(Cadence::new(hz(50.0))),
+        ..Timing::direct(hz(50.0))
+    };
+    change(&mut timing);
+    Loop::cart_pole(Scripted::GAINS, World::Own(ms(1)), timing).expect("plant")
+}
+
+#[test]
+fn knobs_are_read_as_the_loop_that_they_make() {
+    let growth = |change: fn(&mut Timing)| {
+        Expected::Growth(graph(change).stability().expect("short").growth())
+    };
+    let cases: [(&str, fn(&mut Timing)); 6] = [
+        ("control-hz 50", |_| {}),
+        ("control-hz 10; sensor-hz 25", |timing| {
+            timing.policy.hz = hz(10.0);
+            timing.sensor.hz = hz(25.0);
+        }),
+        ("link /action delay:55", |timing| {
+            timing.action_delay = ms(55)
+        }),
+        ("link /obs delay:15; link /action delay:30", |timing| {
+            (timing.obs_delay, timing.action_delay) = (ms(15), ms(30));
+        }),
+        ("takes policy 35; offset actuator 7", |timing| {
+            timing.policy_takes = ms(35);
+            timing.actuator = Some(Cadence {
+                hz: hz(50.0),
+                offset: ms(7),
+            });
+        }),
+        ("rate actuator 200; depth /obs 9", |timing| {
+            timing.actuator = Some(Cadence::new(hz(200.0)));
+        }),
+    ];
+    for (setup, change) in cases {
+        assert_eq!(of(setup), growth(change), "{setup}");
+    }
+}
+
+#[test]
+fn losses_grow_in_the_mean_square_held_or_with_no_force() {
+    let control = graph(|_| {});
+    for (knob, lost) in [("hold", Lost::Hold), ("zero:10", Lost::Zero)] {
+        for probability in [0.5, 0.6, 0.7] {
+            let loss = Loss { probability, lost };
+            let growth = control.mean_square_growth(loss).expect("short") / 2.0;
+            let setup = format!("link /action loss:{probability}; send actuator {knob}");
+            assert_eq!(of(&setup), Expected::MeanSquare(growth), "{setup}");
+        }
+    }
+}
+
+#[test]
+fn a_range_of_delays_is_sure_within_the_jitter_margin_and_no_further() {
+    let margin = graph(|_| {})
+        .jitter_margin()
+        .expect("short")
+        .expect("stable");
+    // What a fast actuator and a step of the world add.
+    let most = (margin.jitter - ms(2)).as_millis();
+    let range = |most| of(&format!("link /action delay:0..{most}; rate actuator 1000"));
+    assert_eq!(range(most), Expected::Any(true));
+    assert_eq!(range(most + 1), Expected::Any(false));
+    // A decision that takes longer than a period skips one.
+    assert_eq!(
+        of("takes policy 0..10; rate actuator 1000"),
+        Expected::Any(true)
+    );
+    assert_eq!(
+        of("takes policy 0..25; rate actuator 1000"),
+        Expected::Any(false)
+    );
+}
+
+#[test]
+fn what_it_does_not_know_it_says() {
+    for setup in [
+        "link /obs loss:0.1",
+        "link /action burst:0.1,3",
+        "link /action loss:0.1,delay:0..10",
+        "link /action delay:lognormal:1,2",
+        "read /obs oldest",
+        "wakes policy 5",
+        "takes sensor 5",
+        "clock policy 5 0",
+        "send actuator zero:50",
+        "policy zero",
+        "policy policies/patient.safetensors",
+    ] {
+        assert!(!refused(setup).is_empty(), "{setup}");
+    }
+}

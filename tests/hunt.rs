@@ -1,0 +1,194 @@
+//! A hunt finds faults that are enough, and of which no part can be left out: held to
+//! every smaller list, each run here again.
+
+mod support;
+
+use std::{
+    num::NonZeroUsize,
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
+
+use ratelab::{
+    experiment::{
+        Config, Experiment,
+        hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
+    },
+    runtime::{Knob, Time, TimedKnob},
+};
+use support::{cart_pole, config};
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// Six seconds of the cart-pole.
+fn short(setup: &str) -> Config {
+    Config {
+        end: Time::from_nanos(6_000_000_000),
+        ..config(setup)
+    }
+}
+
+fn losses(lose: usize) -> Budget {
+    Budget {
+        topic: "/action".to_owned(),
+        lose,
+        ..Budget::default()
+    }
+}
+
+fn delay(delay: Duration) -> Budget {
+    Budget { delay, ..losses(0) }
+}
+
+fn hang(node: &str, longest: Duration) -> Budget {
+    Budget {
+        hang: Some((node.to_owned(), longest)),
+        ..losses(0)
+    }
+}
+
+fn hunt(setup: &str) -> Hunt {
+    Hunt::new(cart_pole(), short(setup))
+}
+
+fn found(hunt: &Hunt, budget: &Budget) -> Found {
+    match hunt.run(budget, &|| false).expect("a hunt") {
+        Hunted::Lost(found) => found,
+        held @ Hunted::Held { .. } => panic!("{held:?}"),
+    }
+}
+
+fn is_lost(hunt: &Hunt, faults: &[TimedKnob]) -> bool {
+    let experiment = Experiment::new(cart_pole(), &hunt.with(faults)).expect("experiment");
+    experiment.run().expect("run").verdict.is_lost()
+}
+
+/// The same fault, smaller and smaller, and at last none.
+fn smaller(fault: &TimedKnob) -> Vec<Option<TimedKnob>> {
+    let whole = match &fault.knob {
+        Knob::Postpone { delay, .. } => *delay,
+        Knob::Hang { cost, .. } => *cost,
+        _ => UNIT,
+    };
+    let count = whole.as_millis() / UNIT.as_millis();
+    let sizes = (1..=count as u32).rev().map(|count| {
+        let mut fault = fault.clone();
+        match &mut fault.knob {
+            Knob::Postpone { delay, .. } => *delay = UNIT * count,
+            Knob::Hang { cost, .. } => *cost = UNIT * count,
+            _ => {}
+        }
+        Some(fault)
+    });
+    sizes.chain([None]).collect()
+}
+
+/// Every list that is a part of `faults`, the whole first and no faults last.
+fn parts(faults: &[TimedKnob]) -> Vec<Vec<TimedKnob>> {
+    faults.iter().fold(vec![Vec::new()], |lists, fault| {
+        let longer = lists.iter().flat_map(|list| {
+            smaller(fault).into_iter().map(|fault| {
+                let mut list = list.clone();
+                list.extend(fault);
+                list
+            })
+        });
+        longer.collect()
+    })
+}
+
+#[test]
+fn every_list_that_is_part_of_the_result_leaves_the_run_as_it_was() {
+    let cases = [
+        ("control-hz 15", losses(8), 6),
+        ("control-hz 10", delay(ms(500)), 6),
+        ("control-hz 12", hang("policy", ms(600)), 15),
+        ("control-hz 10, policy lqr", losses(8), 14),
+    ];
+    for (setup, budget, count) in cases {
+        let hunt = hunt(setup);
+        let found = found(&hunt, &budget);
+        assert_eq!(
+            found.proof,
+            Proof::EverySmaller(count),
+            "{setup}: {found:?}"
+        );
+        let lists = parts(&found.knobs);
+        assert_eq!(lists.len(), count + 2);
+        for (place, list) in lists.iter().enumerate() {
+            assert_eq!(is_lost(&hunt, list), place == 0, "{setup}: {list:?}");
+        }
+    }
+}
+
+#[test]
+fn the_result_is_the_same_on_any_number_of_threads() {
+    for budget in [losses(8), delay(ms(300)), hang("policy", ms(400))] {
+        let on = |threads| {
+            let mut hunt = hunt("control-hz 12");
+            hunt.threads = NonZeroUsize::new(threads).expect("some");
+            hunt.run(&budget, &|| false).expect("a hunt")
+        };
+        let one = on(1);
+        assert_eq!(one, on(2));
+        assert_eq!(one, on(5));
+    }
+}
+
+#[test]
+fn what_was_found_is_kept_when_a_hunt_is_stopped() {
+    let hunt = hunt("control-hz 15");
+    for most in [0, 60, 100] {
+        let runs = AtomicUsize::new(0);
+        let stop = || runs.fetch_add(1, Ordering::Relaxed) >= most;
+        match hunt.run(&losses(8), &stop).expect("a hunt") {
+            Hunted::Lost(found) => {
+                assert_eq!(found.proof, Proof::Stopped);
+                assert!(most > 0 && is_lost(&hunt, &found.knobs), "{found:?}");
+            }
+            Hunted::Held { stopped, .. } => assert!(stopped && most == 0),
+        }
+    }
+}
+
+#[test]
+fn nothing_is_found_where_the_budget_is_too_small() {
+    let hunted = hunt("").run(&losses(1), &|| false).expect("a hunt");
+    let Hunted::Held { runs, stopped } = hunted else {
+        panic!("{hunted:?}");
+    };
+    assert!(runs > 1_000 && !stopped);
+}
+
+#[test]
+fn a_hunt_that_cannot_be_is_refused() {
+    let refused = |setup: &str, budget: &Budget| {
+        let refused = hunt(setup).run(budget, &|| false).expect_err("refused");
+        refused.to_string()
+    };
+    let nothing = refused("", &losses(0));
+    assert!(nothing.contains("nothing may go wrong"), "{nothing}");
+    let lost = refused("control-hz 5", &losses(3));
+    assert!(lost.contains("without any fault: FELL at"), "{lost}");
+    let topic = Budget {
+        topic: "/none".to_owned(),
+        ..losses(3)
+    };
+    let unknown = refused("", &topic);
+    assert!(
+        unknown.contains("expected one of /obs, /action"),
+        "{unknown}"
+    );
+    let node = refused("", &hang("nobody", ms(100)));
+    assert!(node.contains("nobody: there is no such node"), "{node}");
+    let endless = Config {
+        end: Time::MAX,
+        ..config("")
+    };
+    let endless = Hunt::new(cart_pole(), endless).run(&losses(1), &|| false);
+    assert!(matches!(endless, Err(HuntError::Endless)));
+    let much = hunt("").run(&losses(usize::MAX), &|| false);
+    assert!(matches!(much, Err(HuntError::TooMuch)));
+}

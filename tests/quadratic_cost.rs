@@ -1,0 +1,94 @@
+//! The quadratic cost of a run: the mean over run time of the weighted squares of its
+//! states, worked out here again from what the run publishes.
+
+mod support;
+
+use std::sync::Arc;
+
+use ratelab::{
+    cartpole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle},
+    experiment::{Config, Experiment},
+    runtime::GO_ON,
+    system::{BuildError, Builder, System, WorldKind},
+};
+use support::{config, experiment};
+
+/// The cost of a run by its rows: each counts until the next.
+fn by_rows(config: &Config) -> (f64, f64) {
+    let experiment = experiment(config);
+    let tap = experiment.taps().rows(STATE, 1_024).expect(STATE);
+    let summary = experiment.run().expect("run");
+    let mut rows = tap.rows();
+    tap.take(&mut rows);
+    let end = summary.sim_time.as_secs_f64();
+    let (mut area, mut starts) = (0.0, Vec::new());
+    for (place, (head, row)) in rows.iter().enumerate() {
+        let start = head.stamp.as_secs_f64();
+        let next = rows.heads().get(place + 1);
+        let until = next.map_or(end, |head| head.stamp.as_secs_f64());
+        let squares = (row[3] / CART_LIMIT_M).powi(2)
+            + (pole_angle(row) / POLE_LIMIT_RAD).powi(2)
+            + row[1].powi(2);
+        area += squares * (until - start);
+        starts.push(start);
+    }
+    (area / (end - starts[0]), summary.cost.expect("a cost"))
+}
+
+#[test]
+fn it_is_the_mean_of_weighted_squares_over_run_time() {
+    let own = Config {
+        world: WorldKind::OWN,
+        ..config("control-hz 20")
+    };
+    for config in [config(""), config("control-hz 5"), own] {
+        let (expected, cost) = by_rows(&config);
+        assert!(
+            (cost - expected).abs() < 1e-9 * expected,
+            "{cost} {expected}"
+        );
+    }
+}
+
+#[test]
+fn it_grows_long_before_the_pole_falls() {
+    let cost = |delay: u32| {
+        let knob = format!("link /action delay:{delay}");
+        let mut config = Config {
+            world: WorldKind::OWN,
+            ..config("")
+        };
+        config.setup.extend(
+            ratelab::cartpole::CartPole::KNOBS
+                .parse(&knob)
+                .expect("knob"),
+        );
+        let summary = support::run(&config);
+        assert!(!summary.verdict.is_lost(), "{delay} ms");
+        summary.cost.expect("a cost")
+    };
+    let costs = [0, 40, 60].map(cost);
+    assert!(
+        costs.is_sorted_by(|one, next| 1.2 * one < *next),
+        "{costs:?}"
+    );
+}
+
+/// A system that judges nothing.
+struct Idle;
+
+impl System for Idle {
+    fn name(&self) -> &'static str {
+        "idle"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        builder.node("idler", 10.0, 0, |_| |_| GO_ON)
+    }
+}
+
+#[test]
+fn a_system_that_states_none_has_none() {
+    let experiment = Experiment::new(Arc::new(Idle), &Config::default()).expect("experiment");
+    assert_eq!(experiment.run().expect("run").cost, None);
+}
