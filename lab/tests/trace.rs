@@ -183,7 +183,8 @@ fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
         let flows = event.get(&47).into_iter().flatten();
         flows.clone().any(|known| known.number() == flow)
     };
-    let stops: Vec<u64> = events
+    let stops: Vec<u64> = trace
+        .events
         .iter()
         .filter(passes)
         .map(|(_, _, track, _)| *track)
