@@ -76,8 +76,11 @@ fn fields(mut bytes: &[u8]) -> Fields {
     fields
 }
 
-/// The tracks of a trace by their names, and its events: run time, type, track, fields.
-fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<(u64, u64, u64, Fields)>) {
+/// Run time, type, track, and all fields of an event.
+type Event = (u64, u64, u64, Fields);
+
+/// The tracks of a trace by their names, and its events.
+fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<Event>) {
     let (mut tracks, mut events) = (BTreeMap::new(), Vec::new());
     for packet in fields(trace).remove(&1).unwrap_or_default() {
         let packet = fields(packet.bytes());
@@ -95,73 +98,105 @@ fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<(u64, u64, u64, Fields)>
     (tracks, events)
 }
 
+/// A run with costs, a link and lateness: its metrics, and its trace.
+struct Traced {
+    metrics: serde_json::Value,
+    tracks: BTreeMap<String, u64>,
+    events: Vec<Event>,
+}
+
+impl Traced {
+    fn new() -> Self {
+        let folder = folder();
+        let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
+        let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
+        let mut args = vec![
+            "run",
+            "--clock",
+            "virtual",
+            "--world",
+            "own",
+            "--duration-s",
+            "2",
+        ];
+        knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
+        args.extend(["--record", &file, "--json"]);
+        let ran = ratelab(&args);
+        let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
+        let said = text(&ratelab(&["trace", &file]).stdout);
+        assert!(
+            said.contains("run.pftrace") && said.contains("perfetto"),
+            "{said}"
+        );
+        let (tracks, events) = decoded(&fs::read(trace).expect("a trace"));
+        Self {
+            metrics,
+            tracks,
+            events,
+        }
+    }
+
+    /// The events of this kind on a track.
+    fn on(&self, track: &str, kind: u64) -> impl Iterator<Item = &Event> {
+        let track = self.tracks[track];
+        let events = self.events.iter();
+        events.filter(move |(_, known, on, _)| (*known, *on) == (kind, track))
+    }
+}
+
 #[test]
 fn a_trace_holds_what_the_recording_does() {
-    let folder = folder();
-    let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
-    let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
-    let mut args = vec![
-        "run",
-        "--clock",
-        "virtual",
-        "--world",
-        "own",
-        "--duration-s",
-        "2",
-    ];
-    knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
-    args.extend(["--record", &file, "--json"]);
-    let ran = ratelab(&args);
-    let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
-    let said = text(&ratelab(&["trace", &file]).stdout);
-    assert!(
-        said.contains("run.pftrace") && said.contains("perfetto"),
-        "{said}"
-    );
-    let (tracks, events) = decoded(&fs::read(trace).expect("a trace"));
-
-    assert!(events.is_sorted_by_key(|(at, ..)| *at));
-    let on = |track: &str, kind: u64| {
-        let track = tracks[track];
-        let events = events.iter();
-        events.filter(move |(_, known, on, _)| (*known, *on) == (kind, track))
-    };
+    let trace = Traced::new();
+    assert!(trace.events.is_sorted_by_key(|(at, ..)| *at));
     for node in ["sensor", "policy", "actuator"] {
         let named = |name: &str| {
-            let slices = on(node, 1);
+            let slices = trace.on(node, 1);
             slices
                 .filter(|(.., event)| event[&23][0].text() == name)
                 .count() as u64
         };
         assert_eq!(
             Some(named("tick")),
-            metrics["nodes"][node]["ticks"].as_u64(),
+            trace.metrics["nodes"][node]["ticks"].as_u64(),
             "{node}"
         );
-        assert_eq!(on(node, 1).count(), on(node, 2).count(), "{node}");
+        assert_eq!(
+            trace.on(node, 1).count(),
+            trace.on(node, 2).count(),
+            "{node}"
+        );
         assert_eq!(named("late") > 0, node == "sensor", "{node}");
     }
-    let published = metrics["topics"]["/action"]["published"].as_u64();
-    let sent = on("/action", 3).filter(|(.., event)| event[&23][0].text() == "sent");
+    let published = trace.metrics["topics"]["/action"]["published"].as_u64();
+    let sent = trace
+        .on("/action", 3)
+        .filter(|(.., event)| event[&23][0].text() == "sent");
     assert_eq!(Some(sent.count() as u64), published);
+}
 
+#[test]
+fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
+    let trace = Traced::new();
     // A message goes from the tick that published it to the one that read it.
-    let flow = on("/action", 3).next().expect("a message").3[&47][0].number();
-    let passes = |(.., event): &&(u64, u64, u64, Fields)| {
+    let flow = trace.on("/action", 3).next().expect("a message").3[&47][0].number();
+    let passes = |(.., event): &&Event| {
         let flows = event.get(&47).into_iter().flatten();
         flows.clone().any(|known| known.number() == flow)
     };
-    let stops: Vec<u64> = events
+    let stops: Vec<u64> = trace
+        .events
         .iter()
         .filter(passes)
         .map(|(_, _, track, _)| *track)
         .collect();
     for stop in ["policy", "/action", "actuator"] {
-        assert!(stops.contains(&tracks[stop]), "{stop} in {stops:?}");
+        assert!(stops.contains(&trace.tracks[stop]), "{stop} in {stops:?}");
     }
 
     // The age is that of the metrics: 30 ms of thought, 12 on the link, and more.
-    let ages = on("age of the push", 4).map(|(.., event)| f64::from_bits(event[&44][0].number()));
+    let ages = trace
+        .on("age of the push", 4)
+        .map(|(.., event)| f64::from_bits(event[&44][0].number()));
     let ages: Vec<f64> = ages.collect();
     assert!(ages.iter().all(|age| *age >= 42.0), "{ages:?}");
 }

@@ -333,7 +333,7 @@ impl ScheduledNode {
         self.overrun_until(passed);
         if !running.noted {
             let took = now.since(running.began);
-            self.note_tick(running.began, Some(now), running.lateness, Some(took));
+            self.note_tick(running.began, running.lateness, Some(took), Some(now));
         }
         Ok(end_of(running.flow, applied?))
     }
@@ -419,25 +419,25 @@ impl ScheduledNode {
             .fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Records the measurements of the tick that began at `at` and acted at `ends`, after
-    /// the node has moved on to the next one.
+    /// Records the measurements of the tick that began at `at` and acted on the world at
+    /// `acted`, after the node has moved on to the next one.
     pub(crate) fn note_tick(
         &mut self,
         at: Time,
-        ends: Option<Time>,
         lateness: Option<Duration>,
         took: Option<Duration>,
+        acted: Option<Time>,
     ) {
         self.meters.record(lateness, took);
         let (entry, counters) = (&self.entry, &self.entry.counters);
         let push = || {
             let newest = entry.push_age.as_ref()?.in_force();
-            newest.filter(|push| Some(push.at) == ends)
+            newest.filter(|push| Some(push.at) == acted)
         };
         self.taps.offer(|| TickRecord {
             number: counters.ticks.load(Ordering::Relaxed).saturating_sub(1),
             at,
-            ends,
+            ends: acted,
             lateness,
             took,
             overruns: counters.overruns.load(Ordering::Relaxed),
@@ -451,7 +451,7 @@ impl ScheduledNode {
         if let Some(running) = running.filter(|running| !running.noted) {
             running.noted = true;
             let (began, lateness) = (running.began, running.lateness);
-            self.note_tick(began, None, lateness, None);
+            self.note_tick(began, lateness, None, None);
         }
     }
 }

@@ -178,7 +178,6 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
         ("0 control-hz 5", "FELL at"),
         ("0 sensor-hz 5", "it looks only 5 times a second"),
         ("0 link /action delay:100", "link /action none mends it"),
-        ("0 send policy zero", "the zero policy"),
     ] {
         let app = ended(Config {
             knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),

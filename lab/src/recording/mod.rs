@@ -11,7 +11,7 @@
 //! |---|---|---|
 //! | `__properties/origin` | system, configuration, graph, versions: [`schema::Origin`] as JSON | readers |
 //! | `__properties/run`, `/outcome` | the same, and the summary, in words | people |
-//! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; over a link `released_ns`, `arrives_ns` | both |
+//! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; where they differ `stamp_ns`, `arrives_ns` | both |
 //! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns`; where it acted on the world `pushed_ns`, `sensed_ns` | both |
 //! | `/events` | commands and ends: text, and as JSON | both |
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |

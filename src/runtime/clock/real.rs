@@ -320,7 +320,7 @@ impl Worker<'_> {
         let ended = wall.now();
         self.node.overrun_until(self.passed(began, ended));
         let took = Some(ended.since(began));
-        self.node.note_tick(began, Some(began), lateness, took);
+        self.node.note_tick(began, lateness, took, Some(began));
         self.report(began, outcome)
     }
 

@@ -309,7 +309,7 @@ impl<'a> Scheduler<'a> {
         let began = self.pacer.is_paced().then(Instant::now);
         let outcome = node.tick(now);
         let took = cost.or_else(|| began.map(|began| began.elapsed()));
-        node.note_tick(now, Some(now), lateness, took);
+        node.note_tick(now, lateness, took, Some(now));
         outcome
     }
 }

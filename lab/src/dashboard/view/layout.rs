@@ -108,7 +108,7 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
 fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     let rest = Constraint::Fill(1);
     let [graph, below] = rows(body, [Constraint::Length(11), rest]);
-    let [left, right] = columns(below, [Constraint::Percentage(50), rest]);
+    let [left, right] = columns(below, [Constraint::Percentage(56), rest]);
     let [plant, figures] = rows(left, [rest, Constraint::Length(19)]);
     let lengths = [rest, Constraint::Length(LANES), Constraint::Length(10)];
     let [signal, timeline, events] = rows(right, lengths);
