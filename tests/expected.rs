@@ -53,7 +53,8 @@ fn knobs_are_read_as_the_loop_that_they_make() {
     let growth = |change: fn(&mut Timing)| {
         Expected::Growth(graph(change).stability().expect("short").growth())
     };
-    let cases: [(&str, fn(&mut Timing)); 6] = [
+    type Change = fn(&mut Timing);
+    let cases: [(&str, Change); 6] = [
         ("control-hz 50", |_| {}),
         ("control-hz 10; sensor-hz 25", |timing| {
             timing.policy.hz = hz(10.0);

@@ -417,7 +417,7 @@ fn a_hole_in_a_knob_is_swept_as_a_list_a_map_rows_json_and_curves() {
 #[test]
 fn a_knob_of_a_sweep_that_cannot_be_meant_is_refused_in_one_line() {
     for (knob, list, part) in [
-        ("link /state delay:{}", "0..5", "nobody reads /state"),
+        ("link /state delay:{}", "0..5", "/state has no reader"),
         ("link /nothing delay:{}", "0..5", "expected one of"),
         ("link /obs delay:{}", "5..0", "smaller end first"),
         ("link /obs loss:{}", "0..2", "expected 0 to 1"),

@@ -83,8 +83,11 @@ struct Queue<T> {
     watcher: Option<Watcher<T>>,
 }
 
-/// Somebody who looks at each message in the moment of publishing.
-struct Watcher<T>(Box<dyn FnMut(Time, &T) + Send>);
+/// A function of the run time and the payload of a message.
+type Watch<T> = dyn FnMut(Time, &T) + Send;
+
+/// Looks at each message when it is published.
+struct Watcher<T>(Box<Watch<T>>);
 
 impl<T> fmt::Debug for Watcher<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

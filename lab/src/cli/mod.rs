@@ -89,8 +89,8 @@ pub enum Command {
     },
 }
 
-/// The name of the command that only a course has, and its place in the help: the
-/// others have the even ones.
+/// Name of the command that only a course has, and its place in the help: the others have
+/// even places.
 const EXERCISE: (&str, usize) = ("exercise", 19);
 
 /// Parses the command line of `program`.

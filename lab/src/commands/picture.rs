@@ -41,12 +41,9 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         return Err(Error::BadInput(why.to_owned()));
     }
     let end = args.at.unwrap_or(DEFAULTS.end);
-    let config = options::graph(
-        program,
-        &args.graph,
-        &Defaults { end, ..DEFAULTS },
-        options::like(program, &args.graph)?.as_ref(),
-    )?;
+    let like = options::like(program, &args.graph)?;
+    let defaults = Defaults { end, ..DEFAULTS };
+    let config = options::graph(program, &args.graph, &defaults, like.as_ref())?;
     let setup = Setup {
         system: program.system.clone(),
         course: program.course,

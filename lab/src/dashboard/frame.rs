@@ -94,11 +94,12 @@ pub enum Health {
 }
 
 impl Health {
-    /// It in a word, where it is not well.
-    pub fn word(self) -> Option<&'static str> {
+    /// It in a word of at most `room` columns, or in the shortest, where it is not well.
+    pub fn word(self, room: usize) -> Option<&'static str> {
         match self {
             Self::Works => None,
-            Self::Crashed => Some("crashed"),
+            Self::Crashed if room >= "crashed".len() => Some("crashed"),
+            Self::Crashed => Some("dead"),
             Self::Hangs => Some("hangs"),
         }
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use ratelab::{
     runtime::{
-        Command, Hz, Knob, Rate, Time,
+        Command, Hz, Knob, KnobKind, Rate, Time,
         telemetry::{Event, NodeTopology},
     },
     system::Setup,
@@ -26,6 +26,8 @@ pub struct TickSchedule {
     /// Whether its ticks were given a time of their own: they take, are late or are
     /// shifted, so some that were due were missed.
     timed: bool,
+    /// Whether its clock was wrong, so that any due times passed or came again.
+    wrong: bool,
 }
 
 impl TickSchedule {
@@ -42,13 +44,22 @@ impl TickSchedule {
             Command::Set(knob) => Some(knob),
             _ => None,
         });
-        let of_time = |knob: &&Knob| knob.target() == node.name && is_of_time(knob);
+        let of_node = |knob: &&Knob| knob.target() == node.name;
+        let of_time = |knob: &&Knob| of_node(knob) && (is_of_time(knob) || is_fault(knob));
+        let is_clock = |knob: &Knob| knob.kind() == KnobKind::Clock;
         Self {
             rate: Rate::new(node.hz, Time::ZERO),
             ticks: 0,
             slack: 1 + (ahead.len() + turned.clone().filter(of_time).count()) as u64,
             ahead,
-            timed: setup.iter().chain(turned).any(|knob| of_time(&knob)),
+            timed: setup
+                .iter()
+                .chain(turned.clone())
+                .any(|knob| of_time(&knob)),
+            wrong: setup
+                .iter()
+                .chain(turned)
+                .any(|knob| of_node(&knob) && is_clock(knob)),
         }
     }
 
@@ -56,14 +67,17 @@ impl TickSchedule {
     /// one asked for.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
         let (due, timed) = (self.ticks_before(at), self.timed);
-        number <= due.saturating_add(self.slack)
-            && (timed || due <= number.saturating_add(self.slack))
+        let (most, least) = (
+            due.saturating_add(self.slack),
+            due.saturating_sub(self.slack),
+        );
+        self.wrong || (number <= most && (timed || least <= number))
     }
 
     /// Whether run time may have come to `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
-        self.timed || due <= last.saturating_add(1)
+        self.timed || self.wrong || due <= last.saturating_add(1)
     }
 
     /// Whether its ticks were given a time of their own.
@@ -86,6 +100,14 @@ impl TickSchedule {
             self.ticks = self.ticks.saturating_add(skipped).saturating_add(1);
         }
     }
+}
+
+/// Whether `knob` keeps a node from ticks that are due.
+fn is_fault(knob: &Knob) -> bool {
+    matches!(
+        knob.kind(),
+        KnobKind::Crash | KnobKind::Restart | KnobKind::Hang
+    )
 }
 
 #[cfg(test)]

@@ -101,6 +101,7 @@ impl Column {
         match (self.kind, self.alias) {
             (KnobKind::Rate, _) => self.label() + " rate",
             (KnobKind::Depth, Some(_)) => "depth".to_owned(),
+            (KnobKind::Send, Some(_)) if self.name.contains('-') => self.label() + " setting",
             _ => self.label(),
         }
     }

@@ -141,9 +141,11 @@ fn fixed(sweep: &Sweep) -> String {
 /// The knobs with several values, and always the seeds and the fastest knob.
 fn factors(sweep: &Sweep) -> Vec<String> {
     let count = |count: usize, what: &str| {
-        let plural = match what.strip_suffix('y') {
+        let stem = what.strip_suffix('y');
+        let plural = match stem.filter(|stem| !stem.ends_with(['a', 'e', 'o', 'u'])) {
             _ if count == 1 => what.to_owned(),
             Some(stem) => format!("{stem}ies"),
+            None if what.ends_with('s') => format!("{what}es"),
             None => format!("{what}s"),
         };
         format!("{count} {plural}")

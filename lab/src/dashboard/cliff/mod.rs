@@ -470,7 +470,6 @@ mod tests {
     fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
         let config = Config {
             seed: 3,
-            world: ratelab::system::WorldKind::OWN,
             ..Config::default()
         };
         let axes = MapAxes { x: 1, y: Some(0) };

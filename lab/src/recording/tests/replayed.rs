@@ -199,6 +199,6 @@ fn links_faults_and_clocks_that_go_back_are_replayed_and_verified() {
     let replayed = replay.summary();
     assert_eq!(replayed.topics, summary.topics);
     let obs = summary.topic("/obs");
-    assert!(obs.lost > 30 && obs.overtaken > 30, "{obs:?}");
+    assert!(obs.lost > 30 && obs.overtaken > 10, "{obs:?}");
     assert!(summary.topic("/action").in_flight > 0);
 }

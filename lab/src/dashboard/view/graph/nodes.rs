@@ -84,10 +84,11 @@ fn pill_room(rect: Rect) -> usize {
 /// A node in one row.
 fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect, buf: &mut Buffer) {
     let room = pill_room(rect);
-    let rate = match (node.health.word(), with_rate) {
-        (Some(word), _) if pane::width(&node.name) + word.len() < room => word.to_owned(),
-        (_, true) => hz(node),
-        (_, false) => String::new(),
+    let beside = room.saturating_sub(pane::width(&node.name) + 1);
+    let rate = match (node.health.word(beside), with_rate) {
+        (Some(word), _) => word.to_owned(),
+        (None, true) => hz(node),
+        (None, false) => String::new(),
     };
     let left = room.saturating_sub(pane::width(&rate));
     let name = pane::clip(&node.name, left, theme);
@@ -107,7 +108,7 @@ fn pill(node: &NodeData, mark: &str, theme: &Theme, with_rate: bool, rect: Rect,
 fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
     let (glyph, style) = tick(node, theme);
     let glyph = Span::styled(glyph, style);
-    if let Some(word) = node.health.word() {
+    if let Some(word) = node.health.word(room.saturating_sub(1)) {
         let word = fitting(
             [format!(" {word}"), word.to_owned()],
             room.saturating_sub(1),

@@ -189,7 +189,8 @@ impl<'a> Marks<'a> {
         let ways = wire.pieces.values().map(|piece| piece.far);
         let longest = ways.filter(|far| *far != u64::MAX).max().unwrap_or(0);
         let marks = dots.iter().map(|dot| {
-            let far = (dot.way * longest as f64) as u64;
+            // Between the first cell and the head of the line.
+            let far = 1 + (dot.way * longest.saturating_sub(2) as f64) as u64;
             let mark = if dot.lost { Mark::Lost } else { Mark::UnderWay };
             (far, mark)
         });
