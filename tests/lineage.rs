@@ -113,32 +113,42 @@ fn plans(most_inputs: usize) -> impl Strategy<Value = Plan> {
     })
 }
 
-/// What came of a second of a plan: its lineage, what was applied, and by which node.
-fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge) {
-    const ROOM: usize = 4_096;
+/// The graph of a plan, its topics and what its last node applies.
+struct Built {
+    graph: Graph,
+    topics: Vec<Topic<Chain>>,
+    applied: Applied,
+    age: PushAge,
+}
+
+/// The topics that node `number` of a plan reads: the first none, the last one.
+fn inputs(plan: &Plan, number: usize) -> Vec<usize> {
+    let (_, _, inputs) = &plan.nodes[number];
+    let mut inputs: Vec<usize> = match number {
+        0 => Vec::new(),
+        n if n == plan.nodes.len() - 1 => vec![n - 1],
+        n => inputs.iter().map(|input| input % n).collect(),
+    };
+    inputs.sort_unstable();
+    inputs.dedup();
+    inputs
+}
+
+fn built(plan: &Plan, seed: u64) -> Built {
     let last = plan.nodes.len() - 1;
     let mut graph = Graph::new();
     graph.set_seed(seed);
     let topics: Vec<Topic<Chain>> = (0..last)
         .map(|topic| Topic::new(format!("/t{topic}"), depth(1)))
         .collect();
-    let (applied, age) = (Applied::default(), Mutex::new(None));
-    for (number, (rate, priority, inputs)) in plan.nodes.iter().enumerate() {
-        let name = format!("n{number}");
-        // The rate in thousands of a second, so that instants are odd and even.
+    let (applied, mut age) = (Applied::default(), None);
+    for (number, (rate, priority, _)) in plan.nodes.iter().enumerate() {
+        let inputs = inputs(plan, number);
+        // Even and odd rates, so that instants are, too.
         let rate = hz(f64::from(*rate) * 2.0);
-        let mut inputs: Vec<usize> = match number {
-            0 => Vec::new(),
-            n if n == last => vec![n - 1],
-            n => inputs.iter().map(|input| input % n).collect(),
-        };
-        inputs.sort_unstable();
-        inputs.dedup();
-        let added = graph.node(&name, rate, *priority, |wiring| {
-            let mut inputs: Vec<_> = inputs
-                .iter()
-                .map(|input| wiring.subscription(&topics[*input]))
-                .collect();
+        let added = graph.node(&format!("n{number}"), rate, *priority, |wiring| {
+            let inputs = inputs.iter().map(|of| wiring.subscription(&topics[*of]));
+            let mut inputs: Vec<_> = inputs.collect();
             let node: Box<dyn FnMut(Time, bool) -> Tick + Send> = if number == last {
                 let mut actor = Actor {
                     input: inputs.remove(0),
@@ -146,7 +156,7 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
                     age: wiring.push_age(),
                     applied: applied.clone(),
                 };
-                *age.lock().expect("age") = Some(actor.age.clone());
+                age = Some(actor.age.clone());
                 Box::new(move |now, ends| {
                     if ends {
                         actor.apply(now)
@@ -155,10 +165,9 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
                     }
                 })
             } else {
-                let output = wiring.publisher(&topics[number]);
                 let mut relay = Relay {
                     inputs,
-                    output,
+                    output: wiring.publisher(&topics[number]),
                     topic: number,
                     published: 0,
                 };
@@ -168,29 +177,37 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
         });
         added.expect("a node");
     }
-    let commands: Vec<TimedCommand> = plan
-        .knobs
-        .iter()
-        .map(|(ms, knob)| TimedCommand {
-            at: Time::from_nanos(ms * 1_000_000),
-            command: Command::Set(knob.parse().expect(knob)),
-        })
-        .collect();
-    let taps: Vec<Tap<TapMessage<Chain>>> =
-        topics.iter().map(|topic| graph.tap(topic, ROOM)).collect();
+    let age = age.expect("an actor");
+    Built {
+        graph,
+        topics,
+        applied,
+        age,
+    }
+}
+
+/// The lineage of a second of a plan, what was applied, and its age.
+fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge) {
+    const ROOM: usize = 4_096;
+    let mut built = built(plan, seed);
+    let graph = &mut built.graph;
+    let commands = plan.knobs.iter().map(|(ms, knob)| TimedCommand {
+        at: Time::from_nanos(ms * 1_000_000),
+        command: Command::Set(knob.parse().expect(knob)),
+    });
+    let taps = built.topics.iter().map(|topic| graph.tap(topic, ROOM));
+    let taps: Vec<Tap<TapMessage<Chain>>> = taps.collect();
     let ticks = graph.tap_handle().ticks(ROOM);
     let mut lineage = Lineage::new(graph.observer().topology());
-    let (_commander, mut inbox) = Inbox::new(commands);
-    let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
+    let (_commander, mut inbox) = Inbox::new(commands.collect());
+    let exit = VirtualClock.run(graph, &mut inbox, secs(1.0));
     assert_eq!(exit.expect("no fault"), ClockExit::Completed);
     let observer = graph.observer();
-    for event in observer.events(0) {
-        if let Some(timed) = event.knob() {
-            lineage.knob(timed.at, &timed.knob);
-        }
+    for timed in observer.events(0).iter().filter_map(|event| event.knob()) {
+        lineage.knob(timed.at, &timed.knob);
     }
     let names = observer.topology().topics;
-    for (topic, tap) in topics.iter().zip(&taps) {
+    for (topic, tap) in built.topics.iter().zip(&taps) {
         let index = names.iter().position(|known| known.name == topic.name());
         let index = index.expect("a topic");
         for tapped in tap.items().try_iter() {
@@ -198,15 +215,12 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
         }
     }
     for (node, ticks) in ticks.iter().enumerate() {
-        ticks
-            .items()
-            .try_iter()
-            .for_each(|tick| lineage.tick(node, tick));
+        let ticks = ticks.items().try_iter();
+        ticks.for_each(|tick| lineage.tick(node, tick));
     }
     lineage.settle();
-    let applied = std::mem::take(&mut *applied.lock().expect("log"));
-    let age = age.into_inner().expect("age").expect("an actor");
-    (lineage, applied, age)
+    let applied = std::mem::take(&mut *built.applied.lock().expect("log"));
+    (lineage, applied, built.age)
 }
 
 struct AnyNode(Box<dyn FnMut(Time, bool) -> Tick + Send>);
