@@ -12,8 +12,8 @@ use ratelab::{
     policy::Scripted,
     runtime::{Hz, Time},
     stability::{
-        Cadence, Dynamics, Loop, Loss, Lost, Noise, Push, Rates, Timing, Weights, World, age_limit,
-        gains,
+        Cadence, Dynamics, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing, Weights, World,
+        age_limit, gains,
     },
     system::WorldKind,
 };
@@ -700,7 +700,7 @@ fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
         })
         .collect();
     let at = |step: u64| Time::ZERO + ms(10) * step as u32;
-    let timed = pushes.iter().map(|(sensed, applied)| Push {
+    let timed = pushes.iter().map(|(sensed, applied)| TimedPush {
         sensed: at(*sensed),
         applied: at(*applied),
     });
@@ -726,7 +726,7 @@ fn the_cost_of_a_long_uniform_run_matches_its_steady_state() {
     let steady = control.expected_cost(&PUSHED, &Weights::default(), Loss::NONE);
     let pushes: Vec<_> = (0..20_000_u32)
         .map(|tick| Time::ZERO + ms(20) * tick)
-        .map(|at| Push {
+        .map(|at| TimedPush {
             sensed: at,
             applied: at,
         })

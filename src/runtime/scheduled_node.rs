@@ -19,7 +19,7 @@ use super::{
     tap::{TickRecord, TickTaps},
     telemetry::{Meter, NodeEntry, PushAge, TickMeters},
     time::{Hz, Time},
-    timing::{Running, Timing, Waiting},
+    timing::{Running, TickTiming, Waiting},
 };
 
 /// A node with its schedule and its measurements.
@@ -36,7 +36,7 @@ pub(crate) struct ScheduledNode {
     /// The seed of the run.
     pub(crate) seed: u64,
     /// Duration and lateness of its ticks, if they were ever set.
-    pub(crate) timing: Option<Box<Timing>>,
+    pub(crate) timing: Option<Box<TickTiming>>,
     outbox: Arc<Outbox>,
     fixed: Fixed,
     /// Offset of its due times.
@@ -199,7 +199,7 @@ impl ScheduledNode {
         }
     }
 
-    fn timing(&mut self) -> &mut Timing {
+    fn timing(&mut self) -> &mut TickTiming {
         self.timing.get_or_insert_default()
     }
 

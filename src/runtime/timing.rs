@@ -6,7 +6,7 @@ use super::{chance::Chance, cost::Cost, draw::Draw, time::Time};
 
 /// The configured timing of a node.
 #[derive(Debug)]
-pub(crate) struct Timing {
+pub(crate) struct TickTiming {
     /// Duration of a tick.
     pub(crate) takes: Cost,
     /// Lateness of a tick in virtual time.
@@ -40,7 +40,7 @@ pub(crate) struct Running {
     pub(crate) noted: bool,
 }
 
-impl Default for Timing {
+impl Default for TickTiming {
     fn default() -> Self {
         Self {
             takes: Cost::NONE,
@@ -52,7 +52,7 @@ impl Default for Timing {
     }
 }
 
-impl Timing {
+impl TickTiming {
     /// Duration of tick number `n`, which starts now, if one is set.
     pub(crate) fn cost(&mut self, seed: u64, node: &str, n: u64) -> Option<Duration> {
         let asked = !self.takes.draw.is_none();

@@ -190,7 +190,45 @@ fn values(name: &str) -> Values {
             &["0.09", "101", "MAX", "-1", "NaN", ""],
         ),
         "MS" => (&["0", "1", "5"], &["60000.1", "-1", "NaN", "", "1e400"]),
+        "THEME" => (&["dark", "light", "high"], &["", "Dark", "blue", "\u{8}"]),
+        "WHAT" => (&["age"], &["", "Age", "rate"]),
+        "WxH" => (
+            &["80x24", "160x50"],
+            &["", "0x0", "80", "x", "99999x99999", "80x-1"],
+        ),
+        "TOPIC" => (&["/obs", "/action"], &["", "obs", "/nowhere", "\u{1b}"]),
+        "ON-STALE" => (
+            &["hold", "zero:20"],
+            &["", "zero", "zero:-1", "zero:NaN", "keep"],
+        ),
         "WORLD" => (&["course", "own"], &["", "Own", "mine", "\u{8}"]),
+        "TEXT" => (
+            &["8 because half", "0.5 as"],
+            &["", "8", "-1 x", "many", "1e400 x", "\u{1b}[2J"],
+        ),
+        "SHELL" => (&["bash", "zsh", "fish"], &["", "tcsh", "\u{1b}"]),
+        "N | check" => (
+            &["1", "2", "5"],
+            &["0", "6", "check1", "99999999999", "", "\u{1b}"],
+        ),
+        _ => timing_values(name),
+    }
+}
+
+/// The same for placeholders of timing.
+fn timing_values(name: &str) -> Values {
+    match name {
+        "SPEC" => (
+            &["3", "0..5", "lognormal:1,2"],
+            &[
+                "",
+                "-1",
+                "NaN",
+                "5..1",
+                "recorded:none.rrd",
+                "lognormal:2,1",
+            ],
+        ),
         "NODE=SPEC" => (
             &[
                 "policy=30",
@@ -217,15 +255,6 @@ fn values(name: &str) -> Values {
                 "sensor=1..2",
                 "\u{1b}=1",
             ],
-        ),
-        "TEXT" => (
-            &["8 because half", "0.5 as"],
-            &["", "8", "-1 x", "many", "1e400 x", "\u{1b}[2J"],
-        ),
-        "SHELL" => (&["bash", "zsh", "fish"], &["", "tcsh", "\u{1b}"]),
-        "N | check" => (
-            &["1", "2", "5"],
-            &["0", "6", "check1", "99999999999", "", "\u{1b}"],
         ),
         _ => panic!("no values are known for what help calls {name}: add some"),
     }

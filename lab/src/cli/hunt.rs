@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::{GraphArgs, heading, sweep::threads, values};
 
-/// Heading of what may go wrong.
+/// Heading of the faults.
 const BUDGET: &str = "What may go wrong, at the most";
 
-/// What can be asked of a hunt: a run that goes well, and what may go wrong in it.
+/// Options of a hunt: a run that goes well, and the faults that it may get.
 #[derive(Debug, Args)]
 #[command(next_help_heading = BUDGET)]
 pub struct HuntArgs {
@@ -17,7 +17,7 @@ pub struct HuntArgs {
     #[command(flatten)]
     pub graph: GraphArgs,
 
-    /// So many messages of the topic are lost.
+    /// Number of messages of the topic that may be lost.
     #[arg(
         long,
         value_name = "N",
@@ -27,8 +27,8 @@ pub struct HuntArgs {
     )]
     pub lose: usize,
 
-    /// Messages of the topic are delivered later than they would be, by so many
-    /// milliseconds all together, in parts of 10 ms.
+    /// Delay to add to messages of the topic, in milliseconds over all of them, in parts
+    /// of 10 ms.
     #[arg(long, alias = "delay_ms", value_name = "MS", value_parser = values::milliseconds, allow_hyphen_values = true)]
     pub delay_ms: Option<Duration>,
 
@@ -36,11 +36,11 @@ pub struct HuntArgs {
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
 
-    /// One tick of a node takes up to so many milliseconds, in parts of 10 ms.
+    /// Cost of one tick of a node: up to this many milliseconds, in parts of 10 ms.
     #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
     pub hang: Option<(String, Duration)>,
 
-    /// Threads to run on, which change nothing but the time it takes [default: one per core]
+    /// Number of threads; the result is the same for any [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,
 

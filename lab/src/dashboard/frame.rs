@@ -339,7 +339,7 @@ pub enum Standing {
 
 /// A signal over time, for the chart.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct SignalTrace {
     /// The signal.
     pub signal: &'static Signal,
     /// Run time (s) and value, oldest first.

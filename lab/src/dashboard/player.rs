@@ -19,7 +19,7 @@ use super::{
     error::LabError,
     explain,
     focus::Pane,
-    frame::{FrameData, Trace},
+    frame::{FrameData, SignalTrace},
     keys::{REPLAY, ReplayAction},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
@@ -209,14 +209,14 @@ impl Player {
         &self.playhead.replay.recording().events
     }
 
-    fn trace(&self) -> Option<Trace> {
+    fn trace(&self) -> Option<SignalTrace> {
         let system = self.playhead.system();
         let trace = self.sampler.trace(system, self.playhead.at, TRACE_S)?;
         let events = self
             .events()
             .iter()
             .filter(|event| event.at <= self.playhead.at);
-        Some(Trace {
+        Some(SignalTrace {
             marks: marks(system, events, self.playhead.at),
             ..trace
         })

@@ -22,7 +22,7 @@ use super::{
     flights::dots,
     frame::{
         AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, Quantiles,
-        Standing, Strain, TopicData, Trace, VerdictData,
+        SignalTrace, Standing, Strain, TopicData, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
@@ -218,11 +218,11 @@ impl Sampler {
 
     /// The signal in the `span` seconds before `now`; `None` if the system has
     /// none.
-    pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<Trace> {
+    pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
         let first = self.points.partition_point(|(at, _)| *at < end - span);
         let last = self.points.partition_point(|(at, _)| *at <= end);
-        Some(Trace {
+        Some(SignalTrace {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(end - span, end),

@@ -86,7 +86,7 @@ pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResu
 
 /// The settings that change the layout of a run.
 #[derive(PartialEq)]
-struct Key {
+struct PanelKey {
     system: &'static str,
     picture: bool,
     nodes: Vec<String>,
@@ -96,7 +96,7 @@ struct Key {
 
 /// Layouts that were made. The SDK (0.36.3) never ends the stream with which it
 /// makes one: two threads and their memory each time, so each is made once.
-static MADE: Mutex<Vec<(Key, Vec<LogMsg>)>> = Mutex::new(Vec::new());
+static MADE: Mutex<Vec<(PanelKey, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 
 /// Views, and nothing else but what is needed to move through them.
 pub struct ViewerLayout {
@@ -132,10 +132,10 @@ impl ViewerLayout {
 }
 
 impl Subject<'_> {
-    fn key(&self) -> Key {
+    fn key(&self) -> PanelKey {
         let nodes = self.start.nodes.iter().map(|node| node.name.to_string());
         let topics = self.start.topics.iter().map(|topic| topic.name.to_string());
-        Key {
+        PanelKey {
             system: self.system.name(),
             picture: self.picture,
             nodes: nodes.collect(),

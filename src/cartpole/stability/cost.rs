@@ -8,8 +8,8 @@ use super::{
     criterion::{Noise, Weights},
     monodromy::StabilityError,
     passage::{NEWEST, Passage},
-    schedule::{Event, events},
-    timing::Push,
+    schedule::{ScheduleEvent, events},
+    timing::TimedPush,
 };
 use crate::runtime::Time;
 
@@ -61,7 +61,7 @@ impl Loop {
     /// The method of JitterTime: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
     /// JitterTime to analyze transient performance in adaptive and reconfigurable control
     /// systems*, ETFA 2019.
-    pub fn cost_along(&self, pushes: &[Push], noise: &Noise, weights: &Weights) -> f64 {
+    pub fn cost_along(&self, pushes: &[TimedPush], noise: &Noise, weights: &Weights) -> f64 {
         let end = pushes.iter().map(|push| push.applied).max();
         let end = end.unwrap_or(Time::ZERO);
         let events = events(pushes, self.world, Time::ZERO, Time::ZERO, end);
@@ -79,7 +79,7 @@ impl Loop {
 fn cost_of(through: &Covariance, noise: &Noise, covariance: &mut DMatrix<f64>) -> f64 {
     let mut cost = 0.0;
     for event in &through.passage.events {
-        if let Event::Advance(units) = *event {
+        if let ScheduleEvent::Advance(units) = *event {
             let span = through.passage.span(units);
             let before = covariance.fixed_view::<NEWEST, NEWEST>(0, 0);
             cost += (span.cost * before).trace() + span.noise_cost;

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{
     criterion::Noise,
     passage::{ACTION, NEWEST, Passage},
-    schedule::Event,
+    schedule::ScheduleEvent,
 };
 
 /// The action in force after a message of `/action` is lost.
@@ -42,8 +42,9 @@ pub(super) struct Covariance<'a> {
 
 impl Covariance<'_> {
     /// Applies `event` to a covariance, averaged over the loss, without disturbances.
-    pub fn happen(&self, event: Event, covariance: &mut DMatrix<f64>) {
-        let lost = (matches!(event, Event::Apply(_))).then(|| self.without_action(covariance));
+    pub fn happen(&self, event: ScheduleEvent, covariance: &mut DMatrix<f64>) {
+        let lost =
+            (matches!(event, ScheduleEvent::Apply(_))).then(|| self.without_action(covariance));
         twice(covariance, |states| self.passage.happen(event, states));
         if let Some(lost) = lost {
             let Loss { probability, .. } = self.loss;
@@ -62,19 +63,19 @@ impl Covariance<'_> {
     }
 
     /// The same with the disturbances of the event.
-    pub fn happen_in(&self, noise: &Noise, event: Event, covariance: &mut DMatrix<f64>) {
+    pub fn happen_in(&self, noise: &Noise, event: ScheduleEvent, covariance: &mut DMatrix<f64>) {
         self.happen(event, covariance);
         match event {
-            Event::Advance(units) => {
+            ScheduleEvent::Advance(units) => {
                 let mut moved = covariance.fixed_view_mut::<NEWEST, NEWEST>(0, 0);
                 moved += self.passage.span(units).noise;
             }
-            Event::Sense => {
+            ScheduleEvent::Sense => {
                 let errors = self.passage.gains.iter().zip(noise.reading);
                 let error: f64 = errors.map(|(gain, error)| gain * gain * error).sum();
                 covariance[(NEWEST, NEWEST)] += error;
             }
-            Event::Apply(_) => {}
+            ScheduleEvent::Apply(_) => {}
         }
     }
 

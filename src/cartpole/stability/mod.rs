@@ -83,5 +83,5 @@ pub use growth::measured_growth;
 pub use jitter::JitterMargin;
 pub use monodromy::{Stability, StabilityError};
 pub use schedule::LONGEST;
-pub use timing::{Cadence, Push, Rates, Timing};
+pub use timing::{Cadence, Rates, TimedPush, Timing};
 pub use world::World;

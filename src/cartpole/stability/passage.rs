@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, RowVector4};
 use super::{
     control_loop::Loop,
     criterion::{Noise, Weights},
-    schedule::{Event, Schedule, TooLong, readings},
+    schedule::{Schedule, ScheduleEvent, TooLong, readings},
     span::Span,
 };
 
@@ -21,7 +21,7 @@ pub(super) const NEWEST: usize = 5;
 /// the action in force and the policy's answers to the last few readings.
 #[derive(Clone, Debug)]
 pub(super) struct Passage {
-    pub events: Vec<Event>,
+    pub events: Vec<ScheduleEvent>,
     pub gains: RowVector4<f64>,
     spans: BTreeMap<u64, Span>,
 }
@@ -39,10 +39,15 @@ impl Passage {
     }
 
     /// The passage of these events in `control`'s world.
-    pub fn through(control: &Loop, events: Vec<Event>, noise: &Noise, weights: &Weights) -> Self {
+    pub fn through(
+        control: &Loop,
+        events: Vec<ScheduleEvent>,
+        noise: &Noise,
+        weights: &Weights,
+    ) -> Self {
         let mut spans = BTreeMap::new();
         for event in &events {
-            if let Event::Advance(units) = *event {
+            if let ScheduleEvent::Advance(units) = *event {
                 let span = || control.world.span(&control.dynamics, units, noise, weights);
                 spans.entry(units).or_insert_with(span);
             }
@@ -65,13 +70,13 @@ impl Passage {
     }
 
     /// Applies `event` to each column of `states`.
-    pub fn happen(&self, event: Event, states: &mut DMatrix<f64>) {
+    pub fn happen(&self, event: ScheduleEvent, states: &mut DMatrix<f64>) {
         match event {
-            Event::Advance(units) => {
+            ScheduleEvent::Advance(units) => {
                 let moved = self.span(units).motion * states.fixed_rows::<NEWEST>(0);
                 states.fixed_rows_mut::<NEWEST>(0).copy_from(&moved);
             }
-            Event::Sense => {
+            ScheduleEvent::Sense => {
                 for row in (NEWEST + 1..states.nrows()).rev() {
                     let younger = states.row(row - 1).clone_owned();
                     states.set_row(row, &younger);
@@ -79,7 +84,7 @@ impl Passage {
                 let answer = self.gains * states.fixed_rows::<ACTION>(0);
                 states.set_row(NEWEST, &answer);
             }
-            Event::Apply(ago) => {
+            ScheduleEvent::Apply(ago) => {
                 let action = states.row(NEWEST + ago).clone_owned();
                 states.set_row(ACTION, &action);
             }

@@ -3,7 +3,7 @@
 use std::{collections::HashMap, time::Duration};
 
 use super::{
-    timing::{Push, Rates, Timing},
+    timing::{Rates, TimedPush, Timing},
     world::World,
 };
 use crate::runtime::{Hz, Time, hyper_period};
@@ -18,7 +18,7 @@ const STRETCH: Duration = Duration::from_secs(10);
 
 /// An event of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub(super) enum ScheduleEvent {
     /// The plant advances by this number of its world's units.
     Advance(u64),
     /// The plant is read.
@@ -33,7 +33,7 @@ pub(super) struct Schedule {
     /// Length of the period.
     pub period: Duration,
     /// Events of one period.
-    pub events: Vec<Event>,
+    pub events: Vec<ScheduleEvent>,
     /// Mean age of the reading behind the action in force (s).
     pub mean_age: f64,
 }
@@ -73,10 +73,10 @@ impl Schedule {
 }
 
 /// The number of readings that `events` need.
-pub(super) fn readings(events: &[Event]) -> usize {
+pub(super) fn readings(events: &[ScheduleEvent]) -> usize {
     let ago = events.iter().map(|event| match event {
-        Event::Apply(ago) => ago + 1,
-        Event::Advance(_) | Event::Sense => 1,
+        ScheduleEvent::Apply(ago) => ago + 1,
+        ScheduleEvent::Advance(_) | ScheduleEvent::Sense => 1,
     });
     ago.max().unwrap_or(1)
 }
@@ -127,12 +127,12 @@ fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLon
 
 /// The events of `pushes` in `world` between two moments.
 pub(super) fn events(
-    pushes: &[Push],
+    pushes: &[TimedPush],
     world: World,
     origin: Time,
     from: Time,
     to: Time,
-) -> Vec<Event> {
+) -> Vec<ScheduleEvent> {
     // Within an instant the plant is read before an action is applied.
     let mut moments = Vec::new();
     let (mut readings, mut last) = (0, None);
@@ -157,8 +157,8 @@ pub(super) fn events(
             advance(&mut events, world, unit - now);
             now = unit;
             events.push(match sense {
-                true => Event::Sense,
-                false => Event::Apply(newest - reading),
+                true => ScheduleEvent::Sense,
+                false => ScheduleEvent::Apply(newest - reading),
             });
         }
     }
@@ -167,18 +167,18 @@ pub(super) fn events(
 }
 
 /// Adds an advance by `units`, split into stretches.
-fn advance(events: &mut Vec<Event>, world: World, mut units: u128) {
+fn advance(events: &mut Vec<ScheduleEvent>, world: World, mut units: u128) {
     let most = (STRETCH.as_nanos() / world.unit().as_nanos()).max(1);
     while units > 0 {
         let stretch = units.min(most);
-        events.push(Event::Advance(stretch as u64));
+        events.push(ScheduleEvent::Advance(stretch as u64));
         units -= stretch;
     }
 }
 
 /// The mean age of the action in force (s) between two moments, both after the first
 /// push. Of several actions applied at once the last counts.
-fn mean_age(pushes: &[Push], from: Time, to: Time) -> f64 {
+fn mean_age(pushes: &[TimedPush], from: Time, to: Time) -> f64 {
     let mut sum = 0.0;
     let replaced = pushes.iter().skip(1).map(|next| next.applied).chain([to]);
     for (push, replaced) in pushes.iter().zip(replaced) {

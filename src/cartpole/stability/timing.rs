@@ -45,7 +45,7 @@ pub struct Timing {
 
 /// An action, with the times of its reading and of its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Push {
+pub struct TimedPush {
     /// Time of the reading.
     pub sensed: Time,
     /// Time of the application.
@@ -110,7 +110,7 @@ impl Timing {
 
     /// All decisions: the start of each, and the resulting push. Decisions before the
     /// first reading are left out.
-    pub(super) fn pushes(self) -> impl Iterator<Item = (Time, Push)> {
+    pub(super) fn pushes(self) -> impl Iterator<Item = (Time, TimedPush)> {
         let (mut sensor, mut policy) = (self.sensor.rate(), self.policy.rate());
         let mut actuator = self.actuator.map(Cadence::rate);
         let starts = std::iter::from_fn(move || {
@@ -130,7 +130,7 @@ impl Timing {
                 }
                 actuator.due()
             });
-            Some((start, Push { sensed, applied }))
+            Some((start, TimedPush { sensed, applied }))
         })
     }
 }

@@ -28,7 +28,7 @@ use super::{
     exercise_panel::{self, ExercisePanel},
     explain,
     focus::Pane,
-    frame::{FrameData, Trace},
+    frame::{FrameData, SignalTrace},
     history::FrameHistory,
     keys::{LAB, LabAction, MAP},
     knob_focus::KnobFocus,
@@ -231,7 +231,7 @@ impl Model for App {
         Some(ScreenState {
             system,
             frame,
-            trace: trace.map(|trace| Trace {
+            trace: trace.map(|trace| SignalTrace {
                 marks: marks(system, self.events(frame.now), frame.now),
                 ..trace
             }),

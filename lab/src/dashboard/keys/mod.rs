@@ -76,7 +76,7 @@ macro_rules! screen_with_panes {
                     (Char('5'), $Action::Focus(Pane::Events)),
                     (Char('6'), $Action::Focus(Pane::Timeline)),
                 ],
-                "focus the next pane; graph, plant, signal, figures, events, timeline",
+                "next pane; graph, plant, signal, figures, events, timeline",
                 None,
             ),
             row(

@@ -39,7 +39,7 @@ use self::{layout::ScreenLayout, theme::Theme};
 use super::{
     cliff::CliffMap,
     focus::Pane,
-    frame::{FrameData, PushData, Trace},
+    frame::{FrameData, PushData, SignalTrace},
     knob_focus::KnobFocus,
     timeline::Timeline,
 };
@@ -51,7 +51,7 @@ pub struct ScreenState<'a> {
     /// The figures.
     pub frame: &'a FrameData,
     /// The signal until then, if the system has one.
-    pub trace: Option<Trace>,
+    pub trace: Option<SignalTrace>,
     /// Ticks and messages of late, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
     /// The node and the topics whose knobs keys turn.

@@ -9,8 +9,8 @@ use ratelab::{
 };
 
 use crate::dashboard::frame::{
-    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, Standing, TopicData,
-    Trace, VerdictData,
+    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, SignalTrace, Standing,
+    TopicData, VerdictData,
 };
 
 /// The latency of [`balanced`].
@@ -141,12 +141,12 @@ pub fn picture(frame: &FrameData) -> Option<Picture> {
 
 /// The angle of [`broken`]: upright, then faster and faster over; two knobs
 /// were turned on the way.
-pub fn trace() -> Trace {
+pub fn trace() -> SignalTrace {
     let points = (0..=42).map(|step| {
         let time = f64::from(step) * 0.02;
         (time, 0.2 * (time * 4.9).exp() * 1.0_f64.min(time + 0.2))
     });
-    Trace {
+    SignalTrace {
         signal: &CartPole::default().signals()[0],
         points: points.collect(),
         limits: age(0, 0).limits,

@@ -13,7 +13,7 @@ use super::{
     pane::{self, border, clamp, clip, put, row, rows, signed},
     theme::Theme,
 };
-use crate::dashboard::frame::Trace;
+use crate::dashboard::frame::SignalTrace;
 
 /// Run time in sight (s).
 const WINDOW_S: f64 = 10.0;
@@ -48,7 +48,7 @@ const LEAST_AGE_MS: f64 = 40.0;
 
 /// Draws the trace up to `now`, and below it the push age if there is room.
 pub fn render(
-    trace: &Trace,
+    trace: &SignalTrace,
     now: Time,
     theme: &Theme,
     focused: bool,
@@ -418,7 +418,7 @@ mod tests {
 
     use super::render;
     use crate::dashboard::{
-        frame::Trace,
+        frame::SignalTrace,
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -427,7 +427,7 @@ mod tests {
     };
 
     /// A pole that swings for twelve seconds and then tips over.
-    fn long() -> Trace {
+    fn long() -> SignalTrace {
         let angle = |time: f64| 3.0 * (2.0 * time).sin() + 2.5 * (time - 12.0).max(0.0).powi(2);
         let points = (0..=720).map(|step| f64::from(step) * 0.02);
         let marks = [
@@ -435,14 +435,14 @@ mod tests {
             (5.9, "policy 10 Hz"),
             (13.9, "policy 5 Hz"),
         ];
-        Trace {
+        SignalTrace {
             points: points.map(|time| (time, angle(time))).collect(),
             marks: marks.map(|(time, text)| (time, text.to_owned())).to_vec(),
             ..sample::trace()
         }
     }
 
-    fn pane(trace: &Trace, millis: u64, size: (u16, u16), theme: &Theme) -> Buffer {
+    fn pane(trace: &SignalTrace, millis: u64, size: (u16, u16), theme: &Theme) -> Buffer {
         let now = Time::from_nanos(millis * 1_000_000);
         screen(size.0, size.1, |area, buf| {
             render(trace, now, theme, false, area, buf)
@@ -479,7 +479,7 @@ mod tests {
 
     #[test]
     fn any_size_and_any_trace_will_do() {
-        let odd = Trace {
+        let odd = SignalTrace {
             points: vec![
                 (0.0, f64::NAN),
                 (0.1, 1e9),
@@ -489,7 +489,7 @@ mod tests {
             marks: vec![(0.1, "→".repeat(200)), (f64::NAN, String::new())],
             ..sample::trace()
         };
-        let nothing = Trace {
+        let nothing = SignalTrace {
             points: Vec::new(),
             ages: Vec::new(),
             marks: Vec::new(),

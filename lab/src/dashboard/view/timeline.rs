@@ -63,7 +63,7 @@ pub fn render(
     for (number, lane) in timeline.lanes.iter().take(lanes).enumerate() {
         let place = row(inner, number);
         put(&clip(&lane.name, room, theme), Style::new(), 1, place, buf);
-        let columns = Columns {
+        let columns = LaneColumns {
             timeline,
             margin,
             count: usize::from(inner.width).saturating_sub(margin + 1),
@@ -94,14 +94,14 @@ fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
 }
 
 /// The columns of a lane.
-struct Columns<'a> {
+struct LaneColumns<'a> {
     timeline: &'a Timeline,
     margin: usize,
     count: usize,
     place: Rect,
 }
 
-impl Columns<'_> {
+impl LaneColumns<'_> {
     fn draw(&self, mark: &Mark, theme: &Theme, buf: &mut Buffer) {
         if self.count == 0 {
             return;

@@ -46,7 +46,7 @@ impl PictureScene {
         states: &Rows,
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
-        let mut drawing = Drawing::default();
+        let mut drawing = SceneDrawing::default();
         for (head, row) in states.iter() {
             if self.next.is_some_and(|next| head.at < next) {
                 continue;
@@ -60,7 +60,7 @@ impl PictureScene {
                 .iter()
                 .partition(|(style, _)| *style == Style::Scenery);
             if first {
-                Drawing::of(&still).log(rec)?;
+                SceneDrawing::of(&still).log(rec)?;
             }
             drawing.add(&moving);
             stamps.push(head.at, progress.step_at(head.at));
@@ -71,7 +71,7 @@ impl PictureScene {
 
 /// Lines and labels, picture after picture.
 #[derive(Default)]
-struct Drawing {
+struct SceneDrawing {
     lines: Vec<Vec<[f32; 2]>>,
     colours: Vec<Color>,
     widths: Vec<Radius>,
@@ -81,7 +81,7 @@ struct Drawing {
     counts: Vec<[usize; 2]>,
 }
 
-impl Drawing {
+impl SceneDrawing {
     /// A picture of `shapes`.
     fn of(shapes: &[&(Style, Shape)]) -> Self {
         let mut drawing = Self::default();

@@ -11,7 +11,7 @@ mod traffic;
 use std::collections::VecDeque;
 
 pub use parts::{AgePart, AgeParts, Stage};
-pub use push::{Chain, Push};
+pub use push::{Chain, PushInForce};
 
 use super::Topology;
 use crate::runtime::{

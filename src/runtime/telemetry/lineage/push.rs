@@ -8,9 +8,9 @@ use super::{
 };
 use crate::runtime::time::Time;
 
-/// A push that is in force from one run time to another.
+/// An action that is in force from one run time to another.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Push {
+pub struct PushInForce {
     /// The topic with what is applied.
     pub topic: usize,
     /// The number of the message on it.
@@ -25,7 +25,7 @@ pub struct Push {
     parts: AgeParts,
 }
 
-impl Push {
+impl PushInForce {
     /// The parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
         let (topic, node) = (self.topic, self.node);
@@ -78,14 +78,14 @@ impl Sums {
 impl Lineage {
     /// The push of the node with index `node` that is in force at run time `at`;
     /// `None` before the first, and where its chain is not known.
-    pub fn push_at(&self, node: usize, at: Time) -> Option<Push> {
+    pub fn push_at(&self, node: usize, at: Time) -> Option<PushInForce> {
         let ticks = &self.nodes.get(node)?.ticks;
         let last = ticks.partition_point(|worked| worked.ends() <= at);
         self.push_of(node, last.checked_sub(1)?)
     }
 
     /// The push that the tick with this index applied, again or for the first time.
-    pub(super) fn push_of(&self, node: usize, index: usize) -> Option<Push> {
+    pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
         let &(topic, seq) = ticks[index].reads.first()?;
         let first = self.first_read((topic, seq), node, index);
@@ -95,7 +95,7 @@ impl Lineage {
         let since = tick.ends?;
         parts.add(Stage::Cost { node }, tick.at, since);
         let newer = self.topics[topic].after(Some(seq), Time::MAX).take(64);
-        Some(Push {
+        Some(PushInForce {
             topic,
             seq,
             node,
@@ -158,7 +158,7 @@ pub struct Chain {
 
 impl Lineage {
     /// The chain behind `push`, back to the sensing.
-    pub fn chain_of(&self, push: &Push) -> Chain {
+    pub fn chain_of(&self, push: &PushInForce) -> Chain {
         let mut chain = Chain::default();
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);

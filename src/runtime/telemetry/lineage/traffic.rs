@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Lineage, Push};
+use super::{Lineage, PushInForce};
 use crate::runtime::time::Time;
 
 impl Lineage {
@@ -26,8 +26,8 @@ impl Lineage {
     }
 
     /// All pushes of a node whose chains are known, oldest first.
-    pub fn pushes(&self, node: usize) -> Vec<Push> {
-        let mut pushes: Vec<Push> = Vec::new();
+    pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
+        let mut pushes: Vec<PushInForce> = Vec::new();
         for index in 0..self.nodes[node].ticks.len() {
             let read = self.nodes[node].ticks[index].reads.first();
             let again = pushes.last().map(|push| (push.topic, push.seq));

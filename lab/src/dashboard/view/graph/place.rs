@@ -106,14 +106,14 @@ impl GraphLayout {
 struct Plan {
     columns: Vec<Vec<usize>>,
     routes: Routes,
-    look: Look,
+    look: BoxLook,
     /// Rows at the bottom for a list of topics.
     list: usize,
 }
 
 /// Sizes to choose from.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct BoxLook {
     /// Width of boxes if there is room, and the least.
     width: [usize; 2],
     height: usize,
@@ -123,7 +123,7 @@ struct Look {
     roomy: bool,
 }
 
-impl Look {
+impl BoxLook {
     /// From the roomiest to the tightest.
     fn all(name: usize) -> [Self; 7] {
         let roomy = |width: usize, gap, height| Self {
@@ -160,7 +160,7 @@ impl Plan {
         }
         let names = frame.nodes.iter().map(|node| pane::width(&node.name));
         let name = names.max().unwrap_or(0).min(LONGEST_NAME);
-        let looks = Look::all(name);
+        let looks = BoxLook::all(name);
         if layers.len() <= room[0] {
             for look in looks {
                 let plan = Self::new(frame, layers.to_vec(), look);
@@ -182,7 +182,7 @@ impl Plan {
         parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
     }
 
-    fn new(frame: &FrameData, columns: Vec<Vec<usize>>, look: Look) -> Self {
+    fn new(frame: &FrameData, columns: Vec<Vec<usize>>, look: BoxLook) -> Self {
         Self {
             routes: Routes::of(frame, &columns),
             columns,
@@ -195,7 +195,7 @@ impl Plan {
     fn part(
         frame: &FrameData,
         layers: &[Vec<usize>],
-        look: Look,
+        look: BoxLook,
         room: [usize; 2],
     ) -> Option<Self> {
         let most = (room[0] + look.gap) / (LEAST_BOX + look.gap);
