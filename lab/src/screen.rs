@@ -29,7 +29,7 @@ pub fn screen(args: &ScreenArgs) -> Options {
 
 /// Uses colours unless the environment disables them (<https://no-color.org>).
 ///
-/// Unless it was told, the background is guessed from `COLORFGBG`, which some terminals
+/// Without an option the background is guessed from `COLORFGBG`, which some terminals
 /// set: two or three numbers of colours, the last of them that of the background.
 pub fn theme(ascii: bool, look: Option<Look>) -> Theme {
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -40,7 +40,7 @@ pub fn theme(ascii: bool, look: Option<Look>) -> Theme {
     }
 }
 
-/// The background that a terminal tells of; dark if it tells nothing.
+/// The background that a terminal states; dark without a statement.
 fn guessed(colours: Option<&str>) -> Look {
     let background = colours.and_then(|colours| colours.rsplit(';').next()?.parse().ok());
     match background {

@@ -144,10 +144,10 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     lab.wait_for("replay");
     // It plays up to the fall, and stops there.
     lab.wait_for("FELL at 0.840 s");
-    lab.wait_for("⏸    0.840 s");
+    lab.wait_for("‖    0.840 s");
     // Back by two messages: before the fall the pole is up.
     lab.type_keys(",,");
-    lab.wait_for("⏸    0.800 s");
+    lab.wait_for("‖    0.800 s");
     lab.wait_for("BALANCED so far");
     // The next event is the fall.
     lab.type_keys("n");

@@ -70,7 +70,7 @@ pub trait Node: Send {
         GO_ON
     }
 
-    /// Begins anew, as it was when it was built: a program that was started again.
+    /// Resets the node to its state when it was built, as a restart of a program does.
     /// Called only for a node that a [`Builder`](crate::system::Builder) cannot build
     /// once more.
     ///

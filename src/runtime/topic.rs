@@ -276,7 +276,7 @@ impl<T: Payload> Topic<T> {
 
 impl<T: Payload> Queue<T> {
     /// Hands every tap a copy of what was published at run time `at`, and forgets those
-    /// that nobody listens to.
+    /// without subscriptions.
     fn offer_newest(&mut self, at: Time) {
         if !self.taps.is_empty()
             && let Some(newest) = self.newest(at)

@@ -157,8 +157,7 @@ pub trait System: Send + Sync + 'static {
         Verdict::of_exit(exit, at)
     }
 
-    /// By which sum of squares its states are judged, if they are: it tells how well
-    /// a run goes that is not lost.
+    /// The quadratic cost of its states, if it has one: it rates runs that are not lost.
     fn quadratic_cost(&self) -> Option<QuadraticCost> {
         None
     }

@@ -45,7 +45,7 @@ pub struct TraceArgs {
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 
-    /// The trace to write; unless told otherwise, FILE with the ending .pftrace.
+    /// The trace to write [default: FILE with the ending .pftrace]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

@@ -89,7 +89,7 @@ pub enum Health {
     Works,
     /// It crashed, and its last messages are held.
     Crashed,
-    /// It is in a tick that was told to take long.
+    /// Whether it is in a tick that a knob made long.
     Hangs,
 }
 
@@ -210,8 +210,9 @@ pub struct LatencyData {
     pub bins: Vec<u64>,
     /// Width of a bin.
     pub bin: Duration,
-    /// Age of the sensing behind the newest state.
-    pub newest: Option<Duration>,
+    /// Age of the sensing behind the newest state (s); negative where a node's clock is
+    /// ahead.
+    pub newest: Option<f64>,
     /// The period of the node whose rate is turned first, as a reference.
     pub period: Duration,
 }

@@ -1,8 +1,8 @@
-//! How old the push in force was over time, and on average of late.
+//! The age of the push in force over time, and its recent mean.
 //!
-//! Where the node that pushes also publishes the states, each state tells the sensing
-//! behind the push from then on: exact at any speed, and in recordings. Elsewhere
-//! there is what the node was seen to push at each frame.
+//! Where the node that pushes also publishes the states, each state has the sensing behind
+//! the push from then on: exact at any speed, and in recordings. Elsewhere the push is
+//! sampled at each frame.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -14,13 +14,13 @@ use ratelab::{
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
 
-/// Run time that counts as recent, if two periods of the policy are not longer.
+/// Run time that counts as recent, unless two periods of the policy are longer.
 const LATELY: Duration = Duration::from_secs(1);
 
 /// The age of the push in force, as a saw.
 #[derive(Default)]
 pub struct PushAges {
-    /// Whether states tell all of it; `None` before the first look at the graph.
+    /// Whether states have all of it; `None` before the first look at the graph.
     by_states: Option<bool>,
     /// The newest moment, and the sensing behind the push from then on.
     newest: Option<(Time, Time)>,
@@ -30,7 +30,7 @@ pub struct PushAges {
     saw: VecDeque<(f64, f64)>,
 }
 
-/// The age of late.
+/// The recent age.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecentAge {
     /// Its mean over time.
@@ -40,13 +40,13 @@ pub struct RecentAge {
 }
 
 impl PushAges {
-    /// Learns of `graph` who tells the age, before the first state is.
+    /// Finds the source of the age in `graph`, before the first state.
     pub fn meet(&mut self, system: &dyn System, graph: impl FnOnce() -> Snapshot) {
         self.by_states
             .get_or_insert_with(|| by_states(system, &graph()));
     }
 
-    /// What `graph` knows of it where states do not tell.
+    /// Adds the present push of `graph` where states do not have it.
     pub fn look(&mut self, graph: &Snapshot) {
         if self.by_states == Some(true) {
             return;
@@ -56,8 +56,8 @@ impl PushAges {
         }
     }
 
-    /// What a state at run time `at` tells: the push from then on is derived from a
-    /// sensing at `sensed`.
+    /// Adds the push of a state: from run time `at` on it is derived from a sensing at
+    /// `sensed`.
     pub fn state(&mut self, at: Time, sensed: Time) {
         if self.by_states == Some(false) {
             return;

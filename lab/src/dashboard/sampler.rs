@@ -88,7 +88,7 @@ pub trait RunSource {
     /// The messages on the [`watched`] topics since the last call.
     fn new_rows(&mut self) -> Vec<WatchedRows>;
 
-    /// Messages that came too fast to be watched.
+    /// Messages that came too fast for the dashboard.
     fn lost(&self) -> u64;
 
     /// The summary, once the run is over.
@@ -114,7 +114,7 @@ pub struct Sampler {
     events: usize,
     /// The knobs that were turned since the run began.
     turned: Setup,
-    /// When which node was told to hang, and for how long.
+    /// Hangs: time, node and duration.
     hangs: Vec<(Time, String, Duration)>,
     figures: Figures,
     /// The newest state of the plant.
@@ -122,7 +122,7 @@ pub struct Sampler {
     /// The verdict on the states since the run is lost, if it is and goes on.
     lost: Option<Verdict>,
     /// Age of the sensing behind the newest state.
-    newest_age: Option<Duration>,
+    newest_age: Option<f64>,
     /// The age of the push in force.
     push_ages: PushAges,
     /// The limits of that age with the setup in force.
@@ -493,9 +493,10 @@ fn so_far(system: &dyn System) -> String {
     }
 }
 
-/// Age of the sensing that a message was derived from, when it was published.
-fn age(head: &Head) -> Option<Duration> {
-    head.origin.map(|origin| head.at.since(origin))
+/// Age of the sensing that a message was derived from, when it was published (s).
+fn age(head: &Head) -> Option<f64> {
+    let sensed = head.origin?.as_secs_f64();
+    Some(head.at.as_secs_f64() - sensed)
 }
 
 fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {

@@ -116,7 +116,7 @@ pub enum MarkKind {
     Overrun,
     /// A message that was read.
     Read,
-    /// A message that nobody read so far.
+    /// A message without a reader so far.
     Unread,
     /// A message that was lost.
     Lost,

@@ -106,7 +106,7 @@ impl Merged {
 
     fn settle(&mut self, place: usize, chunk: &Chunk) -> Result<(), Box<dyn Error>> {
         let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
-        // Rows are numbered anew, one after the other, which takes no room.
+        // Rows get consecutive numbers, which take no room.
         let chunk = chunk.clone_as(chunk.id(), first);
         if let Some(LogMsg::ArrowMsg(_, data)) = self.messages.get_mut(place) {
             *data = chunk.to_arrow_msg()?;

@@ -328,7 +328,7 @@ fn moved(place: usize, direction: Direction, count: usize) -> usize {
 
 #[cfg(test)]
 pub mod sample {
-    //! A map to test with that nobody fills.
+    //! A map for tests, without a thread that fills it.
 
     use std::sync::Arc;
 

@@ -217,18 +217,18 @@ fn latency_figures(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut B
     let name = plain(latency.name, theme);
     put(&name, theme.faint(), 0, row(area, 0), buf);
     let figures = &latency.figures;
-    let some = |duration: Duration| (figures.count > 0).then_some(duration);
+    let some = |duration: Duration| (figures.count > 0).then_some(duration.as_secs_f64());
     let entries = [
         ("p50", some(figures.p50)),
         ("p99", some(figures.p99)),
         ("max", some(figures.max)),
         ("now", latency.newest),
     ];
-    for (number, (name, duration)) in entries.into_iter().enumerate() {
+    for (number, (name, seconds)) in entries.into_iter().enumerate() {
         let place = row(area, number / across);
         let x = begin + number % across * LATENCY_FIGURE;
-        let text = match duration {
-            Some(duration) => format!("{:>6.1} ms", duration.as_secs_f64() * 1e3),
+        let text = match seconds {
+            Some(seconds) => format!("{:>6.1} ms", seconds * 1e3),
             None => format!("{:>6} ms", "-"),
         };
         if x + 12 <= usize::from(area.width) {

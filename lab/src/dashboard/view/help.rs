@@ -52,7 +52,7 @@ pub fn render(help: &HelpPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     Clear.render(place, buf);
     let inner = border(TITLE, Span::default(), theme, true, place, buf);
     let fit = usize::from(inner.height);
-    // The last line tells where more is.
+    // The last line points to the hidden ones.
     let shown = if high > fit {
         fit.saturating_sub(1)
     } else {

@@ -73,7 +73,7 @@ pub fn broken() -> FrameData {
         figures: quantiles(110_000, 112_000, 212_000, 216_000),
         bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
         bin: Duration::from_millis(10),
-        newest: Some(Duration::from_millis(136)),
+        newest: Some(0.136),
         period: Duration::from_millis(200),
     });
     frame.age = Some(age(95, 200));
@@ -248,7 +248,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             figures: quantiles(25_200, 20_300, 40_500, 42_900),
             bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
             bin: Duration::from_millis(5),
-            newest: Some(Duration::from_millis(21)),
+            newest: Some(0.021),
             period: Duration::from_millis(20),
         }),
         age: Some(age(25, 43)),

@@ -31,7 +31,7 @@ pub fn render(scrubber: &Scrubber, theme: &Theme, area: Rect, buf: &mut Buffer) 
     let sign = if scrubber.playing {
         theme.glyph("▶", ">")
     } else {
-        theme.glyph("⏸", "=")
+        theme.glyph("‖", "=")
     };
     let left = format!(" {sign} {:>8.3} s ", scrubber.at.as_secs_f64());
     let (end, speed) = (scrubber.ends.as_secs_f64(), scrubber.speed);

@@ -383,7 +383,7 @@ impl Chart<'_> {
     fn ghost(&self, points: &[(f64, f64)], buf: &mut Buffer) {
         let first = points.partition_point(|point| point.0 < self.columns.times[0]);
         let last = points.partition_point(|point| point.0 <= self.columns.times[1]);
-        // Half of the strokes: told from a curve without colours as well.
+        // Half of the strokes: different from a curve without colours as well.
         let lines = points[first..last].windows(2).step_by(2).map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]

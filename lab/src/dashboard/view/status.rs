@@ -121,9 +121,9 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
     let (sign, word, style) = if extra.replay {
         (theme.glyph("⏵", ">"), "replay", theme.strong())
     } else if extra.ended {
-        (theme.glyph("⏹", "#"), "ended", theme.strong())
+        (theme.glyph("■", "#"), "ended", theme.strong())
     } else if frame.status.paused {
-        (theme.glyph("⏸", "="), "paused", theme.strong())
+        (theme.glyph("‖", "="), "paused", theme.strong())
     } else {
         (theme.glyph("▶", ">"), "running", theme.active())
     };
@@ -183,7 +183,7 @@ mod tests {
             recording: Some(0),
             ..StatusExtra::default()
         };
-        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ⏹ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
         let back = StatusExtra {
             back: Some((3, 120)),
             ..ended

@@ -5,7 +5,7 @@ use ratatui::{
     symbols::border,
 };
 
-/// How things look. Blue and orange can be told apart by nearly everybody. The colours
+/// Colours and glyphs. Nearly everybody can distinguish blue and orange. The colours
 /// are those of the 256 that look the same in every terminal, so that they can be read
 /// on the background they are made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

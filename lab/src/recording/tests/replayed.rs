@@ -1,4 +1,4 @@
-//! A recording tells what the run did.
+//! A replay shows the figures of its run.
 
 use ratelab::{
     cartpole::{CartPole, STATE},

@@ -114,7 +114,7 @@ pub fn check(recording: &Recording) -> Option<Difference> {
     first_knob_left_out(recording)
 }
 
-/// The first knob that the run was given and came to, and that it was not turned
+/// The first knob of the configuration that was due in the run, and that was not turned
 /// by. Those of the last moment may have come too late.
 fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
     let knobs = recording.origin.config.knobs.iter().cloned();

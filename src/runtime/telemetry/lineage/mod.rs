@@ -1,7 +1,7 @@
 //! From which messages and ticks an action came, and where its age arose.
 //!
 //! Nothing in a running graph keeps this: it follows from what taps hand out, or from
-//! what was recorded. A graph that nobody taps pays nothing for it.
+//! what was recorded. A graph without taps pays nothing for it.
 
 mod parts;
 mod push;
