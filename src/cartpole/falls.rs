@@ -1,4 +1,4 @@
-//! The mean push age at which policies lose the pole, as measured.
+//! The measured mean push age at which policies lose the pole.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use crate::runtime::Hz;
 
 /// The limits of the table in `docs/age.md`, which `examples/age/` measures.
 ///
-/// Files are known by the digest of their content: that of `policies/prompt.safetensors`
-/// and `policies/patient.safetensors`.
+/// Files are identified by the digest of their content: `policies/prompt.safetensors` and
+/// `policies/patient.safetensors`.
 const OF_FILES: [(&str, Duration); 2] = [
     (
         "9223e0aeb8e8da498392bfa9c0d35d98c8ce6ed62c7b210ab676d7197712ac01",
@@ -23,14 +23,14 @@ const OF_FILES: [(&str, Duration); 2] = [
     ),
 ];
 
-/// That of `scripted`.
+/// The limit of `scripted`.
 const OF_SCRIPTED: Duration = Duration::from_millis(90);
 
-/// That of `lqr` at 50 Hz; at another rate it has other gains.
+/// The limit of `lqr` at 50 Hz; its gains are different at other rates.
 const OF_LQR: Duration = Duration::from_millis(103);
 
-/// The mean push age from which on `policy` loses the pole, if it begins to decide at
-/// `control`; `None` where that was not measured.
+/// The mean push age at and above which `policy` loses the pole, with the initial control
+/// rate `control`; `None` where it was not measured.
 pub fn falls(policy: &PolicySpec, control: Hz) -> Option<Duration> {
     match policy {
         PolicySpec::BuiltIn(PolicyKind::Scripted) => Some(OF_SCRIPTED),
@@ -71,7 +71,7 @@ mod tests {
         }
     }
 
-    /// The page is made by `examples/age/`.
+    /// `examples/age/` writes the page.
     #[test]
     fn the_limits_are_those_of_the_page() {
         let page = include_str!("../../docs/age.md");

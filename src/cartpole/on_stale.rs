@@ -16,7 +16,7 @@ pub enum OnStale {
 }
 
 impl OnStale {
-    /// Whether an action of this age is still applied.
+    /// Whether an action of this age is applied.
     pub fn allows(self, age: Duration) -> bool {
         match self {
             Self::Hold => true,

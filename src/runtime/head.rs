@@ -1,4 +1,4 @@
-//! What is known of a message without its payload.
+//! The metadata of a message.
 
 use super::{tap::TapMessage, time::Time};
 
@@ -20,7 +20,7 @@ pub struct Head {
 }
 
 impl Head {
-    /// That of a message as a tap sees it.
+    /// The metadata of a message on a tap.
     pub fn of<T>(tapped: &TapMessage<T>) -> Self {
         let message = &tapped.message;
         Self {

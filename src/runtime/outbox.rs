@@ -15,7 +15,7 @@ use super::{
 /// Publishes one message; takes the run time and the stamp.
 type Held = Box<dyn FnOnce(Time, Time) + Send>;
 
-/// Collects the messages of a node's publishers during a tick that takes time, or stamps
+/// Holds the messages of a node's publishers during a tick with a duration, or stamps
 /// them while the node's clock has an error.
 #[derive(Default)]
 pub(crate) struct Outbox {
@@ -26,7 +26,7 @@ pub(crate) struct Outbox {
 
 #[derive(Default)]
 struct State {
-    /// Whether the node is in a tick that takes time.
+    /// Whether the node is in a tick with a duration.
     holds: bool,
     held: Vec<Held>,
     clock: Option<LocalClock>,

@@ -1,11 +1,11 @@
-//! What is done to the world outside of a graph.
+//! The effects of a graph on the world.
 
 use super::time::Time;
 
-/// Something that was done to the world.
+/// An action applied to the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Push {
-    /// Run time at which it was applied.
+    /// Run time of the application.
     pub at: Time,
     /// Run time of the sensing behind it.
     pub sensed: Time,

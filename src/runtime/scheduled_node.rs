@@ -27,7 +27,7 @@ pub(crate) struct ScheduledNode {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
     node: Box<dyn Node>,
-    /// How it is built once more, if it can be.
+    /// The function that builds it again, if there is one.
     pub(crate) again: Option<Again>,
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
@@ -35,7 +35,7 @@ pub(crate) struct ScheduledNode {
     pub(crate) taps: Arc<TickTaps>,
     /// The seed of the run.
     pub(crate) seed: u64,
-    /// Duration and lateness of its ticks, if they were ever set.
+    /// Duration and lateness of its ticks, if ever set.
     pub(crate) timing: Option<Box<TickTiming>>,
     outbox: Arc<Outbox>,
     fixed: Fixed,
@@ -43,7 +43,7 @@ pub(crate) struct ScheduledNode {
     offset: Duration,
 }
 
-/// How a node is built in the place of itself, and the message that it is sent then.
+/// The function that builds a node again, and the message it is sent afterwards.
 pub(crate) struct Again {
     pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
     pub(crate) message: Option<String>,
@@ -91,8 +91,7 @@ impl ScheduledNode {
         }
     }
 
-    /// Carries out a command for this node, at run time `at`; returns the value it
-    /// replaced.
+    /// Carries out a command for this node at run time `at`; returns the previous value.
     ///
     /// # Errors
     /// The reason and a remedy.
@@ -159,7 +158,7 @@ impl ScheduledNode {
         let Some(again) = &mut self.again else {
             return self.node.restart();
         };
-        // The ends of a topic are free when their node is gone.
+        // The ends of a topic are released with their node.
         self.node = Box::new(|_: Time| GO_ON);
         self.node = (again.build)();
         match &again.message {

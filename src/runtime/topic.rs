@@ -86,7 +86,7 @@ struct Queue<T> {
 /// A function of the run time and the payload of a message.
 type Watch<T> = dyn FnMut(Time, &T) + Send;
 
-/// Looks at each message when it is published.
+/// Inspects each message when it is published.
 struct Watcher<T>(Box<Watch<T>>);
 
 impl<T> fmt::Debug for Watcher<T> {
@@ -155,8 +155,8 @@ impl<T: Payload> Topic<T> {
         self.subscribe_again(mark, age_meter)
     }
 
-    /// The end that reads as far as `mark` and measures with `age_meter`, in the place
-    /// of one that is gone.
+    /// Creates a subscription with the read position `mark` and the meter `age_meter` of
+    /// a previous one.
     pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
         lock(&self.0.queue).marks.push(mark.clone());
         Subscription {
@@ -206,8 +206,8 @@ impl<T: Payload> Topic<T> {
         std::mem::replace(&mut lock(&self.0.queue).order, order)
     }
 
-    /// Puts a link in place for what is released from run time `now` on; returns the
-    /// one before.
+    /// Sets a link for messages released from run time `now` on; returns the previous
+    /// link.
     pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
         let mut queue = lock(&self.0.queue);
         let perfect = link == Link::NONE;
@@ -216,7 +216,7 @@ impl<T: Payload> Topic<T> {
         }
         queue.deliver_before(now, &self.0.counters);
         let before = queue.transit(self.name(), seed).set_link(link);
-        // Without a link a topic is as quick as if it never had one.
+        // A topic without a link is as fast as one that never had a link.
         queue
             .transit
             .take_if(|transit| perfect && transit.is_done());
@@ -275,8 +275,8 @@ impl<T: Payload> Topic<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// Hands every tap a copy of what was published at run time `at`, and forgets those
-    /// without subscriptions.
+    /// Sends every tap a copy of the message published at run time `at`, and removes
+    /// closed taps.
     fn offer_newest(&mut self, at: Time) {
         if !self.taps.is_empty()
             && let Some(newest) = self.newest(at)
@@ -340,8 +340,7 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, which was published at run time `at`, and what was lost by
-    /// now.
+    /// The newest message, published at run time `at`, and the number of losses so far.
     fn newest(&self, at: Time) -> Option<TapMessage<T>> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.clone()?,
@@ -428,7 +427,7 @@ impl<T: Payload> Publisher<T> {
         }
     }
 
-    /// Publishes through the outbox, which few nodes need.
+    /// Publishes through the outbox, needed by few nodes.
     #[cold]
     fn put(&self, outbox: &Outbox, data: T, stamp: Time, origin: Option<Time>) {
         let (bus, began) = (self.bus.clone(), outbox.shows(stamp));

@@ -13,7 +13,7 @@ use super::{
     time::Time,
 };
 
-/// Number of retries after which a message counts as lost for good.
+/// Number of retries after which a message counts as lost.
 const MOST_RETRIES: u64 = 1_000_000;
 
 /// The messages of a topic that are released and not yet delivered, with the state of its
@@ -103,8 +103,8 @@ impl<T: Clone> Transit<T> {
         (at <= now).then(|| (at, next.remove()))
     }
 
-    /// Whether nothing is on its way, all that was released last was delivered, and
-    /// nothing is planned for later messages.
+    /// Whether nothing is in flight, the latest release is delivered, and no fault is
+    /// planned for later messages.
     pub(crate) fn is_done(&self) -> bool {
         let newest = self.newest.as_ref();
         let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);

@@ -1,4 +1,4 @@
-//! What linear theory says of a run, by its setup.
+//! The prediction of linear theory for a run, from its setup.
 
 use std::time::Duration;
 
@@ -19,30 +19,30 @@ use crate::{
     system::{Setup, WorldKind},
 };
 
-/// What theory says of a run.
+/// The prediction of theory for a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// Small deviations grow at this rate (1/s), or shrink if it is negative: exactly,
-    /// where nothing is left to chance.
+    /// The rate at which small deviations grow (1/s), negative if they shrink: exact, for
+    /// a run without randomness.
     Growth(f64),
-    /// The root of their mean square does, where messages of `/action` are lost at
-    /// random: exactly.
+    /// The rate at which their root mean square grows (1/s), with random loss of messages
+    /// of `/action`: exact.
     MeanSquare(f64),
-    /// Delays change at random, within bounds. Deviations shrink whatever their pattern,
-    /// if this is true; and if it is not they may shrink all the same.
+    /// Whether deviations shrink for any pattern of random, bounded delays. If false,
+    /// they may still shrink.
     Any(bool),
 }
 
-/// Theory says nothing of a run.
+/// The reason why theory does not cover a run.
 #[derive(Clone, Debug, Error)]
 pub enum NotExpected {
-    /// Its policy is no linear feedback.
+    /// The policy is no linear feedback.
     #[error(transparent)]
     Policy(#[from] NoTheory),
-    /// One of its knobs is not part of the theory.
+    /// A knob beyond the theory.
     #[error("{0} is no part of the theory")]
     Knob(String),
-    /// It is too much for the theory.
+    /// A setup beyond the scope of the theory.
     #[error(transparent)]
     Stability(#[from] StabilityError),
 }
@@ -53,10 +53,10 @@ impl From<PlantError> for NotExpected {
     }
 }
 
-/// What linear theory says of a run of the cart-pole with `setup` in `world`.
+/// The prediction of linear theory for a run of the cart-pole with `setup` in `world`.
 ///
 /// # Errors
-/// [`NotExpected`] if it says nothing, with the reason.
+/// [`NotExpected`] with the reason, if there is none.
 pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected> {
     let mut read = Reading::new(world);
     for knob in setup.iter() {
@@ -67,18 +67,18 @@ pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected
     read.expected()
 }
 
-/// A loop as it is read from a setup.
+/// The loop described by a setup.
 struct Reading {
     policy: PolicySpec,
     world: World,
     timing: Timing,
-    /// By how much readings, decisions and actions may take longer.
+    /// Maximum additional time of readings, decisions and actions.
     spread: [Duration; 3],
     loss: f64,
     stale: OnStale,
 }
 
-/// The least that a draw may come to, and by how much it may be more, if it is bounded.
+/// The minimum of a draw, and its range above that; `None` if it is unbounded.
 fn bounds(draw: &Draw) -> Option<(Duration, Duration)> {
     match draw {
         Draw::Constant(duration) => Some((*duration, Duration::ZERO)),
@@ -115,7 +115,7 @@ impl Reading {
         }
     }
 
-    /// Takes a knob into account; `None` if the theory does not know it.
+    /// Applies a knob to the loop; `None` if it is beyond the theory.
     fn take(&mut self, knob: &Knob) -> Option<()> {
         match knob {
             Knob::Rate { node, hz } => self.cadence(node)?.hz = *hz,
@@ -132,8 +132,8 @@ impl Reading {
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
                 return None;
             }
-            // One message or tick makes no difference in the long run, and the newest is
-            // read from a queue of any depth.
+            // A single message or tick has no effect in the long run, and the newest
+            // message is read from a queue of any depth.
             _ => {}
         }
         Some(())
@@ -174,7 +174,7 @@ impl Reading {
         }
     }
 
-    /// Random loss, and what follows it.
+    /// The random loss, and the action after a loss.
     fn lost(&self) -> Result<Option<Loss>, NotExpected> {
         let lost = match self.stale {
             OnStale::Hold => Lost::Hold,
@@ -188,8 +188,8 @@ impl Reading {
         Ok((probability > 0.0).then_some(Loss { probability, lost }))
     }
 
-    /// Whether an action is applied at once or never, and once, if none is that is older
-    /// than `limit`.
+    /// Whether each action is applied once, immediately or never, where actions older
+    /// than `limit` are not applied.
     fn applies_once(&self, limit: Duration) -> bool {
         let (timing, period) = (&self.timing, self.timing.policy.hz.period());
         let slow = timing
@@ -198,9 +198,8 @@ impl Reading {
         slow && limit < period && timing.constant().is_zero()
     }
 
-    /// How old an action in force may be at the most: what it takes and waits for until
-    /// it is applied, and how long it is held; and a step of the world, which is not
-    /// continuous.
+    /// The maximum age of an action in force: its delays and waits until it is applied,
+    /// the time it is held, and one step of a world that is not continuous.
     fn oldest(&self) -> Duration {
         let timing = &self.timing;
         let spread: Duration = self.spread.iter().sum();
@@ -208,7 +207,7 @@ impl Reading {
         let period = timing.policy.hz.period();
         let held = match longest <= period {
             true => period,
-            false => longest + period, // It skips what is due meanwhile.
+            false => longest + period, // Ticks due meanwhile are skipped.
         };
         let at_once =
             timing.sensor == timing.policy && timing.obs_delay + self.spread[0] == Duration::ZERO;

@@ -29,7 +29,7 @@
 //! | Up to which changing delay, whatever its pattern? | [`Loop::jitter_margin`] |
 //! | Up to which age, for any cause? | [`Loop::oldest_push`] |
 //! | Up to which random loss? | [`Loop::loss_margin`], [`Loop::mean_square_growth`] |
-//! | All of this, of a run by its setup? | [`expected`] |
+//! | All of these for a run, from its setup? | [`expected`] |
 //! | The cost of deviations? | [`Loop::expected_cost`], [`Loop::cost_along`] |
 //!
 //! # Limits

@@ -1,36 +1,36 @@
-//! Faults as lists of the smallest parts that can be left out.
+//! Faults as lists of smallest parts.
 
 use std::time::Duration;
 
 use super::{Budget, HuntError, MOST_PARTS, UNIT};
 use crate::runtime::{Knob, Time, TimedKnob};
 
-/// The smallest part of a fault. Those of a longer delay or hang are in a list several
-/// times.
+/// The smallest part of a fault. A longer delay or hang is the same part several times in
+/// a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Part {
     /// The message with this number is lost.
     Lost(u64),
     /// The message with this number is delivered a [`UNIT`] later.
     Late(u64),
-    /// The next tick from this run time on takes a [`UNIT`] more.
+    /// The next tick from this run time on is a [`UNIT`] longer.
     Hang(Time),
 }
 
-/// What the faults are about.
+/// The topic and node of the faults.
 pub(super) struct Targets {
     topic: String,
     node: String,
 }
 
-/// How many parts `duration` has.
+/// The number of parts in `duration`.
 pub(super) fn parts(duration: Duration) -> usize {
     let parts = duration.as_nanos() / UNIT.as_nanos();
     usize::try_from(parts).unwrap_or(usize::MAX)
 }
 
 impl Targets {
-    /// Those of `budget`, if there is one.
+    /// The targets of `budget`, if they exist.
     pub fn of(budget: &Budget) -> Result<Self, HuntError> {
         let hang = budget.hang.as_ref();
         let counts = [
@@ -48,7 +48,7 @@ impl Targets {
         }
     }
 
-    /// The knobs that make the faults of `list`.
+    /// The knobs for the faults of `list`.
     pub fn knobs(&self, list: &[Part]) -> Vec<TimedKnob> {
         let mut list = list.to_vec();
         list.sort_unstable();

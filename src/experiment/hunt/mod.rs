@@ -1,4 +1,4 @@
-//! The least that loses a run: a short list of faults, found and then shrunk.
+//! A hunt for a shortest list of faults that loses a run: found first, then shrunk.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -13,10 +13,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! 1. *Windows*: faults of one kind next to each other, beginning with each message or
-//!    tick. If as many as the budget has are enough anywhere, the smallest number that is
-//!    comes by bisection. Of several kinds the smallest list goes on; if none is enough
-//!    alone, all are tried at the same moment.
+//! 1. *Windows*: adjacent faults of one kind, from each message or tick on. If the whole
+//! budget is enough anywhere, bisection finds the smallest number that is. Of several
+//! kinds the smallest list counts; if no kind is enough alone, all are tried at the same
+//! moment.
 //! 2. *Random lists*, if no window is enough: [`RANDOM_LISTS`] of them, which the seed
 //!    of the run chooses.
 //! 3. *Delta debugging* makes the list 1-minimal: without any one of its parts the run is
@@ -50,44 +50,44 @@ use fault::{Part, Targets};
 use trial::{Halt, Trials};
 use windows::Windows;
 
-/// The smallest part of a delay or a hang.
+/// Length of the smallest part of a delay or a hang.
 pub const UNIT: Duration = Duration::from_millis(10);
 
-/// The most parts that a budget may have of a kind.
+/// Maximum number of parts of a kind in a budget.
 pub const MOST_PARTS: usize = 1_000;
 
-/// A run whose loss is hunted for.
+/// A search for faults that lose a run.
 #[derive(Clone)]
 pub struct Hunt {
     system: Arc<dyn System>,
     base: Config,
-    /// Threads to run on, which change nothing but the time it takes.
+    /// Number of threads; it changes the duration of the hunt alone.
     pub threads: NonZeroUsize,
 }
 
-/// What may go wrong, at the most.
+/// The upper limits of the faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
-    /// The topic whose messages are lost or late.
+    /// The topic with lost or late messages.
     pub topic: String,
-    /// How many are lost.
+    /// Maximum number of lost messages.
     pub lose: usize,
-    /// How much later they are delivered than they would be, all together.
+    /// Maximum extra delay, summed over all messages.
     pub delay: Duration,
-    /// A node, and what one of its ticks takes instead of the usual.
+    /// A node, and the longest duration of one of its ticks in place of the usual one.
     pub hang: Option<(String, Duration)>,
 }
 
 /// The outcome of a hunt.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hunted {
-    /// Faults within the budget that are enough.
+    /// Faults within the budget that lose the run.
     Lost(Found),
-    /// Nothing that was tried is.
+    /// No list of faults lost the run.
     Held {
-        /// Lists of faults that were tried.
+        /// Number of lists tried.
         runs: usize,
-        /// Whether there would have been more to try.
+        /// Whether the hunt was stopped early.
         stopped: bool,
     },
 }
@@ -95,53 +95,53 @@ pub enum Hunted {
 /// Faults that lose a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// The faults, beside which the configuration stays as it is.
+    /// The faults, to be added to the configuration.
     pub knobs: Vec<TimedKnob>,
-    /// What becomes of the run.
+    /// The verdict on the run with these faults.
     pub verdict: Verdict,
-    /// How small the list is.
+    /// Evidence that the list is small.
     pub proof: Proof,
-    /// Lists of faults that were tried.
+    /// Number of lists tried.
     pub runs: usize,
 }
 
-/// What is known of lists that are smaller.
+/// Evidence about the smaller lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proof {
-    /// The run is held with each of the lists that are part of it, which are so many.
+    /// The run is held with every smaller list of the same parts; contains their number.
     EverySmaller(usize),
-    /// The run is held without any one of its parts, which are so many.
+    /// The run is held if any one part is left out; contains the number of parts.
     EachPart(usize),
     /// None: the hunt was stopped.
     Stopped,
 }
 
-/// A hunt that cannot be.
+/// The error of an impossible hunt.
 #[derive(Debug, Error)]
 pub enum HuntError {
-    /// There is nothing that may go wrong.
+    /// An empty budget.
     #[error("nothing may go wrong: allow messages to be lost or late, or a node to hang")]
     NoBudget,
-    /// It would take too long.
+    /// A budget with too many parts.
     #[error("a budget has {MOST_PARTS} messages at most, or as many times 10 ms")]
     TooMuch,
-    /// Its runs would never end.
+    /// A run without a duration.
     #[error("the runs of a hunt must end: give them a duration")]
     Endless,
-    /// There is no such topic or node, or nothing to lose of it.
+    /// A target that is unknown, or has nothing to lose.
     #[error("{name}: {why}; expected one of {known}")]
     Target {
         /// Its name.
         name: String,
-        /// What is the matter.
+        /// The reason.
         why: &'static str,
-        /// The names that there are.
+        /// The accepted names.
         known: String,
     },
-    /// Nothing has to go wrong.
+    /// The run is lost even without faults.
     #[error("without any fault: {0}; hunt for what loses a run that goes well")]
     LostAnyway(Verdict),
-    /// The graph could not be built as asked.
+    /// The graph could not be built.
     #[error(transparent)]
     Build(#[from] BuildError),
     /// A node failed.
@@ -150,7 +150,8 @@ pub enum HuntError {
 }
 
 impl Hunt {
-    /// A hunt for what loses the run that `base` is, on the virtual clock, on all cores.
+    /// Creates a hunt for faults that lose the run of `base`, on the virtual clock and
+    /// all cores.
     pub fn new(system: Arc<dyn System>, base: Config) -> Self {
         let base = Config {
             clock: ClockKind::Virtual,
@@ -165,7 +166,7 @@ impl Hunt {
         }
     }
 
-    /// The run with `faults`.
+    /// The configuration with `faults`.
     pub fn with(&self, faults: &[TimedKnob]) -> Config {
         let mut config = self.base.clone();
         config.knobs.extend(faults.iter().cloned());
@@ -173,11 +174,12 @@ impl Hunt {
         config
     }
 
-    /// Hunts within `budget`, until it is done or `stop` asks for what is found so far.
-    /// The outcome depends on the configuration and the budget alone.
+    /// Hunts within `budget`, to the end or until `stop` returns `true`, and then returns
+    /// the best list so far. The outcome depends on the configuration and the budget
+    /// alone.
     ///
     /// # Errors
-    /// [`HuntError`] if there is nothing to hunt, or a run failed.
+    /// [`HuntError`] if the hunt is impossible, or a run failed.
     pub fn run(
         &self,
         budget: &Budget,
@@ -215,7 +217,8 @@ impl Hunt {
         }))
     }
 
-    /// Puts into `best` what is enough, less and less; what is known of it at last.
+    /// Stores ever smaller lists that lose the run in `best`; returns the evidence about
+    /// the last one.
     fn search(
         &self,
         windows: &Windows,
@@ -234,7 +237,7 @@ impl Hunt {
     }
 }
 
-/// The names in `names` as a list.
+/// Joins `names` with commas.
 fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     names.collect::<Vec<_>>().join(", ")
 }

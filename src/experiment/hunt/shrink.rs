@@ -1,12 +1,12 @@
-//! From a list of faults that is enough to one of which no part can be left out.
+//! Shrinks a list of faults until every part is necessary.
 
 use super::{Proof, fault::Part};
 
-/// The most smaller lists that are all run.
+/// Maximum number of smaller lists that are all run.
 pub const MOST_SMALLER: usize = 4_096;
 
-/// Shrinks `list`, which is enough, with the help of `first`: the first of some lists
-/// that is enough. Each step is in `list` before the next begins.
+/// Shrinks `list`, which loses the run. `first` returns the index of the first of several
+/// lists that does. Each step is stored in `list` before the next begins.
 pub(super) fn shrink<E>(
     list: &mut Vec<Part>,
     mut first: impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
@@ -15,7 +15,7 @@ pub(super) fn shrink<E>(
     let Some(smaller) = all_smaller(list) else {
         return Ok(Proof::EachPart(list.len()));
     };
-    // In the order of their size: those smaller than the first have been run.
+    // Ordered by size: all lists smaller than the first have been run.
     if let Some(index) = first(&smaller)? {
         list.clone_from(&smaller[index]);
     }
@@ -24,7 +24,7 @@ pub(super) fn shrink<E>(
     ))
 }
 
-/// Leaves out ever smaller pieces, until no single part can be.
+/// Leaves out ever smaller pieces, until every single part is necessary.
 fn delta_debug<E>(
     list: &mut Vec<Part>,
     first: &mut impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
@@ -37,7 +37,7 @@ fn delta_debug<E>(
             .windows(2)
             .map(|cut| [&list[..cut[0]], &list[cut[1]..]].concat());
         let lists: Vec<Vec<Part>> = match pieces {
-            2 => alone.collect(), // Each is what the other leaves.
+            2 => alone.collect(), // Each is the complement of the other.
             _ => alone.chain(without).collect(),
         };
         match first(&lists)? {
@@ -53,8 +53,8 @@ fn delta_debug<E>(
     Ok(())
 }
 
-/// All lists that are a part of `list` and neither empty nor all of it, by size; `None`
-/// if they are too many.
+/// All sublists of `list` by size, without the empty one and `list` itself; `None` if
+/// there are too many.
 fn all_smaller(list: &[Part]) -> Option<Vec<Vec<Part>>> {
     let mut sorted = list.to_vec();
     sorted.sort_unstable();
@@ -79,8 +79,8 @@ mod tests {
 
     use super::*;
 
-    /// Shrinks the loss of the first `count` messages where a list is enough as `enough`
-    /// says of the numbers in it.
+    /// Shrinks the loss of the first `count` messages, where `enough` decides which lists
+    /// of numbers lose the run.
     fn shrunk(count: u64, enough: impl Fn(&[u64]) -> bool) -> (Vec<Part>, Proof) {
         let mut list: Vec<Part> = (0..count).map(Part::Lost).collect();
         let proof = shrink(&mut list, |lists| {
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn a_smaller_list_is_found_where_more_would_not_be_enough() {
-        // Any two but for the last pair that one-by-one shrinking would come to.
+        // Any two, except the last pair that shrinking one by one would reach.
         let (list, proof) = shrunk(8, |lost| lost.len() >= 6 || lost == [3, 6]);
         assert_eq!(list, [3, 6].map(Part::Lost));
         assert_eq!(proof, Proof::EverySmaller(2));

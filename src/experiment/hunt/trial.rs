@@ -1,4 +1,4 @@
-//! Runs with faults, many at a time, and always with the same outcome.
+//! Runs with faults in parallel, with an outcome independent of the threads.
 
 use std::{
     sync::{
@@ -14,9 +14,9 @@ use super::{
 };
 use crate::experiment::{Experiment, Summary};
 
-/// Why a search does not go on.
+/// The reason for the end of a search.
 pub(super) enum Halt {
-    /// It was asked to stop.
+    /// A request to stop.
     Stopped,
     /// A run failed.
     Failed(HuntError),
@@ -37,7 +37,7 @@ pub(super) struct Trials<'h> {
 }
 
 impl<'h> Trials<'h> {
-    /// Those of `hunt`, until `stop` says so.
+    /// Creates the trials of `hunt`, which end when `stop` returns `true`.
     pub fn new(hunt: &'h Hunt, targets: &'h Targets, stop: &'h (dyn Fn() -> bool + Sync)) -> Self {
         Self {
             hunt,
@@ -47,27 +47,27 @@ impl<'h> Trials<'h> {
         }
     }
 
-    /// How many lists were tried. Those that were begun beside a list that is enough do
-    /// not count: how many they are depends on the threads.
+    /// Number of lists tried. Runs begun in parallel after a list that is enough are not
+    /// counted: their number depends on the threads.
     pub fn runs(&self) -> usize {
         self.runs
     }
 
-    /// The run with the faults of `list`.
+    /// The summary of the run with the faults of `list`.
     pub fn summary(&self, list: &[Part]) -> Result<Summary, HuntError> {
         let config = self.hunt.with(&self.targets.knobs(list));
         let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
         Ok(experiment.run()?)
     }
 
-    /// The first of `lists` that is enough to lose the run.
+    /// The index of the first of `lists` that loses the run.
     pub fn first_lost(&mut self, lists: &[Vec<Part>]) -> Result<Option<usize>, Halt> {
         let (next, first) = (AtomicUsize::new(0), AtomicUsize::new(lists.len()));
         let (stopped, failed) = (AtomicBool::new(false), Mutex::new(Vec::new()));
         let failures = || failed.lock().unwrap_or_else(PoisonError::into_inner);
         let work = || loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
-            // All before the first that is enough are run to their end.
+            // All lists before the first that is enough are run to their end.
             if index >= first.load(Ordering::Relaxed) {
                 return;
             }

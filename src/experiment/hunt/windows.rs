@@ -1,4 +1,4 @@
-//! Where faults are looked for: next to each other, and then at random.
+//! The search for faults: adjacent ones first, then random ones.
 
 use std::time::Duration;
 
@@ -12,13 +12,13 @@ use crate::{
     runtime::{Chance, Time},
 };
 
-/// Lists that are drawn where no window is enough.
+/// Number of random lists, tried if no window is enough.
 pub const RANDOM_LISTS: usize = 1_000;
 
-/// The most beginnings of windows, spread evenly over the run.
+/// Maximum number of beginnings of windows, spread evenly over the run.
 const MOST_STARTS: u64 = 1_000;
 
-/// A random list has this many times as much room as a window.
+/// Ratio of the stretch for a random list to a window.
 const ROOM: usize = 4;
 
 /// The windows of a budget in a run.
@@ -27,11 +27,11 @@ pub(super) struct Windows {
     lose: usize,
     late: usize,
     hang: usize,
-    /// Messages of the topic.
+    /// Number of messages of the topic.
     messages: u64,
-    /// Run time of the whole.
+    /// End of the run (run time).
     end: Time,
-    /// The period of the node that may hang.
+    /// Period of the node that may hang.
     period: Duration,
 }
 
@@ -39,14 +39,14 @@ pub(super) struct Windows {
 struct Kind<'w> {
     /// The largest size.
     most: usize,
-    /// Numbers of what they may begin with.
+    /// Number of possible beginnings.
     starts: u64,
-    /// The list of a size that begins there.
+    /// Returns the list of a given size and beginning.
     list: Box<dyn Fn(usize, u64) -> Vec<Part> + 'w>,
 }
 
 impl Windows {
-    /// Those of `budget` in the run without faults.
+    /// The windows of `budget` in the run without faults.
     pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
         let (lose, late) = (budget.lose, parts(budget.delay));
         let topic = usual.topic(&budget.topic);
@@ -81,7 +81,7 @@ impl Windows {
         })
     }
 
-    /// Puts the smallest window into `best` that is enough.
+    /// Stores the smallest window that loses the run in `best`.
     pub fn search(
         &self,
         trials: &mut Trials<'_>,
@@ -97,7 +97,7 @@ impl Windows {
         Ok(())
     }
 
-    /// Losses; delays of 1, 2, 4, … messages, each as late as the others; hangs.
+    /// Losses; delays of 1, 2, 4, … messages by the same time; hangs.
     fn kinds(&self) -> Vec<Kind<'_>> {
         let mut kinds = vec![Kind {
             most: self.lose,
@@ -123,7 +123,7 @@ impl Windows {
         kinds
     }
 
-    /// The same share of everything, at the same time.
+    /// The same share of each kind, at the same time.
     fn together(&self) -> Kind<'_> {
         let most = self.lose.max(self.late).max(self.hang);
         let share = move |of: usize, size: usize| (of * size).div_ceil(most);
@@ -156,7 +156,7 @@ impl Windows {
             .collect()
     }
 
-    /// How often the node that may hang is due.
+    /// Number of due times of the node that may hang.
     fn ticks(&self) -> u64 {
         let ticks = self.end.as_nanos() as u128 / self.period.as_nanos().max(1);
         if self.hang > 0 { ticks as u64 } else { 0 }
@@ -166,8 +166,8 @@ impl Windows {
         Time::from_nanos(number * self.period.as_nanos() as u64)
     }
 
-    /// Lists with all that the budget has, anywhere in a room that is larger than a
-    /// window; the draws are those of `SEED hunt TOPIC N`.
+    /// Lists that use the whole budget, anywhere in a stretch longer than a window; the
+    /// random draws are those of `SEED hunt TOPIC N`.
     pub fn random(&self, seed: u64) -> Vec<Vec<Part>> {
         let (what, name) = ("hunt", self.topic.as_str());
         let chance = Chance { seed, what, name };
@@ -199,8 +199,8 @@ impl Windows {
 }
 
 impl Kind<'_> {
-    /// Finds by bisection the smallest size that is enough anywhere, and the first
-    /// beginning at which it is; into `best` if that is smaller.
+    /// Finds by bisection the smallest size that is enough anywhere, with its first
+    /// beginning; stores the list in `best` if it is smaller.
     fn search(&self, trials: &mut Trials<'_>, best: &mut Option<Vec<Part>>) -> Result<(), Halt> {
         let mut try_size = |size: usize| {
             let lists = self.lists(size);
@@ -231,7 +231,7 @@ impl Kind<'_> {
         Ok(())
     }
 
-    /// Those of a size, by their beginnings.
+    /// All lists of a size, by their beginnings.
     fn lists(&self, size: usize) -> Vec<Vec<Part>> {
         let count = self.starts.min(MOST_STARTS);
         let start =

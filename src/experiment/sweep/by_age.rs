@@ -1,42 +1,41 @@
-//! How often runs were not lost, by how old the sensing behind their actions was.
+//! The share of runs held, by the age of the sensing behind their actions.
 
 use super::CellResult;
 
-/// Runs by age, whatever made it old.
+/// Runs by age, for any cause of the age.
 ///
-/// The age of a run is the mean push age in its last second: of one that was lost,
-/// before it was.
+/// The age of a run is its mean push age over its last second; of a lost run, over the
+/// last second before the loss.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ByAge {
-    /// Ages (s), to a tenth of a millisecond, and whether the run was held; the youngest
-    /// first.
+    /// Ages (s), rounded to 0.1 ms, and whether the run was held; ascending.
     runs: Vec<(f64, bool)>,
 }
 
-/// The runs of some ages.
+/// The runs within a range of ages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgeBin {
-    /// From this age on (s).
+    /// Lower bound, inclusive (s).
     pub from_s: f64,
-    /// Below this one (s).
+    /// Upper bound, exclusive (s).
     pub to_s: f64,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Runs that were not lost.
+    /// Number of runs held.
     pub held: usize,
 }
 
-/// The one age that parts runs that are lost from others best.
+/// The age that best separates lost runs from held ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgeSplit {
     /// The age (s).
     pub at_s: f64,
-    /// Runs on the wrong side of it: held above, lost below.
+    /// Number of runs on the wrong side of it: held above, lost below.
     pub misjudged: usize,
 }
 
 impl ByAge {
-    /// `results` by age. Runs that never pushed have none, and are left out.
+    /// Sorts `results` by age. Runs without a push have no age and are left out.
     pub fn of<'r>(results: impl IntoIterator<Item = &'r CellResult>) -> Self {
         let runs = results.into_iter().filter_map(|result| {
             let age = result.push_age?;
@@ -45,36 +44,36 @@ impl ByAge {
         runs.collect()
     }
 
-    /// Age (s) of each run, and whether it was held; the youngest first.
+    /// Age (s) of each run, and whether it was held; ascending.
     pub fn runs(&self) -> impl Iterator<Item = (f64, bool)> {
         self.runs.iter().copied()
     }
 
-    /// How many runs there are.
+    /// Number of runs.
     pub fn len(&self) -> usize {
         self.runs.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no runs.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// The youngest of the runs that were lost (s).
+    /// The smallest age of a lost run (s).
     pub fn youngest_lost_s(&self) -> Option<f64> {
         let mut lost = self.runs.iter().filter(|(_, held)| !held);
         lost.next().map(|(age, _)| *age)
     }
 
-    /// The oldest of the runs that were not (s).
+    /// The largest age of a held run (s).
     pub fn oldest_held_s(&self) -> Option<f64> {
         let mut held = self.runs.iter().rev().filter(|(_, held)| *held);
         held.next().map(|(age, _)| *age)
     }
 
-    /// The runs in bins `width_s` wide, without those that are empty.
+    /// The runs in bins `width_s` wide, without empty bins.
     pub fn bins(&self, width_s: f64) -> Vec<AgeBin> {
-        // Ages are rounded, quotients are not.
+        // Ages are rounded, their quotients are not.
         let number = |age: f64| (age / width_s + 1e-6).floor();
         let same = |one: &(f64, bool), next: &(f64, bool)| number(one.0) == number(next.0);
         let bins = self.runs.chunk_by(same).map(|runs| {
@@ -89,12 +88,12 @@ impl ByAge {
         bins.collect()
     }
 
-    /// The age with the fewest runs on its wrong side: in the middle between two runs,
-    /// the youngest of several. `None` if all runs were lost, or none was.
+    /// The age with the fewest runs on its wrong side: the midpoint between two runs, the
+    /// smallest of several. `None` if all runs were lost, or all were held.
     pub fn split(&self) -> Option<AgeSplit> {
         self.youngest_lost_s().zip(self.oldest_held_s())?;
         let held = self.runs.iter().filter(|(_, held)| *held).count();
-        // Of a limit below all runs, and then past one run after the other.
+        // First for a limit below all runs, then above one more run at a time.
         let (mut misjudged, mut best) = (held, None::<AgeSplit>);
         for pair in self.runs.windows(2) {
             let ((younger, was_held), (older, _)) = (pair[0], pair[1]);
@@ -111,7 +110,7 @@ impl ByAge {
         best
     }
 
-    /// How many runs are on the wrong side of the age `at_s`.
+    /// Number of runs on the wrong side of the age `at_s`.
     pub fn misjudged_at(&self, at_s: f64) -> usize {
         let wrong = |(age, held): &&(f64, bool)| *held == (*age >= at_s);
         self.runs.iter().filter(wrong).count()
@@ -119,7 +118,7 @@ impl ByAge {
 }
 
 impl FromIterator<(f64, bool)> for ByAge {
-    /// Of ages (s), and whether the run was held.
+    /// From ages (s), and whether each run was held.
     fn from_iter<I: IntoIterator<Item = (f64, bool)>>(runs: I) -> Self {
         let runs = runs.into_iter();
         let mut runs: Vec<(f64, bool)> = runs.map(|(age, held)| (rounded(age), held)).collect();
@@ -128,7 +127,7 @@ impl FromIterator<(f64, bool)> for ByAge {
     }
 }
 
-/// To a tenth of a millisecond: what is less differs by the order of summing up.
+/// Rounds to 0.1 ms: smaller digits depend on the order of summation.
 fn rounded(seconds: f64) -> f64 {
     (seconds * 1e4).round() / 1e4
 }
@@ -151,7 +150,7 @@ mod tests {
         assert!((split.at_s - 0.06).abs() < 1e-12, "{split:?}");
         assert_eq!(split.misjudged, 1);
         assert_eq!(by_age.misjudged_at(split.at_s), 1);
-        // Ages that differ by less than they are known are not parted.
+        // Ages closer than their accuracy are not separated.
         let near: ByAge = [(0.09, true), (0.09 + 1e-12, false)].into_iter().collect();
         assert_eq!(near.split(), None);
         assert_eq!(by_age.misjudged_at(0.0), 3);

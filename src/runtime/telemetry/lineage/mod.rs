@@ -1,7 +1,7 @@
-//! From which messages and ticks an action came, and where its age arose.
+//! The messages and ticks behind an action, and the parts of its age.
 //!
-//! Nothing in a running graph keeps this: it follows from what taps hand out, or from
-//! what was recorded. A graph without taps pays nothing for it.
+//! A running graph stores none of this: it follows from the output of taps, or from a
+//! recording. A graph without taps pays nothing for it.
 
 mod parts;
 mod push;
@@ -18,17 +18,17 @@ use crate::runtime::{
     depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
 };
 
-/// The messages and ticks of a run, and who read what.
+/// The messages and ticks of a run, with the reads of each tick.
 ///
-/// Fed with all messages and ticks in the order of each topic and node, it finds the
-/// chain behind every action. A read is as exact as the instants are: in virtual time
-/// to the nanosecond.
+/// Given all messages and ticks, in the order of each topic and node, it finds the chain
+/// behind every action. Reads are as exact as the timestamps: in virtual time to the
+/// nanosecond.
 #[derive(Clone, Debug)]
 pub struct Lineage {
     topology: Topology,
     topics: Vec<TopicRecord>,
     nodes: Vec<NodeRecord>,
-    /// Messages and ticks that are kept of each topic and node.
+    /// Number of messages and ticks kept per topic and node.
     kept: usize,
 }
 
@@ -36,32 +36,32 @@ pub struct Lineage {
 #[derive(Clone, Debug)]
 struct TopicRecord {
     sent: VecDeque<Sent>,
-    /// Since when it is read in which order, and keeps how many messages.
+    /// Read order and queue depth, with the run time from which they are in force.
     rules: Vec<(Time, ReadOrder, Depth)>,
 }
 
 /// A node and its ticks.
 #[derive(Clone, Debug, Default)]
 struct NodeRecord {
-    /// The topics that it reads, as indices.
+    /// Indices of the topics that it reads.
     inputs: Vec<usize>,
     ticks: VecDeque<Worked>,
-    /// Ticks of these whose reads are known.
+    /// Number of these ticks with known reads.
     settled: usize,
 }
 
-/// A message that was published.
+/// A published message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
     /// Position in the topic's history.
     pub seq: u64,
-    /// Run time at which it was published.
+    /// Run time of publication.
     pub released: Time,
-    /// Run time at which it can be read; `None` if it is lost.
+    /// Run time of delivery; `None` if it is lost.
     pub arrives: Option<Time>,
-    /// The sensing that it was derived from, by the clock that stamped that.
+    /// Time of the sensing that it was derived from, by the clock of that stamp.
     pub sensed: Time,
-    /// Whether it was derived from another one.
+    /// Whether it was derived from another message.
     pub derived: bool,
 }
 
@@ -70,18 +70,19 @@ pub struct Sent {
 pub struct Worked {
     /// The tick.
     pub tick: TickRecord,
-    /// What it read of each topic that the node reads: the topic, and the sequence
-    /// number of the message.
+    /// The message read from each of the node's inputs: the topic, and the sequence
+    /// number.
     pub reads: Vec<(usize, u64)>,
 }
 
 impl Worked {
-    /// When it published and acted; never, if the run ended before.
+    /// Run time of its end, when it publishes and acts; [`Time::MAX`] if the run ended
+    /// before.
     fn ends(&self) -> Time {
         self.tick.ends.unwrap_or(Time::MAX)
     }
 
-    /// What it read of the topic with this index.
+    /// Sequence number of the message that it read from the topic with this index.
     fn read(&self, topic: usize) -> Option<u64> {
         let mut reads = self.reads.iter();
         reads
@@ -91,7 +92,7 @@ impl Worked {
 }
 
 impl Lineage {
-    /// Nothing happened yet in a graph of this `topology`.
+    /// Creates an empty lineage for a graph of this `topology`.
     pub fn new(topology: Topology) -> Self {
         let topics = topology.topics.iter().map(|topic| TopicRecord {
             sent: VecDeque::new(),
@@ -113,7 +114,8 @@ impl Lineage {
         }
     }
 
-    /// The same, with so many of the newest messages and ticks of each topic and node.
+    /// Returns the same lineage with this number of the newest messages and ticks kept
+    /// per topic and node.
     #[must_use]
     pub fn keeping(self, kept: usize) -> Self {
         Self { kept, ..self }
@@ -124,7 +126,7 @@ impl Lineage {
         &self.topology
     }
 
-    /// A message was published to the topic with index `topic`.
+    /// Adds a message published to the topic with index `topic`.
     pub fn message(&mut self, topic: usize, head: &Head) {
         if let Some(topic) = self.topics.get_mut(topic) {
             topic.sent.push_back(Sent {
@@ -140,7 +142,7 @@ impl Lineage {
         }
     }
 
-    /// The node with index `node` ticked.
+    /// Adds a tick of the node with index `node`.
     pub fn tick(&mut self, node: usize, tick: TickRecord) {
         if let Some(node) = self.nodes.get_mut(node) {
             let reads = Vec::new();
@@ -152,7 +154,7 @@ impl Lineage {
         }
     }
 
-    /// A knob was turned at run time `at`.
+    /// Adds a change of a knob at run time `at`.
     pub fn knob(&mut self, at: Time, knob: &Knob) {
         let names = self.topology.topics.iter();
         let mut topics = names.zip(&mut self.topics);
@@ -170,8 +172,8 @@ impl Lineage {
         }
     }
 
-    /// Finds out what was read, as far as it was not known. To be called when all
-    /// messages are there that could be read.
+    /// Finds the reads of all ticks that have none yet. To be called after all messages
+    /// are added that these ticks could read.
     pub fn settle(&mut self) {
         for node in 0..self.nodes.len() {
             for index in self.nodes[node].settled..self.nodes[node].ticks.len() {
@@ -187,8 +189,8 @@ impl Lineage {
         self.nodes[node].ticks.iter()
     }
 
-    /// Those of them that were under way between two run times, and the one before,
-    /// each with its index.
+    /// The ticks of a node that were running between two run times, and the one before
+    /// them, each with its index.
     pub fn ticks_between(
         &self,
         node: usize,

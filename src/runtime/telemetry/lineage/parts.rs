@@ -1,14 +1,14 @@
-//! An age as its parts.
+//! The parts of an age.
 
 use std::time::Duration;
 
 use super::{Lineage, Worked};
 use crate::runtime::{telemetry::Topology, time::Time};
 
-/// Messages in the longest chain that is followed.
+/// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
 
-/// What an age was spent on. Nodes and topics are indices into the topology.
+/// A stage of an age. Nodes and topics are indices into the topology.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
     /// From the arrival of a message to the next tick of the node that reads it.
@@ -18,21 +18,21 @@ pub enum Stage {
         /// The reader.
         node: usize,
     },
-    /// Behind older messages, in a queue that is read from its old end.
+    /// Behind older messages, in a queue with read order oldest.
     Queue {
         /// The topic.
         topic: usize,
         /// The reader.
         node: usize,
     },
-    /// Read already, and read again where nothing newer had come.
+    /// From the first read of a message to its latest one, without a newer message.
     Reuse {
         /// The topic.
         topic: usize,
         /// The reader.
         node: usize,
     },
-    /// In a tick that takes time.
+    /// In a tick with a duration.
     Cost {
         /// The node.
         node: usize,
@@ -42,14 +42,14 @@ pub enum Stage {
         /// The topic.
         topic: usize,
     },
-    /// In force while nothing newer had come.
+    /// In force, without a newer message.
     Held {
         /// The topic.
         topic: usize,
         /// The node that acts.
         node: usize,
     },
-    /// In force while something newer waited for the node that acts.
+    /// In force while a newer message waited for the node that acts.
     Kept {
         /// The topic.
         topic: usize,
@@ -61,30 +61,30 @@ pub enum Stage {
 /// A part of an age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AgePart {
-    /// What it was spent on.
+    /// The stage.
     pub stage: Stage,
-    /// How long.
+    /// The duration.
     pub took: Duration,
 }
 
-/// An age as its parts: they sum to it to the nanosecond.
+/// An age as a list of parts, whose sum is exact to the nanosecond.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AgeParts {
-    /// From the sensing to now. Nothing that took no time.
+    /// From the sensing to now, without parts of length zero.
     pub parts: Vec<AgePart>,
-    /// What lies before the first tick that is known (ns): the error of the clock that
-    /// stamped the sensing, or a part of the chain that is not recorded.
+    /// Time before the first known tick (ns): the error of the clock that stamped the
+    /// sensing, or an unrecorded part of the chain.
     pub before_ns: i64,
 }
 
 impl AgeParts {
-    /// The age (ns). Below zero if a clock was wrong.
+    /// The age (ns); negative after a clock error.
     pub fn sum_ns(&self) -> i64 {
         let parts = self.parts.iter().map(|part| nanos(part.took));
         self.before_ns + parts.sum::<i64>()
     }
 
-    /// Adds a part that comes after the others.
+    /// Adds a part after the others.
     pub(super) fn add(&mut self, stage: Stage, from: Time, to: Time) {
         let took = to.since(from);
         if !took.is_zero() {
@@ -99,7 +99,8 @@ impl AgeParts {
         self.sentence_within(topology, usize::MAX)
     }
 
-    /// The same in so many characters, if that can be: the smallest parts are one.
+    /// The same in at most `room` characters, where possible: the smallest parts are
+    /// merged.
     pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
         let age = (self.sum_ns() as f64 / 1e6).round() as i64;
         let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
@@ -118,7 +119,7 @@ impl AgeParts {
         }
     }
 
-    /// The parts of a millisecond or more, each with its words.
+    /// The parts of a millisecond or more, with their descriptions.
     fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
         let mut words: Vec<(i64, String)> = Vec::new();
         let costs = self.parts.iter();
@@ -135,7 +136,7 @@ impl AgeParts {
                 None => words.push((nanos, name)),
             }
         }
-        // Rounded as running sums, so that they sum to the rounded age.
+        // Rounded as running sums: their sum is the rounded age.
         let (mut sum, mut shown) = (0, 0);
         for (nanos, _) in &mut words {
             sum += *nanos;
@@ -149,8 +150,8 @@ impl AgeParts {
 }
 
 impl Stage {
-    /// What it is, in words that follow a number of milliseconds; `alone` if no other
-    /// node takes time.
+    /// Its description, to follow a number of milliseconds; `alone` if no other tick in
+    /// the chain has a duration.
     fn words(self, topology: &Topology, alone: bool) -> String {
         let node_name = |node: usize| &topology.nodes[node].name;
         let topic_name = |topic: usize| &topology.topics[topic].name;
@@ -166,26 +167,26 @@ impl Stage {
     }
 }
 
-/// Whether a node reads something and publishes something.
+/// Whether a node has both inputs and outputs.
 fn thinks(topology: &Topology, node: usize) -> bool {
     let mut topics = topology.topics.iter();
     let reads = topics.clone().any(|topic| topic.readers.contains(&node));
     reads && topics.any(|topic| topic.publishers.contains(&node))
 }
 
-/// A duration that no run exceeds.
+/// The duration in nanoseconds; longer than any run on overflow.
 pub(super) fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
 impl Lineage {
-    /// The parts of the age of message number `seq` of a topic when it arrives, from
-    /// the sensing on.
+    /// The parts of the age of message number `seq` of a topic at its delivery, from the
+    /// sensing on.
     pub fn parts_at_arrival(&self, topic: usize, seq: u64) -> Option<AgeParts> {
         self.chain(topic, seq, MOST_HOPS)
     }
 
-    /// The same of a chain of no more than so many messages.
+    /// The same for a chain of at most `hops` messages.
     fn chain(&self, topic: usize, seq: u64, hops: usize) -> Option<AgeParts> {
         let sent = self.topics.get(topic)?.message(seq)?;
         let (node, index) = self.made_by(topic, seq)?;
@@ -206,15 +207,15 @@ impl Lineage {
         Some(parts)
     }
 
-    /// The tick in which message number `seq` of a topic was made, as a node and the
-    /// index of a tick.
+    /// The tick that made message number `seq` of a topic, as a node and the index of a
+    /// tick.
     pub fn made_by(&self, topic: usize, seq: u64) -> Option<(usize, usize)> {
         let sent = self.topics.get(topic)?.message(seq)?;
         let publishers = self.topology.topics[topic].publishers.iter();
         let ticks = publishers.filter_map(|&node| {
             let ticks = &self.nodes[node].ticks;
             let last = ticks.partition_point(|worked| worked.tick.at <= sent.released);
-            // A tick that begins where another one ends has published nothing yet.
+            // A tick that begins at the end of another one has published nothing yet.
             let recent = (last.saturating_sub(2)..last).rev();
             let made = recent
                 .clone()
@@ -231,7 +232,7 @@ impl Lineage {
         Some((*node, *index))
     }
 
-    /// The message that a tick read whose sensing is `sensed`.
+    /// The message with the sensing `sensed` that a tick read.
     pub fn derived_from(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
         let reads = self.nodes[node].ticks[index].reads.iter();
         let known = reads.copied().find(|&(topic, seq)| {
@@ -241,7 +242,8 @@ impl Lineage {
         known.or_else(|| self.arrived_with(node, index, sensed))
     }
 
-    /// The same under the real clock, where a read is less exact than its tick.
+    /// The same under the real clock, where the time of a read is less exact than that of
+    /// its tick.
     fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
         let at = self.nodes[node].ticks[index].tick.at;
         self.nodes[node].inputs.iter().find_map(|&topic| {
@@ -252,8 +254,8 @@ impl Lineage {
         })
     }
 
-    /// Adds what it took from the arrival of a message to the tick with this `index`
-    /// of a node that read it.
+    /// Adds the parts from the delivery of a message to the tick with this `index` of a
+    /// node that read it.
     pub(super) fn add_reading(
         &self,
         parts: &mut AgeParts,
@@ -275,8 +277,8 @@ impl Lineage {
         parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
     }
 
-    /// The first of the ticks of a node, up to that with this `index`, that read this
-    /// message again and again.
+    /// The first tick of a node in the unbroken series of reads of this message that ends
+    /// with the tick `index`.
     pub(super) fn first_read(
         &self,
         (topic, seq): (usize, u64),

@@ -1,4 +1,4 @@
-//! The action in force, and what its age is spent on.
+//! The action in force, and the parts of its age.
 
 use std::time::Duration;
 
@@ -8,20 +8,20 @@ use super::{
 };
 use crate::runtime::time::Time;
 
-/// An action that is in force from one run time to another.
+/// An action in force for a stretch of run time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PushInForce {
-    /// The topic with what is applied.
+    /// The topic of the applied action.
     pub topic: usize,
-    /// The number of the message on it.
+    /// Sequence number of the message.
     pub seq: u64,
     /// The node that applies it.
     pub node: usize,
-    /// Run time at which it was first applied.
+    /// Run time of its first application.
     pub since: Time,
-    /// Run time at which something newer had arrived.
+    /// Run time of the delivery of a newer message.
     pub outdated: Option<Time>,
-    /// The parts of its age when it was first applied.
+    /// The parts of its age at its first application.
     parts: AgeParts,
 }
 
@@ -39,7 +39,7 @@ impl PushInForce {
         parts
     }
 
-    /// Adds the integral of its parts from `begin` to `end` (ns²) to `sums`.
+    /// Adds the integrals of its parts from `begin` to `end` (ns²) to `sums`.
     fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
         let stretch = end.since(begin).as_nanos() as f64;
         for part in &self.parts.parts {
@@ -62,7 +62,7 @@ impl PushInForce {
     }
 }
 
-/// Sums per stage, in the order in which the stages were first met.
+/// Sums per stage, in the order of the first occurrence of each stage.
 #[derive(Default)]
 struct Sums(Vec<(Stage, f64)>);
 
@@ -76,15 +76,15 @@ impl Sums {
 }
 
 impl Lineage {
-    /// The push of the node with index `node` that is in force at run time `at`;
-    /// `None` before the first, and where its chain is not known.
+    /// The push of the node with index `node` in force at run time `at`; `None` before
+    /// the first push, and where its chain is unknown.
     pub fn push_at(&self, node: usize, at: Time) -> Option<PushInForce> {
         let ticks = &self.nodes.get(node)?.ticks;
         let last = ticks.partition_point(|worked| worked.ends() <= at);
         self.push_of(node, last.checked_sub(1)?)
     }
 
-    /// The push that the tick with this index applied, again or for the first time.
+    /// The push applied by the tick with this index, for the first time or again.
     pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
         let &(topic, seq) = ticks[index].reads.first()?;
@@ -105,7 +105,7 @@ impl Lineage {
         })
     }
 
-    /// Run time of the first push of a node that is known; zero if there is none.
+    /// Run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
         let ticks = self.nodes[node].ticks.iter();
         let mut pushes = ticks.filter(|worked| !worked.reads.is_empty());
@@ -129,8 +129,8 @@ impl Lineage {
         Duration::from_nanos(greatest.unsigned_abs())
     }
 
-    /// The mean of each part of the push age of a node over run time `from` to `to`
-    /// (ns), in the order from the sensing to now; empty where nothing is known.
+    /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
+    /// in the order from the sensing to now; empty without known pushes.
     pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(Stage, f64)> {
         let (mut sums, mut end) = (Sums::default(), to);
         while end > from {
@@ -150,9 +150,9 @@ impl Lineage {
 /// The ticks and messages behind a push.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Chain {
-    /// Nodes and indices of their ticks, that which acts first.
+    /// Nodes and indices of their ticks, the acting node first.
     pub ticks: Vec<(usize, usize)>,
-    /// Topics and sequence numbers, that which is applied first.
+    /// Topics and sequence numbers, the applied message first.
     pub messages: Vec<(usize, u64)>,
 }
 

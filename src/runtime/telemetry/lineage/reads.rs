@@ -1,17 +1,17 @@
-//! What each tick read: it follows from what had arrived.
+//! The reads of each tick, derived from the deliveries before it.
 
 use super::{Lineage, Sent, TopicRecord};
 use crate::runtime::{read_order::ReadOrder, time::Time};
 
 impl TopicRecord {
-    /// Its message with this number.
+    /// The message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Sent> {
         let index = self.sent.partition_point(|sent| sent.seq < seq);
         self.sent.get(index).filter(|sent| sent.seq == seq)
     }
 
-    /// Those published by run time `until` after message number `seq`, oldest first;
-    /// all of them if there is no such number.
+    /// Messages published by run time `until` after message number `seq`, oldest first;
+    /// all of them without a `seq`.
     pub(super) fn after(
         &self,
         seq: Option<u64>,
@@ -22,13 +22,13 @@ impl TopicRecord {
         self.sent.range(first.min(last)..last)
     }
 
-    /// In which order it is read at run time `at`.
+    /// The read order at run time `at`.
     fn order(&self, at: Time) -> ReadOrder {
         let known = self.rules.iter().rev().find(|(since, ..)| *since <= at);
         known.map_or(ReadOrder::Newest, |(_, order, _)| *order)
     }
 
-    /// The fewest messages that it kept between two run times.
+    /// The smallest queue depth between two run times.
     pub(super) fn least_depth(&self, from: Time, to: Time) -> usize {
         let first = self.rules.partition_point(|(since, ..)| *since <= from);
         let last = self.rules.partition_point(|(since, ..)| *since <= to);
@@ -37,12 +37,12 @@ impl TopicRecord {
         depths.min().unwrap_or(1)
     }
 
-    /// The oldest of the messages in `news`, as they were delivered, that is still in
-    /// the queue at run time `at`.
+    /// The oldest message of `news`, in the order of delivery, that is still in the queue
+    /// at run time `at`.
     fn oldest_kept<'a>(&self, news: &[&'a Sent], at: Time) -> Option<&'a Sent> {
         let (mut oldest, mut until, mut evicted) = (None, at, 0);
         for (index, sent) in news.iter().enumerate().rev() {
-            // Those before `evicted` had to make room by `until`.
+            // All messages before `evicted` were evicted by `until`.
             if index < evicted {
                 break;
             }
@@ -57,8 +57,8 @@ impl TopicRecord {
 }
 
 impl Lineage {
-    /// What the tick with this index of a node read, as pairs of a topic and the number
-    /// of a message.
+    /// The reads of the tick with this index of a node, as pairs of a topic and a
+    /// sequence number.
     pub(super) fn reads_of(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
         let record = &self.nodes[node];
         let at = record.ticks[index].tick.at;
@@ -72,7 +72,7 @@ impl Lineage {
         inputs.filter_map(read).collect()
     }
 
-    /// The number of the message that a tick at `at` reads, which had read `last`.
+    /// The sequence number read by a tick at `at` after a tick that read `last`.
     fn to_read(&self, topic: usize, node: usize, at: Time, last: Option<u64>) -> Option<u64> {
         let record = &self.topics[topic];
         let mut news = record
@@ -83,7 +83,7 @@ impl Lineage {
             ReadOrder::Oldest => {
                 let mut queue: Vec<&Sent> = Vec::new();
                 for sent in news.rev() {
-                    // One that arrives after a newer one is overtaken.
+                    // A delivery after that of a newer message is overtaken.
                     if queue
                         .last()
                         .is_none_or(|newer| sent.arrives <= newer.arrives)
@@ -107,9 +107,9 @@ impl Lineage {
         }
     }
 
-    /// Whether what was published to a topic at run time `at` was so by a tick that
-    /// came after one of `reader` at the same instant. Ticks that end come first, then
-    /// those that are due, by priority.
+    /// Whether a message published to a topic at run time `at` is from a tick after that
+    /// of `reader` at the same instant. The ends of ticks come first, then due ticks, by
+    /// priority.
     fn follows(&self, topic: usize, reader: usize, at: Time) -> bool {
         let rank = |node: usize| (self.topology.nodes[node].priority, node);
         let publishers = self.topology.topics[topic].publishers.iter();

@@ -1,4 +1,4 @@
-//! What passes through nodes and queues.
+//! Traffic through nodes and queues.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use super::{Lineage, PushInForce};
 use crate::runtime::time::Time;
 
 impl Lineage {
-    /// The messages that the tick with this index of a node published: topics and
+    /// The messages published by the tick with this index of a node, as topics and
     /// sequence numbers.
     pub fn made(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
         let Some(worked) = self.nodes[node].ticks.get(index) else {
@@ -25,7 +25,7 @@ impl Lineage {
             .collect()
     }
 
-    /// All pushes of a node whose chains are known, oldest first.
+    /// All pushes of a node with known chains, oldest first.
     pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
         let mut pushes: Vec<PushInForce> = Vec::new();
         for index in 0..self.nodes[node].ticks.len() {
@@ -38,8 +38,8 @@ impl Lineage {
         pushes
     }
 
-    /// How many messages wait in the queue of a topic for a reader, whenever that
-    /// changes.
+    /// The number of messages in the queue of a topic that a reader has still to read, at
+    /// each change.
     pub fn queue(&self, topic: usize, reader: usize) -> Vec<(Time, usize)> {
         let record = &self.topics[topic];
         let arrivals = record
@@ -61,7 +61,7 @@ impl Lineage {
                         waiting.pop_front();
                     }
                 }
-                Some(_) => {} // It was overtaken.
+                Some(_) => {} // An overtaken message.
                 None => {
                     read_until = read_until.max(Some(read));
                     waiting.retain(|seq| *seq > read);
