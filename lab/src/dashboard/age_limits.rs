@@ -1,15 +1,15 @@
-//! What a loop bears with the knobs in force, found out beside the run.
+//! The age limits of a loop with the knobs in force, computed in the background.
 
 use std::{sync::Arc, thread, time::Duration};
 
 use crossbeam_channel::{Receiver, bounded};
 use ratelab::system::{AgeLimits, Setup, System};
 
-/// How long a frame of a run that is over waits: nothing else will change.
+/// Maximum wait of a frame after the end of a run, when no later frame will come.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// The limits of one setup at a time. Finding them out takes seconds at odd rates:
-/// until then those before are kept.
+/// The limits of one setup at a time. They take seconds to compute at odd rates; until
+/// then the previous ones are kept.
 #[derive(Default)]
 pub struct LimitsInForce {
     setup: Option<Setup>,
@@ -18,13 +18,13 @@ pub struct LimitsInForce {
 }
 
 impl LimitsInForce {
-    /// Those of `system` with `setup`, as far as they are known by now.
+    /// The limits of `system` with `setup`, as far as computed.
     pub fn follow(&mut self, system: &Arc<dyn System>, setup: Setup, over: bool) -> AgeLimits {
         if self.setup.as_ref() != Some(&setup) {
             let (sender, coming) = bounded(1);
             let (system, asked) = (system.clone(), setup.clone());
             thread::spawn(move || {
-                // Nobody may wait for them any more.
+                // The receiver may be gone.
                 let _ = sender.send(system.age_limits(&asked));
             });
             (self.setup, self.coming) = (Some(setup), Some(coming));
@@ -37,7 +37,7 @@ impl LimitsInForce {
         self.limits
     }
 
-    /// Those that are known.
+    /// The limits as far as computed.
     pub fn known(&self) -> AgeLimits {
         self.limits
     }

@@ -1,4 +1,4 @@
-//! What a pane shows, in three sentences with the figures of now.
+//! The meaning of a pane, in three sentences with current figures.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use super::{
     view::TextPage,
 };
 
-/// A page about `pane` of a screen with these figures.
+/// A page about `pane`, with the figures of `frame`.
 pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) -> TextPage {
     let (title, sentences) = match pane {
         Pane::Graph => ("the graph", graph(frame)),
@@ -55,7 +55,7 @@ fn graph(frame: &FrameData) -> [String; 3] {
     ]
 }
 
-/// What the node with this index does.
+/// The function of the node with this index.
 pub fn caption(frame: &FrameData, node: usize) -> &'static str {
     let reads = frame
         .topics

@@ -1,7 +1,7 @@
-//! Quantiles and histograms of a running graph, read now and then.
+//! Quantiles and histograms of a running graph, read at intervals.
 //!
-//! Distributions cost more to read than all else that a frame holds, and
-//! figures that change thirty times a second cannot be read by anybody.
+//! Distributions cost more to read than everything else in a frame, and figures that
+//! change thirty times a second are unreadable.
 
 use std::time::{Duration, Instant};
 
@@ -19,20 +19,20 @@ use super::{
 };
 use crate::bins::{BINS, width_ms};
 
-/// Wall time between two readings while the graph runs.
+/// Interval between two reads while the graph runs (wall time).
 const PERIOD: Duration = Duration::from_millis(150);
 
-/// The figures as they were last read.
+/// The figures as of the last read.
 #[derive(Default)]
 pub struct Figures {
     /// Per node.
     pub nodes: Vec<NodeFigures>,
-    /// Per topic, how old messages were when they were read.
+    /// Data age at each read, per topic.
     pub ages: Vec<Quantiles>,
-    /// The latency that matters, if the system has one.
+    /// The latency of the system, if it has one.
     pub latency: Option<LatencyData>,
-    /// Ticks of all nodes when they were read, and whether the graph was at
-    /// rest: while neither changes, nor do they.
+    /// Total number of ticks at the last read, and whether the graph was at rest: while
+    /// these stay the same, so do the figures.
     state: Option<(u64, bool)>,
     read: Option<Instant>,
 }
@@ -40,14 +40,14 @@ pub struct Figures {
 /// The measurements of a node.
 #[derive(Clone, Copy, Default)]
 pub struct NodeFigures {
-    /// How late its ticks began.
+    /// Lateness of its ticks.
     pub lateness: Quantiles,
-    /// How long they took.
+    /// Duration of its ticks.
     pub tick_time: Quantiles,
 }
 
 impl Figures {
-    /// Reads them again if it is time to, or if the graph has come to rest.
+    /// Reads the figures again after the interval, or when the graph has come to rest.
     pub fn refresh(
         &mut self,
         system: &dyn System,
@@ -81,7 +81,7 @@ impl NodeFigures {
     }
 }
 
-/// Of several readers of a topic, the worst is shown.
+/// Data age of the topic's slowest reader.
 fn worst_age(topic: &TopicView) -> Quantiles {
     let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
     ages.max_by_key(|age| age.p99).unwrap_or_default()
@@ -104,13 +104,13 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
     })
 }
 
-/// The narrowest bin with which all but the last of them reach `longest`.
+/// The narrowest bin width for which all bins but the last reach `longest`.
 fn bin_width(longest: Duration) -> Duration {
     let reach = |ms: u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
     Duration::from_millis(width_ms(reach))
 }
 
-/// Counts per bin; what is beyond the last counts there.
+/// Counts per bin; longer durations count in the last one.
 fn bins(distribution: &Distribution, bin: Duration) -> Vec<u64> {
     let width = bin.as_nanos().max(1) as u64;
     let mut bins = vec![0; BINS];

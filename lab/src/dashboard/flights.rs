@@ -1,14 +1,14 @@
-//! Where messages are on their way through a link.
+//! Positions of messages in flight on a link.
 
 use ratelab::runtime::{Time, telemetry::Flight};
 
 use super::frame::Dot;
 
-/// How far a message comes that is lost.
+/// Position of a lost message (share of the way).
 const LOST_AT: f64 = 0.5;
 
-/// The messages that are on their way at run time `now`; `None` of a link that takes no
-/// time. A lost one goes half of the way and is seen there for the other half.
+/// The messages in flight at run time `now`; `None` for a link without delay. A lost
+/// message goes half the way and stays there for the other half of its time.
 pub fn dots(flights: &[Flight], now: Time) -> Option<Vec<Dot>> {
     let took = |flight: &Flight| Some(flight.arrives?.since(flight.released));
     let usual = flights

@@ -1,7 +1,7 @@
 //! One frame of the dashboard: plain figures without locks and handles.
 //!
-//! It is read once per frame from the library's counters and does not change afterwards:
-//! it can be drawn, kept for looking back, and compared with the next frame.
+//! It is read from the library's counters once and then stays unchanged: it can be drawn,
+//! kept for looking back, and compared with the next frame.
 
 use std::{sync::Arc, time::Duration};
 
@@ -13,44 +13,44 @@ use ratelab::{
     system::{AgeLimits, Signal},
 };
 
-/// Everything that is on the screen but keys and layout.
+/// The content of the screen, without keys and layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameData {
     /// Run time.
     pub now: Time,
     /// Wall time since the run began, in whole seconds.
     pub wall_s: u64,
-    /// Clock, speed, and whether run time stands still.
+    /// Clock, speed, and whether run time is paused.
     pub status: Status,
     /// Seed of the start.
     pub seed: u64,
-    /// The world, where it matters.
+    /// The world, where it is relevant.
     pub world: Option<&'static str>,
-    /// The messages that are set, such as `policy scripted`.
+    /// The messages in force, such as `policy scripted`.
     pub settings: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.
     pub nodes: Vec<NodeData>,
     /// The topics of the graph.
     pub topics: Vec<TopicData>,
-    /// The latency that matters, if the system has one.
+    /// The latency of the system, if it has one.
     pub latency: Option<LatencyData>,
     /// The recent push age, if the system has one.
     pub age: Option<AgeData>,
-    /// What its age is spent on, if that is known.
+    /// The parts of that age, if known.
     pub push: Option<PushData>,
-    /// Whether it is the same as the last run so far, bit for bit; `None` if there was
-    /// none.
+    /// Whether the run equals the previous one so far, bit for bit; `None` without a
+    /// previous one.
     pub same: Option<bool>,
-    /// The newest state of the plant, as numbers; empty before the first.
+    /// The newest state of the plant as numbers; empty before the first.
     pub state: Vec<f64>,
-    /// How it stands, or how it ended.
+    /// The state of the run, or its result.
     pub verdict: VerdictData,
-    /// Messages that came too fast for the dashboard.
+    /// Number of messages lost because the dashboard was too slow.
     pub telemetry_lost: u64,
 }
 
 impl FrameData {
-    /// Whether `other` is this frame, seen a little later.
+    /// Whether `other` differs from this frame in wall time alone.
     pub fn differs_in_wall_time_only(&self, other: &Self) -> bool {
         let wall_s = other.wall_s;
         Self {
@@ -69,19 +69,19 @@ pub struct NodeData {
     pub hz: Hz,
     /// Ticks so far.
     pub ticks: u64,
-    /// Periods skipped because it was still busy.
+    /// Periods skipped during long ticks.
     pub overruns: u64,
-    /// Whether it ticked a moment ago.
+    /// Whether it ticked recently.
     pub lit: bool,
-    /// Whether it works.
+    /// Its state.
     pub health: Health,
-    /// How late its ticks began (real clock only).
+    /// Lateness of its ticks (real clock only).
     pub lateness: Quantiles,
-    /// How long its ticks took.
+    /// Duration of its ticks.
     pub tick_time: Quantiles,
 }
 
-/// Whether a node works.
+/// The state of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Health {
     /// It ticks.
@@ -89,12 +89,13 @@ pub enum Health {
     Works,
     /// It crashed, and its last messages are held.
     Crashed,
-    /// Whether it is in a tick that a knob made long.
+    /// It is in a tick made long by a knob.
     Hangs,
 }
 
 impl Health {
-    /// It in a word of at most `room` columns, or in the shortest, where it is not well.
+    /// The state in a word of at most `room` columns, or in the shortest word; `None` for
+    /// a healthy node.
     pub fn word(self, room: usize) -> Option<&'static str> {
         match self {
             Self::Works => None,
@@ -105,12 +106,12 @@ impl Health {
     }
 }
 
-/// A message on its way through a link.
+/// A message in flight on a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
-    /// How far it is, from 0 at the publisher to 1 at the readers.
+    /// Position from 0 (publisher) to 1 (readers).
     pub way: f64,
-    /// Whether it was lost there.
+    /// Whether it was lost.
     pub lost: bool,
 }
 
@@ -119,7 +120,7 @@ pub struct Dot {
 pub struct TopicData {
     /// Its name.
     pub name: Arc<str>,
-    /// How many messages it keeps.
+    /// Queue depth.
     pub depth: usize,
     /// Messages published so far.
     pub published: u64,
@@ -127,30 +128,30 @@ pub struct TopicData {
     pub per_second: f64,
     /// Messages per second over the whole run.
     pub average: f64,
-    /// Messages lost unread so far, over all readers.
+    /// Messages lost unread so far, summed over all readers.
     pub dropped: u64,
-    /// Messages lost unread in the last second or so of run time.
+    /// Messages lost unread in about the last second of run time.
     pub dropped_lately: u64,
-    /// Messages that its link lost so far.
+    /// Messages lost on its link so far.
     pub lost: u64,
-    /// Those of the last second or so of run time.
+    /// Messages lost on its link in about the last second of run time.
     pub lost_lately: u64,
-    /// Messages that its link delivered after a newer one.
+    /// Messages delivered after a newer one.
     pub overtaken: u64,
-    /// The messages on their way, if its link takes time.
+    /// The messages in flight, if its link has a delay.
     pub dots: Option<Vec<Dot>>,
     /// Nodes that publish, as indices into [`FrameData::nodes`].
     pub publishers: Vec<usize>,
     /// Nodes that read, as indices into [`FrameData::nodes`].
     pub readers: Vec<usize>,
-    /// How old messages were when they were read.
+    /// Data age at each read.
     pub age: Quantiles,
-    /// Age of the message that readers hold now; `None` before the first.
+    /// Age of the message that readers currently hold; `None` before the first.
     pub held: Option<Duration>,
 }
 
 impl TopicData {
-    /// Share of its messages that its link lost of late.
+    /// Recent share of messages lost on its link.
     pub fn link_loss(&self) -> f64 {
         match self.per_second > 0.0 {
             true => (self.lost_lately as f64 / self.per_second).min(1.0),
@@ -158,7 +159,7 @@ impl TopicData {
         }
     }
 
-    /// Recent share of its messages that were lost unread.
+    /// Recent share of messages lost unread.
     pub fn loss(&self) -> f64 {
         let read = self.per_second * self.readers.len() as f64;
         if read > 0.0 {
@@ -169,10 +170,10 @@ impl TopicData {
     }
 }
 
-/// A distribution in four figures; empty if there were no samples.
+/// A distribution in four figures; all zero without samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantiles {
-    /// Samples.
+    /// Number of samples.
     pub count: u64,
     /// Mean.
     pub mean: Duration,
@@ -180,7 +181,7 @@ pub struct Quantiles {
     pub p50: Duration,
     /// The 99th percentile.
     pub p99: Duration,
-    /// The longest.
+    /// Maximum.
     pub max: Duration,
 }
 
@@ -198,53 +199,53 @@ impl Quantiles {
     }
 }
 
-/// The latency that matters.
+/// The latency of the system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LatencyData {
     /// Its name, such as `sense→act`.
     pub name: &'static str,
     /// Its figures.
     pub figures: Quantiles,
-    /// How often it was how long: equal bins of [`LatencyData::bin`], the
-    /// last one counting everything beyond.
+    /// Counts per bin of width [`LatencyData::bin`]; the last bin counts all longer
+    /// latencies.
     pub bins: Vec<u64>,
-    /// Width of a bin.
+    /// Bin width.
     pub bin: Duration,
-    /// Age of the sensing behind the newest state (s); negative where a node's clock is
+    /// Age of the sensing behind the newest state (s); negative if a node's clock is
     /// ahead.
     pub newest: Option<f64>,
-    /// The period of the node whose rate is turned first, as a reference.
+    /// Period of the node with the first rate key, as a reference.
     pub period: Duration,
 }
 
 /// The recent push age and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgeData {
-    /// The mean push age of the last second, or of two periods of the policy.
+    /// The mean push age over the last second, or over two periods of the policy.
     pub mean: Duration,
-    /// The greatest push age in that time.
+    /// The maximum push age in that time.
     pub greatest: Duration,
     /// The limits of the loop.
     pub limits: AgeLimits,
 }
 
-/// What the age of the push in force is spent on.
+/// The parts of the age of the push in force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PushData {
-    /// The parts of its age now, in a sentence.
+    /// The current parts, in a sentence.
     pub sentence: String,
     /// The same for a screen of 80 columns.
     pub short: String,
-    /// The mean parts of late, from the sensing on.
+    /// The recent mean of each part, from the sensing on.
     pub mean: Vec<(PartKind, Duration)>,
 }
 
-/// What a part of an age is spent on.
+/// The kind of a part of an age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartKind {
-    /// Until it is read.
+    /// Waiting to be read.
     Waited,
-    /// In ticks that take time.
+    /// In ticks with a duration.
     Worked,
     /// On links.
     Travelled,
@@ -253,10 +254,10 @@ pub enum PartKind {
 }
 
 impl PartKind {
-    /// All of them, in the order in which they come.
+    /// All kinds, in order of occurrence.
     pub const ALL: [Self; 4] = [Self::Waited, Self::Worked, Self::Travelled, Self::Held];
 
-    /// What a part of this `stage` is spent on.
+    /// The kind of `stage`.
     pub fn of(stage: Stage) -> Self {
         match stage {
             Stage::Wait { .. } | Stage::Queue { .. } | Stage::Reuse { .. } => Self::Waited,
@@ -266,7 +267,7 @@ impl PartKind {
         }
     }
 
-    /// It in a word.
+    /// Its name.
     pub fn word(self) -> &'static str {
         match self {
             Self::Waited => "waited",
@@ -277,21 +278,21 @@ impl PartKind {
     }
 }
 
-/// How near a push age is to its limits.
+/// The position of a push age against its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strain {
-    /// No limit is known.
+    /// No known limit.
     Unknown,
     /// Below the limits.
     Borne,
-    /// Small deviations grow.
+    /// Above the limit at which small deviations grow.
     Swings,
-    /// The loop is lost.
+    /// Above the limit at which the loop is lost.
     Falls,
 }
 
 impl AgeData {
-    /// How near the age is to its limits.
+    /// The position of the age against its limits.
     pub fn strain(&self) -> Strain {
         // Where rates alone come to the limit, the mean is that limit.
         let passed = |limit: Option<Duration>| limit.is_some_and(|limit| self.mean + HAIR >= limit);
@@ -303,38 +304,39 @@ impl AgeData {
         }
     }
 
-    /// The age at which it falls, or at which small deviations grow.
+    /// The limit at which the run is lost, or else the one at which small deviations
+    /// grow.
     pub fn limit(&self) -> Option<Duration> {
         self.limits.falls.or(self.limits.grows)
     }
 }
 
-/// Ages that differ by less are the same.
+/// Ages closer than this count as equal.
 const HAIR: Duration = Duration::from_micros(100);
 
-/// How it stands, or how it ended.
+/// The state of a run, or its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerdictData {
-    /// How well that is.
+    /// Its rating.
     pub standing: Standing,
-    /// It in a word or two, such as `pole fell`.
+    /// The state in a word or two, such as `pole fell`.
     pub word: String,
-    /// It in a line, such as "BALANCED so far" or "FELL at 0.84 s".
+    /// The state in a line, such as "BALANCED so far" or "FELL at 0.84 s".
     pub headline: String,
-    /// Why, in a line or two; empty where there is nothing to explain.
+    /// The reason, in a line or two; empty without a reason.
     pub why: Vec<String>,
 }
 
-/// How well a run goes or went, each with a glyph and a colour of its own.
+/// The rating of a run, each with a glyph and a colour of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// It goes on, and well.
+    /// Running and well.
     Good,
-    /// It goes on, and its age is beyond what small deviations bear.
+    /// Running, with an age above the limit of small deviations.
     Warned,
-    /// It ended well.
+    /// Ended well.
     Done,
-    /// It is lost.
+    /// Lost.
     Lost,
 }
 
@@ -351,11 +353,11 @@ pub struct SignalTrace {
     pub limits: AgeLimits,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
-    /// The run before this one, if there was one.
+    /// The previous run, if there was one.
     pub ghost: Ghost,
 }
 
-/// What is kept of a run to be compared with the next.
+/// The part of a run kept for comparison with the next.
 #[derive(Clone, Debug, Default)]
 pub struct Ghost {
     /// Run time (s) and value of the signal, oldest first.

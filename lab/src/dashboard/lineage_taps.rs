@@ -1,4 +1,4 @@
-//! The chains behind the actions of a run under way.
+//! The chains behind the actions of a running run.
 
 use ratelab::{
     experiment::{Experiment, Taps},
@@ -8,27 +8,27 @@ use ratelab::{
 
 use super::sameness::RunDigest;
 
-/// Messages and ticks that may wait for the next frame: at full speed the virtual clock
-/// makes some thousands in the time of one.
+/// Capacity of a tap between two frames: at full speed the virtual clock makes some
+/// thousands of messages and ticks per frame.
 const BACKLOG: usize = 16_384;
 
-/// Messages and ticks kept of each topic and node: twenty minutes at 50 Hz.
+/// Messages and ticks kept per topic and node: twenty minutes at 50 Hz.
 const KEPT: usize = 1 << 16;
 
-/// Follows who reads what in a graph, in what its taps hand out.
+/// Builds the lineage of a graph from its taps.
 pub struct LineageTaps {
     lineage: Lineage,
     observer: Observer,
-    /// Events that were looked at for knobs.
+    /// Number of events already searched for knobs.
     events: usize,
     topics: Vec<(usize, RowTap, Rows)>,
     ticks: Vec<Tap<TickRecord>>,
-    /// Of all that came out of the taps.
+    /// Digest of everything from the taps.
     digest: RunDigest,
 }
 
 impl LineageTaps {
-    /// Follows `experiment` from its beginning.
+    /// Attaches to `experiment` from its beginning.
     pub fn new(experiment: &Experiment) -> Self {
         let observer = experiment.observer();
         let (taps, setup) = (experiment.taps(), &experiment.config().setup);
@@ -44,14 +44,14 @@ impl LineageTaps {
         }
     }
 
-    /// All that happened until now.
+    /// Returns the lineage up to now.
     pub fn update(&mut self) -> &Lineage {
         let events = self.observer.events(self.events);
         self.events += events.len();
         for timed in events.iter().filter_map(|event| event.knob()) {
             self.lineage.knob(timed.at, &timed.knob);
         }
-        // First the ticks: then all is there that was read in them.
+        // First the ticks: the messages they read are then in the taps.
         let ticks: Vec<Vec<TickRecord>> = self.ticks.iter().map(there).collect();
         for (topic, tap, rows) in &mut self.topics {
             tap.take(rows);
@@ -71,17 +71,17 @@ impl LineageTaps {
         &self.lineage
     }
 
-    /// All that happened until the last update.
+    /// The lineage as of the last update.
     pub fn known(&self) -> &Lineage {
         &self.lineage
     }
 
-    /// The digest of all that happened until the last update.
+    /// The digest as of the last update.
     pub fn digest(&self) -> &RunDigest {
         &self.digest
     }
 
-    /// Lets a run end that waits for these taps.
+    /// Closes the taps, so that a run waiting for them can end.
     pub fn let_go(&mut self) {
         self.update();
         self.topics.clear();
@@ -89,13 +89,13 @@ impl LineageTaps {
     }
 }
 
-/// Turns the knobs that were turned before a run.
+/// Applies the knobs set before the run.
 fn begin(lineage: &mut Lineage, setup: &Setup) {
     let knobs = setup.iter();
     knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
 }
 
-/// Taps on the topics of a graph that carry numbers.
+/// Taps on the numeric topics of a graph.
 fn topics(taps: &Taps, lineage: &Lineage) -> Vec<(usize, RowTap, Rows)> {
     let names = lineage.topology().topics.iter().enumerate();
     let tapped = names.filter_map(|(index, topic)| {
@@ -106,8 +106,8 @@ fn topics(taps: &Taps, lineage: &Lineage) -> Vec<(usize, RowTap, Rows)> {
     tapped.collect()
 }
 
-/// What is in a tap, and no more than there is now: a run without pacing fills it as
-/// fast.
+/// Takes the items now in a tap and no later ones: a run without pacing fills it as fast
+/// as it is emptied.
 fn there(tap: &Tap<TickRecord>) -> Vec<TickRecord> {
     let there = tap.items().len();
     tap.items().try_iter().take(there).collect()

@@ -1,4 +1,4 @@
-//! Marks in the chart of a signal where knobs were turned.
+//! Marks of turned knobs in the chart of a signal.
 
 use ratelab::{
     runtime::{Time, telemetry::Event},
@@ -7,7 +7,7 @@ use ratelab::{
 
 use super::settings::in_words;
 
-/// Run time that the chart shows (s).
+/// Length of the chart (s of run time).
 pub const TRACE_S: f64 = 10.0;
 
 /// The marks of `events` in a chart that ends at `now`.

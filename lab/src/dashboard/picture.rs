@@ -1,4 +1,4 @@
-//! A picture of the dashboard: of a run, or of a recording, at a moment.
+//! A picture of the dashboard at a moment of a run or a recording.
 
 use std::{sync::Arc, thread, time::Duration};
 
@@ -16,16 +16,16 @@ use super::{
 };
 use crate::recording::Recording;
 
-/// How long a picture waits for what is found out beside a run.
+/// Maximum wait for background computations.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Time between two looks.
+/// Interval between two checks (wall time).
 const LOOK: Duration = Duration::from_millis(2);
 
-/// The end of a run of `config` as an SVG file.
+/// The end of a run of `config`, as an SVG file.
 ///
 /// # Errors
-/// [`LabError`] if it cannot be run.
+/// [`LabError`] if the run fails.
 pub fn of_run(
     config: &Config,
     setup: Setup,
@@ -41,7 +41,7 @@ pub fn of_run(
     drawn(&mut app, size, theme)
 }
 
-/// A recording at run time `at` as an SVG file; `system` is that of the program.
+/// A recording at run time `at`, as an SVG file; `system` is the program's system.
 ///
 /// # Errors
 /// [`LabError`] if it cannot be drawn.

@@ -45,9 +45,9 @@ pub struct Player {
     speed: f64,
     focus: Pane,
     zoomed: bool,
-    /// Where the person looks in the timeline.
+    /// Position and zoom of the timeline.
     timeline: TimelineView,
-    /// What lies over the panes.
+    /// The overlay over the panes.
     overlay: Option<Overlay>,
     notice: Option<String>,
     quit: bool,
@@ -62,12 +62,12 @@ struct Playhead {
     /// The summary of the run, at its end.
     summary: Option<Summary>,
     at: Time,
-    /// Wall time at which `at` was reached, while it plays.
+    /// Wall time at which `at` was reached, during playback.
     playing: Option<Instant>,
 }
 
 impl Player {
-    /// At the beginning, playing.
+    /// Creates a player at the beginning, playing.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let notice = recording.defect();
         let replay = Replay::new(recording, system);
@@ -96,7 +96,7 @@ impl Player {
         player
     }
 
-    /// At run time `at`, and there it stays.
+    /// Creates a player paused at run time `at`.
     pub fn still(recording: Arc<Recording>, system: &Arc<dyn System>, at: Time) -> Self {
         let mut player = Self::new(recording, system);
         player.playhead.playing = None;
@@ -108,7 +108,7 @@ impl Player {
         self.playhead.replay.recording().until.max(self.begins)
     }
 
-    /// Shows the moment `at`, or the nearer end.
+    /// Shows the moment `at`, limited to the range of the recording.
     fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
         if at < self.playhead.at {
@@ -118,7 +118,7 @@ impl Player {
         self.playhead.advance_to(at);
     }
 
-    /// Goes on by the wall time since the last call.
+    /// Advances by the wall time since the last call.
     fn play(&mut self) {
         let Some(since) = self.playhead.playing else {
             return;
@@ -163,7 +163,7 @@ impl Player {
         }
     }
 
-    /// Plays on, from the beginning if it is at the end.
+    /// Starts playback, from the beginning if it is at the end.
     fn start(&mut self) {
         if self.playhead.at == self.ends() {
             self.go(self.begins);
@@ -171,13 +171,13 @@ impl Player {
         self.playhead.playing = Some(Instant::now());
     }
 
-    /// Goes to `at`, and goes on playing there if it plays.
+    /// Jumps to `at`; playback goes on from there.
     fn jump(&mut self, at: Time) {
         self.go(at);
         self.go_on();
     }
 
-    /// Goes to the moment of the messages next to this one.
+    /// Steps to the moment of the neighbouring messages.
     fn step(&mut self, direction: Direction) {
         self.playhead.playing = None;
         let replay = &self.playhead.replay;
@@ -318,7 +318,7 @@ impl Model for Player {
 
     fn rest(&mut self) {}
 
-    /// It goes on from where it was, however long the program was stopped.
+    /// Continues from the same moment after the program was suspended.
     fn go_on(&mut self) {
         self.playhead.playing = self.playhead.playing.map(|_| Instant::now());
     }
@@ -361,7 +361,7 @@ impl RunSource for Playhead {
         false
     }
 
-    /// Not recorded: a replay has the time of the run only.
+    /// Not recorded: a replay has run time only.
     fn wall_time(&self) -> Duration {
         self.at.since(Time::ZERO)
     }

@@ -1,14 +1,14 @@
-//! Whether a run is the same as another one, bit for bit.
+//! Comparison of two runs, bit for bit.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use ratelab::runtime::{Rows, TickRecord};
 
-/// Messages of a topic, or ticks of a node, of which digests are kept.
+/// Maximum number of digests per topic or node.
 const MOST: usize = 1 << 20;
 
-/// Digests of all messages and ticks of a run, one for each with all before it: as
-/// many as were seen so far can be compared with as many of another run.
+/// Running digests of a run: one after each message and each tick, so that any beginning
+/// of a run can be compared with the same beginning of another one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunDigest {
     topics: Vec<Vec<u64>>,
@@ -16,7 +16,7 @@ pub struct RunDigest {
 }
 
 impl RunDigest {
-    /// Adds messages of the topic with index `topic`, to the bit.
+    /// Adds messages of the topic with index `topic`, bit for bit.
     pub fn messages(&mut self, topic: usize, rows: &Rows) {
         let digests = place(&mut self.topics, topic);
         for (head, row) in rows.iter() {
@@ -32,7 +32,7 @@ impl RunDigest {
         }
     }
 
-    /// Adds a tick of the node with index `node`, but for what it took in wall time.
+    /// Adds a tick of the node with index `node`, without its wall time.
     pub fn tick(&mut self, node: usize, tick: &TickRecord) {
         let tick = (
             tick.number,
@@ -44,8 +44,8 @@ impl RunDigest {
         add(place(&mut self.nodes, node), tick);
     }
 
-    /// Whether this run is the same as `other` as far as both go; `whole` if none of
-    /// them may go further.
+    /// Whether this run equals `other` up to the end of the shorter one; `whole` if both
+    /// must have the same length.
     pub fn is_same(&self, other: &Self, whole: bool) -> bool {
         let topics = self.topics.iter().zip(&other.topics);
         let mut pairs = topics.chain(self.nodes.iter().zip(&other.nodes));

@@ -1,4 +1,4 @@
-//! Makes frames of a running session.
+//! Creates frames of a running session.
 
 use std::{
     collections::VecDeque,
@@ -32,7 +32,7 @@ use super::{
 };
 use crate::{names, timing::depends_on_the_world};
 
-/// How long a node stays lit after a tick (wall time).
+/// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
 
 /// Points kept for the chart: an hour at 50 Hz.
@@ -41,8 +41,8 @@ const POINTS_KEPT: usize = 180_000;
 /// New messages of a watched topic, with its name.
 pub type WatchedRows = (&'static str, Rows);
 
-/// The topics that are drawn message by message: that of the states, and that of
-/// the first signal.
+/// The topics whose every message is drawn: the topic of states, and that of the first
+/// signal.
 pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
     let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
     state
@@ -50,17 +50,17 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
         .chain(signal.filter(move |topic| Some(*topic) != state))
 }
 
-/// The signal that is plotted.
+/// The plotted signal.
 pub fn signal(system: &dyn System) -> Option<&'static Signal> {
     system.signals().first()
 }
 
-/// A run to make frames of: one that is under way, or a replay.
+/// A source of frames: a live run or a replay.
 pub trait RunSource {
     /// The system.
     fn shared_system(&self) -> &Arc<dyn System>;
 
-    /// The same, to look at.
+    /// The same as a reference.
     fn system(&self) -> &dyn System {
         &**self.shared_system()
     }
@@ -71,16 +71,16 @@ pub trait RunSource {
     /// Reads the graph.
     fn observer(&self) -> &Observer;
 
-    /// Wall time since it began, or that it took.
+    /// Wall time since the beginning, or of the whole run.
     fn wall_time(&self) -> Duration;
 
-    /// The chains behind its actions, as far as they are known.
+    /// The chains behind its actions, as far as known.
     fn lineage(&mut self) -> &Lineage;
 
     /// The same as of the last frame.
     fn known_lineage(&self) -> &Lineage;
 
-    /// The digest of all that happened so far, if it is to be compared with another run.
+    /// The digest of the run so far, if it is to be compared with another run.
     fn digest(&self) -> Option<&RunDigest> {
         None
     }
@@ -88,7 +88,7 @@ pub trait RunSource {
     /// The messages on the [`watched`] topics since the last call.
     fn new_rows(&mut self) -> Vec<WatchedRows>;
 
-    /// Messages that came too fast for the dashboard.
+    /// Number of messages lost because the dashboard was too slow.
     fn lost(&self) -> u64;
 
     /// The summary, once the run is over.
@@ -99,41 +99,41 @@ pub trait RunSource {
         true
     }
 
-    /// Whether nothing moves.
+    /// Whether it is at rest.
     fn at_rest(&self) -> bool {
         self.observer().status().paused || self.summary().is_some()
     }
 }
 
-/// Remembers between frames what a frame needs of the past.
+/// State kept between frames.
 #[derive(Default)]
 pub struct Sampler {
-    /// Per node, its ticks at the last sample and when they last changed.
+    /// Per node, the tick count at the last sample and the time of its last change.
     ticks: Vec<(u64, Option<Instant>)>,
-    /// Events that were looked at for knobs.
+    /// Number of events already searched for knobs.
     events: usize,
-    /// The knobs that were turned since the run began.
+    /// The knobs turned since the start of the run.
     turned: Setup,
     /// Hangs: time, node and duration.
     hangs: Vec<(Time, String, Duration)>,
     figures: Figures,
     /// The newest state of the plant.
     state: Vec<f64>,
-    /// The verdict on the states since the run is lost, if it is and goes on.
+    /// The verdict from the first lost state on; `None` while the states are not lost.
     lost: Option<Verdict>,
     /// Age of the sensing behind the newest state.
     newest_age: Option<f64>,
-    /// The age of the push in force.
+    /// Push age over time.
     push_ages: PushAges,
-    /// The limits of that age with the setup in force.
+    /// The age limits with the setup in force.
     limits: LimitsInForce,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
-    /// The run before this one.
+    /// The previous run.
     last: Option<LastRun>,
 }
 
-/// A run that another one is compared with.
+/// A run for comparison.
 struct LastRun {
     ghost: Ghost,
     digest: RunDigest,
@@ -141,7 +141,7 @@ struct LastRun {
 }
 
 impl Sampler {
-    /// A frame of `session` as it is now.
+    /// A frame of `session` as of now.
     pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
         self.push_ages.meet(system, || observer.read_counters());
@@ -191,7 +191,7 @@ impl Sampler {
         }
     }
 
-    /// One for the run after `session`, of which these are the frames.
+    /// Creates the sampler of the run after `session`.
     pub fn next(&self, session: &impl RunSource) -> Self {
         let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
         let ghost = Ghost {
@@ -209,15 +209,14 @@ impl Sampler {
         }
     }
 
-    /// Whether `session` is the same as the run before it so far, bit for bit.
+    /// Whether `session` equals the previous run so far, bit for bit.
     fn same(&self, session: &impl RunSource) -> Option<bool> {
         let last = self.last.as_ref()?;
         let whole = session.summary().is_some() && last.ended;
         Some(session.digest()?.is_same(&last.digest, whole))
     }
 
-    /// The signal in the `span` seconds before `now`; `None` if the system has
-    /// none.
+    /// The signal over the `span` seconds before `now`; `None` without a signal.
     pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
         let first = self.points.partition_point(|(at, _)| *at < end - span);
@@ -248,8 +247,8 @@ impl Sampler {
         }
     }
 
-    /// Whether `node` works at run time `now`. The next tick after a command to hang
-    /// does.
+    /// The state of `node` at run time `now`. A hang takes effect at the first tick after
+    /// its command.
     fn health(&self, node: &NodeView, now: Time) -> Health {
         let hangs = self.hangs.iter().any(|(at, name, cost)| {
             let until = *at + node.hz.period() + *cost;
@@ -262,7 +261,7 @@ impl Sampler {
         }
     }
 
-    /// The setup of `session` as it is by now.
+    /// The setup of `session` in force.
     fn setup(&self, session: &impl RunSource) -> Setup {
         let mut setup = session.config().setup.clone();
         setup.extend(self.turned.iter().cloned());
@@ -309,7 +308,7 @@ impl Sampler {
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let verdict = system.verdict(&ClockExit::Stopped, head.at, Some(state));
-        // A run that is lost stays lost from its first moment on.
+        // A lost run stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
         if let Some(sensed) = head.origin {
@@ -317,8 +316,7 @@ impl Sampler {
         }
     }
 
-    /// Which nodes ticked a moment ago; while run time stands still, which ones
-    /// ticked last.
+    /// The nodes that ticked recently; at rest, those that ticked last.
     fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool, at_rest: bool) -> Vec<bool> {
         self.ticks.resize(snapshot.nodes.len(), (0, None));
         let now = Instant::now();
@@ -340,7 +338,7 @@ impl Sampler {
             .collect()
     }
 
-    /// How it stands, and why it ended if it did, in figures that were measured.
+    /// The state of the run, and the reason for its end, in measured figures.
     fn verdict(
         &self,
         session: &mut impl RunSource,
@@ -364,7 +362,7 @@ impl Sampler {
         }
     }
 
-    /// How a run stands that goes on and is not lost.
+    /// The state of a running run that is not lost.
     fn going_on(
         &self,
         session: &mut impl RunSource,
@@ -384,7 +382,7 @@ impl Sampler {
         }
     }
 
-    /// That the run is the same as the last one, if it is.
+    /// States that the run equals the previous one, if it does.
     fn as_before(&self, session: &impl RunSource) -> &'static str {
         match (self.same(session), session.summary()) {
             (Some(true), Some(_)) => ": identical to the last run, bit for bit",
@@ -438,7 +436,7 @@ fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {
     nodes.iter().position(|node| node.name == acts)
 }
 
-/// What goes on, in a sentence with the figures of now.
+/// The current activity, in a sentence with current figures.
 fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<String> {
     let (Some(age), Some(node)) = (age, first_node(system, graph)) else {
         return Vec::new();
@@ -449,10 +447,10 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
     )]
 }
 
-/// Columns of a short sentence.
+/// Maximum width of a short sentence (columns).
 const SHORT: usize = 78;
 
-/// What the age of the push in force is spent on.
+/// The parts of the age of the push in force.
 fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
     let lineage = session.lineage();
@@ -473,7 +471,7 @@ fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     })
 }
 
-/// A note on the world of `session`, where it matters.
+/// A note on the world of `session`, where it is relevant.
 fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");
@@ -483,7 +481,7 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     asked.then_some("world: waits")
 }
 
-/// A run that goes on, and well.
+/// The state of a run that is going well.
 fn so_far(system: &dyn System) -> String {
     match system.verdicts().first() {
         Some(well) if **well != VerdictKind::COMPLETED => {
@@ -493,7 +491,7 @@ fn so_far(system: &dyn System) -> String {
     }
 }
 
-/// Age of the sensing that a message was derived from, when it was published (s).
+/// Age of the sensing behind a message at its publication (s).
 fn age(head: &Head) -> Option<f64> {
     let sensed = head.origin?.as_secs_f64();
     Some(head.at.as_secs_f64() - sensed)

@@ -1,4 +1,4 @@
-//! One experiment running on a thread of its own, as the dashboard holds it.
+//! One experiment on a thread of its own, with its handles for the dashboard.
 
 use std::{
     path::PathBuf,
@@ -27,8 +27,8 @@ use crate::{
     recording::{Destination, Recorder, Source, StopReason},
 };
 
-/// Messages of a topic that may wait for the next frame: at full speed the virtual
-/// clock makes thousands per frame.
+/// Capacity of a tap between two frames: at full speed the virtual clock makes thousands
+/// of messages per frame.
 const BACKLOG: usize = 65_536;
 
 /// The settings of every session.
@@ -36,13 +36,13 @@ const BACKLOG: usize = 65_536;
 pub struct Setup {
     /// The system.
     pub system: Arc<dyn System>,
-    /// Whether the exercises of the course are about this system.
+    /// Whether the exercises of the course apply to this system.
     pub course: bool,
     /// Priority of the node threads, if it was granted.
     pub realtime: Option<RealtimePriority>,
-    /// Where the steps of the plant are written, those of the last session.
+    /// File for the plant's steps; it keeps those of the last session.
     pub csv: Option<PathBuf>,
-    /// Where sessions are recorded to, from the first one on.
+    /// Destination of recordings, from the first session on.
     pub record: Option<Destination>,
 }
 
@@ -55,7 +55,7 @@ pub struct SessionResult {
     pub csv_lost: u64,
 }
 
-/// An experiment that can begin at any moment. Until then no file is changed.
+/// An experiment ready to begin. No file is changed before it begins.
 pub struct Prepared {
     experiment: Experiment,
     source: Source,
@@ -64,13 +64,13 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Sets an experiment up.
+    /// Prepares an experiment.
     ///
     /// # Errors
-    /// [`LabError`] if that cannot be done, or the file of rows cannot be opened.
+    /// [`LabError`] if the setup fails, or the file of rows cannot be opened.
     pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
         let experiment = Experiment::new(setup.system.clone(), config)?;
-        // The session before this one may still write to it.
+        // The previous session may still be writing to it.
         let csv = setup.csv.as_deref().map(Live::open).transpose();
         Ok(Self {
             source: Source::of(&experiment),
@@ -80,10 +80,10 @@ impl Prepared {
         })
     }
 
-    /// Has it recorded from its first tick to a new file at `destination`.
+    /// Creates a recorder from the first tick on, to a new file at `destination`.
     ///
     /// # Errors
-    /// [`LabError::Record`] with the error of the system about the file.
+    /// [`LabError::Record`] with the system's error for the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
         let begun = destination.claim(&self.source.origin, |path| {
             Recorder::from_the_start(path, &self.source)
@@ -105,32 +105,31 @@ impl Prepared {
     }
 }
 
-/// A running experiment: commands go in, counters and messages come out.
+/// A running experiment: commands in, counters and messages out.
 pub struct Session {
     system: Arc<dyn System>,
     config: Config,
     observer: Observer,
     commands: Sender<Command>,
-    /// Those on the [`watched`] topics; gone when the session is to end.
+    /// Taps on the [`watched`] topics; removed when the session is to end.
     taps: Vec<(&'static str, RowTap)>,
     /// The chains behind its actions.
     lineage: LineageTaps,
-    /// The result of the run; gone when it has come.
+    /// Receiver of the result; `None` after it has arrived.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
     csv: Option<csv::StepWriter>,
-    /// Gone when the session is to end.
+    /// `None` when the session is to end.
     source: Option<Source>,
     recorder: Option<Recorder>,
     began: Instant,
 }
 
 impl Session {
-    /// Starts an experiment; records it to a new file at `record`, if that is given.
+    /// Starts an experiment and records it to a new file at `record`, if given.
     ///
     /// # Errors
-    /// [`LabError`] if it cannot be set up, or a file that it is to be written to
-    /// cannot be opened.
+    /// [`LabError`] if the setup fails, or an output file cannot be opened.
     pub fn start(
         config: &Config,
         setup: &Setup,
@@ -171,7 +170,7 @@ impl Session {
         }
     }
 
-    /// Gives a command; a run that is over ignores it.
+    /// Sends a command; ignored after the end of the run.
     pub fn send(&self, command: Command) {
         let _ = self.commands.send(command);
     }
@@ -184,8 +183,7 @@ impl Session {
         self.wait(Duration::ZERO).map(drop)
     }
 
-    /// Waits for the end of the run for `patience` at the most; returns whether it has
-    /// come.
+    /// Waits at most `patience` for the end of the run; returns whether it has ended.
     ///
     /// # Errors
     /// [`LabError`] if a node failed or the clock panicked.
@@ -196,20 +194,20 @@ impl Session {
         match outcome.recv_timeout(patience) {
             Ok(outcome) => self.end(outcome).map(|()| true),
             Err(RecvTimeoutError::Timeout) => Ok(false),
-            // Nodes' panics are faults already; this is one of the clock.
+            // Panics of nodes are faults already; this is a panic of the clock.
             Err(RecvTimeoutError::Disconnected) => Err(LabError::Panicked),
         }
     }
 
-    /// Has the run end as soon as no node is in a tick.
+    /// Stops the run as soon as no node is in a tick.
     pub fn stop(&mut self) {
         self.send(Command::Stop);
-        // Virtual time waits for a full tap, and nothing will empty it any more.
+        // Virtual time waits for a full tap, and nothing empties it any more.
         self.taps.clear();
         self.lineage.let_go();
     }
 
-    /// The nodes that are in a tick, which the end of the run waits for.
+    /// The nodes in a tick, for which the end of the run waits.
     pub fn busy(&self) -> Vec<String> {
         let nodes = self.observer.read_counters().nodes.into_iter();
         let busy = nodes.filter(|node| node.busy);
@@ -219,8 +217,7 @@ impl Session {
     /// Stops the run and waits for its end.
     ///
     /// # Errors
-    /// [`LabError`] if a node failed, the clock panicked, or rows could not be
-    /// written.
+    /// [`LabError`] if a node failed, the clock panicked, or rows could not be written.
     pub fn finish(&mut self) -> Result<SessionResult, LabError> {
         self.stop();
         if let Some(outcome) = &self.outcome {
@@ -232,7 +229,7 @@ impl Session {
         Ok(SessionResult { summary, csv_lost })
     }
 
-    /// Leaves a run that does not end; its recording ends in order.
+    /// Abandons a run that does not end; its recording is completed.
     pub fn abandon(&mut self) -> LabError {
         let stuck = LabError::Stuck(list(&self.busy()));
         if let Some(recorder) = &self.recorder {
@@ -241,7 +238,7 @@ impl Session {
         stuck
     }
 
-    /// Notes the result of the run, and ends the recorder.
+    /// Stores the result of the run, and ends the recorder.
     fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), LabError> {
         self.outcome = None;
         if let Some(recorder) = &self.recorder {
@@ -250,7 +247,7 @@ impl Session {
         match outcome {
             Ok(summary) => self.summary = Some(summary),
             Err(fault) => {
-                // The fault matters more than rows that cannot be written.
+                // The fault has priority over rows that cannot be written.
                 let _ = self.finish_csv();
                 return Err(fault.into());
             }
@@ -260,17 +257,17 @@ impl Session {
 
     /// Waits until all rows are written; returns the number of lost ones.
     fn finish_csv(&mut self) -> Result<u64, LabError> {
-        // Its tap ends with the topic, which these hold.
+        // Its tap ends with the topic, held by these.
         self.source = None;
         self.taps.clear();
         let lost = self.csv.take().map_or(Ok(0), csv::StepWriter::finish);
         lost.map_err(LabError::Csv)
     }
 
-    /// Records from now on to a new file at `destination`; returns its path.
+    /// Starts a recording to a new file at `destination`; returns its path.
     ///
     /// # Errors
-    /// The error of the system about the file.
+    /// The system's error for the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
         let source = self.source.as_ref().ok_or(LabError::Panicked)?;
         let begun = destination.claim(&source.origin, |path| Recorder::midway(path, source));
@@ -279,12 +276,12 @@ impl Session {
         Ok(path)
     }
 
-    /// The recording that is being made.
+    /// The current recorder.
     pub fn recorder(&self) -> Option<&Recorder> {
         self.recorder.as_ref()
     }
 
-    /// The recorder, if it is ending or was asked to end.
+    /// Takes the recorder, if it is ending or was asked to end.
     pub fn take_recorder(&mut self) -> Option<Recorder> {
         self.recorder.take_if(|recorder| recorder.is_ending())
     }

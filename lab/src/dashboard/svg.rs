@@ -1,4 +1,4 @@
-//! A drawn screen as an SVG file.
+//! A screen as an SVG file.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use super::view::theme::{Look, rgb};
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
 
-/// `buffer` as it looks on the terminal that `look` is made for.
+/// `buffer` as on a terminal with the background of `look`.
 pub fn svg(buffer: &Buffer, look: Look) -> String {
     let [ink, paper] = sheet(look);
     let (width, height) = (buffer.area.width, buffer.area.height);
@@ -74,8 +74,8 @@ fn run_of_one_style(
     svg.push_str("</g>\n");
 }
 
-/// One character in its cell, whatever the width it has in the reader's font;
-/// Braille as the dots that it stands for, which few fonts draw alike.
+/// One character in its cell, of the same width in any font; Braille characters as dots,
+/// since fonts draw them differently.
 fn glyph(svg: &mut String, symbol: &str, left: usize, top: u16) {
     match symbol.chars().next() {
         None | Some(' ') => {}
@@ -96,7 +96,7 @@ fn glyph(svg: &mut String, symbol: &str, left: usize, top: u16) {
     }
 }
 
-/// Column and row of each dot of a Braille character, in the order of its bits.
+/// Column and row of each dot of a Braille character, by bit.
 const BRAILLE: [(usize, usize); 8] = [
     (0, 0),
     (0, 1),
@@ -108,7 +108,7 @@ const BRAILLE: [(usize, usize); 8] = [
     (1, 3),
 ];
 
-/// Colours of the letters and of what is behind them.
+/// Colours of text and background.
 fn sheet(look: Look) -> [&'static str; 2] {
     match look {
         Look::Dark => ["#d8dbe0", "#16181d"],

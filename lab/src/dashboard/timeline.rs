@@ -1,4 +1,4 @@
-//! Ticks and messages over a short stretch of a run, and the chain behind one push.
+//! Ticks and messages over a short stretch of a run, with the chain behind one push.
 
 use std::{collections::HashSet, time::Duration};
 
@@ -7,16 +7,15 @@ use ratelab::runtime::{
     telemetry::{Chain, Lineage, Sent, Worked},
 };
 
-/// Stretches of run time that can be in sight (ms).
+/// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
 
-/// Where the person looks.
+/// The position and zoom of the timeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimelineView {
-    /// The push that is looked at, by the run time at which it was first applied; the
-    /// newest if `None`.
+    /// The selected push, by the run time of its first application; the newest if `None`.
     pub selected: Option<Time>,
-    /// Which of the stretches is in sight.
+    /// Index of the visible stretch.
     zoom: usize,
 }
 
@@ -30,7 +29,7 @@ impl Default for TimelineView {
 }
 
 impl TimelineView {
-    /// Shows a shorter stretch, or a longer one.
+    /// Zooms to a shorter stretch, or to a longer one.
     pub fn zoom(&mut self, closer: bool) {
         self.zoom = match closer {
             true => self.zoom.saturating_sub(1),
@@ -38,13 +37,13 @@ impl TimelineView {
         };
     }
 
-    /// How much run time is in sight.
+    /// Length of the visible stretch (run time).
     fn span(self) -> Duration {
         Duration::from_millis(SPANS_MS[self.zoom])
     }
 
-    /// Selects the push of `node` after the one that is selected, or the one before;
-    /// after the last one the newest, whichever that is. `now` is the newest run time.
+    /// Selects the push of `node` after the selected one, or the one before; after the
+    /// last one, always the newest. `now` is the newest run time.
     pub fn select(&mut self, lineage: &Lineage, node: usize, now: Time, later: bool) {
         let at = self.selected.unwrap_or(now);
         let Some(push) = lineage.push_at(node, at) else {
@@ -68,63 +67,63 @@ impl TimelineView {
     }
 }
 
-/// What is in sight.
+/// The visible part of the timeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timeline {
-    /// The first run time.
+    /// Its begin (run time).
     pub from: Time,
-    /// The last run time.
+    /// Its end (run time).
     pub to: Time,
-    /// A lane for each node and each topic between them.
+    /// A lane per node, and per topic between them.
     pub lanes: Vec<Lane>,
     /// The age of the selected push and its parts.
     pub sentence: String,
-    /// Whether the newest push is looked at.
+    /// Whether the newest push is selected.
     pub newest: bool,
 }
 
-/// What happened at a node or on a topic.
+/// The marks of a node or a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
     /// Its name.
     pub name: String,
-    /// What happened, the oldest first.
+    /// Its marks, oldest first.
     pub marks: Vec<Mark>,
 }
 
-/// Something that happened.
+/// A mark in a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// When it began.
+    /// Begin (run time).
     pub at: Time,
-    /// When it was over.
+    /// End (run time).
     pub until: Time,
-    /// What it was.
+    /// Its kind.
     pub kind: MarkKind,
-    /// Whether it is behind the selected push.
+    /// Whether it belongs to the chain of the selected push.
     pub bright: bool,
 }
 
-/// What happened.
+/// The kind of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkKind {
     /// A tick.
     Tick,
-    /// A tick was due and did not begin.
+    /// The delay between a tick's due time and its start.
     Late,
-    /// Periods were skipped.
+    /// Skipped periods.
     Overrun,
-    /// A message that was read.
+    /// A read message.
     Read,
-    /// A message without a reader so far.
+    /// A message not yet read.
     Unread,
-    /// A message that was lost.
+    /// A lost message.
     Lost,
 }
 
 impl Timeline {
-    /// What `view` shows of a run that has come to `now`, where `acts` is the node whose
-    /// push has an age.
+    /// The timeline of a run at run time `now`, as `view` shows it; `acts` is the node
+    /// with a push age.
     pub fn of(lineage: &Lineage, acts: usize, view: TimelineView, now: Time) -> Option<Self> {
         let looked_at = view.selected.unwrap_or(now).min(now);
         let push = lineage.push_at(acts, looked_at)?;
@@ -133,7 +132,7 @@ impl Timeline {
             None => now,
             Some(_) => push.outdated.unwrap_or(now).clamp(push.since, now),
         };
-        // A selected push stands in the last third.
+        // A selected push is in the last third.
         let to = match view.selected {
             None => now,
             Some(since) => (since + view.span() / 3).min(now.max(since)),
@@ -161,7 +160,7 @@ impl Timeline {
     }
 }
 
-/// The nodes on the way to the one that acts, and that one.
+/// The nodes upstream of the acting one, and the acting node itself.
 fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let topics = &lineage.topology().topics;
     let mut order = vec![acts];
@@ -181,7 +180,7 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     order
 }
 
-/// The run times in sight.
+/// The visible run times.
 #[derive(Clone, Copy)]
 struct Window {
     from: Time,

@@ -14,9 +14,9 @@
 //! ```
 //!
 //! 1. *Windows*: adjacent faults of one kind, from each message or tick on. If the whole
-//! budget is enough anywhere, bisection finds the smallest number that is. Of several
-//! kinds the smallest list counts; if no kind is enough alone, all are tried at the same
-//! moment.
+//!    budget is enough anywhere, bisection finds the smallest number that is. Of several
+//!    kinds the smallest list counts; if no kind is enough alone, all are tried at the
+//!    same moment.
 //! 2. *Random lists*, if no window is enough: [`RANDOM_LISTS`] of them, which the seed
 //!    of the run chooses.
 //! 3. *Delta debugging* makes the list 1-minimal: without any one of its parts the run is

@@ -1,7 +1,7 @@
-//! Why a run was lost, from what was measured.
+//! The cause of a loss, from measurements.
 //!
-//! The age of what acts on the world is the sum of its parts. The largest part has an
-//! owner, a node or a link, and the owner a knob that mends it.
+//! The age of an action is the sum of its parts. The largest part has an owner, a node or
+//! a link, and a knob of the owner is the cure.
 
 mod owner;
 
@@ -16,44 +16,44 @@ pub use owner::{Explained, Owner};
 
 use super::frame::{AgeData, Strain};
 
-/// A run that was lost.
+/// A lost run.
 pub struct Facts<'a> {
-    /// What was run.
+    /// Its system.
     pub system: &'a dyn System,
-    /// Its knobs as they are.
+    /// Its knobs in force.
     pub setup: &'a Setup,
     /// Its graph and counters.
     pub graph: &'a Snapshot,
     /// The chains behind its actions.
     pub lineage: &'a Lineage,
-    /// The push age of late, if it is known.
+    /// Its recent push age, if known.
     pub age: Option<AgeData>,
-    /// Run time over which that is.
+    /// The stretch of run time of that age.
     pub late: (Time, Time),
-    /// Whether keys turn its knobs, as in no recording.
+    /// Whether keys turn its knobs; `false` for a recording.
     pub live: bool,
 }
 
-/// Why a run was lost.
+/// The cause of a loss.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cause {
-    /// What made its age, the most important first; empty where age is not to blame.
+    /// The owners of its age, the most important first; empty if age is not the cause.
     pub owners: Vec<Owner>,
     /// The cause and its cure, in short lines.
     pub lines: Vec<String>,
 }
 
-/// Run time that counts as recent, if two periods are not longer.
+/// Length of the recent stretch of run time; longer if two periods are.
 const LATELY: Duration = Duration::from_secs(1);
 
-/// The keys that turn up the rates of the first aliases.
+/// The keys that raise the rates of the first aliases.
 const RATE_KEYS: [char; 2] = [']', '}'];
 
-/// Share of the slowest interval from which on another is as slow.
+/// Share of the longest interval at which another one counts as equally long.
 const AS_SLOW: f64 = 0.9;
 
 impl Facts<'_> {
-    /// The cause of the loss; nothing for a system that has no age.
+    /// The cause of the loss; empty for a system without an age.
     pub fn cause(&self) -> Cause {
         let Some(acts) = acting(self.system, self.graph) else {
             return Cause::default();
@@ -94,7 +94,7 @@ impl Facts<'_> {
         Cause { owners, lines }
     }
 
-    /// That age is not to blame, if it is not: the loop bears more.
+    /// States that age is not the cause, if it is below the limit of the loop.
     fn fresh(&self) -> Option<String> {
         let age = self.age?;
         let limit = age.limit()?;
@@ -103,7 +103,7 @@ impl Facts<'_> {
         fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
     }
 
-    /// How old readings were, against what the loop bears.
+    /// The age of readings, beside the limit of the loop.
     fn how_old(&self) -> Option<String> {
         let age = self.age?;
         let (greatest, mean) = (ms(age.greatest), number(age.mean));
@@ -114,7 +114,7 @@ impl Facts<'_> {
         })
     }
 
-    /// Where the age arose, and its cure.
+    /// The place of the age, and its cure.
     fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
         match owner {
             Owner::Rate(node) => self.blame_rate(node, explained),
@@ -171,7 +171,7 @@ impl Facts<'_> {
         }
     }
 
-    /// That `knob` is the cure; where keys turn knobs, with the key that lets one type.
+    /// Names `knob` as the cure; where keys turn knobs, with the key of the prompt.
     fn mended_by(&self, knob: &str) -> String {
         let key = if self.live { ":" } else { "" };
         format!("{key}{knob} mends it")
@@ -207,7 +207,7 @@ impl Facts<'_> {
         format!("the age arose {arose}. {cure}")
     }
 
-    /// What the queue before a slow node shows.
+    /// The symptom at the queue of a slow node.
     fn symptom(&self, owner: Owner) -> Option<String> {
         let (Owner::Rate(node) | Owner::Cost(node)) = owner else {
             return None;
@@ -237,8 +237,8 @@ impl Facts<'_> {
     }
 }
 
-/// The owner of the largest part of an age, and the nodes that are as slow if it is
-/// a slow node.
+/// The owner of the largest part of an age; for a slow node, also the nodes that are
+/// equally slow.
 fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
     let owners = explained.owners(acts);
     let Some(&(first, _)) = owners.first() else {
@@ -257,20 +257,20 @@ fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
     slow
 }
 
-/// A node that crashed, where nothing was ever applied.
+/// A crashed node, if no action was ever applied.
 fn crashed(explained: &Explained<'_>) -> Option<Owner> {
     let node = explained.graph.nodes.iter().position(|node| node.crashed);
     node.map(Owner::Crash)
 }
 
-/// The node of `graph` whose push has an age.
+/// The node of `graph` with a push age.
 pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
     let (acts, _) = system.latency()?;
     graph.nodes.iter().position(|node| *node.name == *acts)
 }
 
-/// The last second of a run, or its last two periods of the slowest node on the path to
-/// `acts` if they are longer; not before the first push.
+/// The last second of a run, or the last two periods of the slowest node on the path to
+/// `acts` if those are longer; never before the first push.
 pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
     let path = upstream(graph, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
@@ -300,7 +300,7 @@ fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
     path
 }
 
-/// What the rate of `node` is called, and the key that turns it up.
+/// The name of the rate of `node`, and the key that raises it.
 fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
     let aliases = system.aliases().iter();
     let mut rates = aliases
@@ -317,7 +317,7 @@ fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// Whole milliseconds.
+/// Rounds to whole milliseconds.
 fn number(duration: Duration) -> String {
     format!("{:.0}", duration.as_secs_f64() * 1e3)
 }

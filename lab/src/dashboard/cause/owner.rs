@@ -1,4 +1,4 @@
-//! To which knob each part of an age goes back.
+//! The owner of each part of an age, and so the knob that cures it.
 
 use std::time::Duration;
 
@@ -10,44 +10,43 @@ use ratelab::{
     system::Setup,
 };
 
-/// What makes an age, as an index of a node or a topic of the graph.
+/// The owner of an age, as an index of a node or a topic of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
-    /// A node that works too seldom.
+    /// A node with too low a rate.
     Rate(usize),
-    /// A node whose ticks take long.
+    /// A node with long ticks.
     Cost(usize),
-    /// A node whose ticks start late.
+    /// A node with late ticks.
     Late(usize),
     /// A node that crashed.
     Crash(usize),
-    /// A node whose clock is wrong.
+    /// A node with a clock error.
     Clock(usize),
-    /// A node whose ticks are shifted against those of the others.
+    /// A node with a phase shift against the others.
     Phase(usize),
-    /// A link that delays or loses.
+    /// A link with delay or loss.
     Link(usize),
-    /// A queue that is read from its old end.
+    /// A queue with read order oldest.
     Order(usize),
 }
 
-/// A run whose age is to be explained.
+/// A run with an age to explain.
 pub struct Explained<'a> {
     /// The chains behind its actions.
     pub lineage: &'a Lineage,
     /// Its graph and counters.
     pub graph: &'a Snapshot,
-    /// Its knobs as they are.
+    /// Its knobs in force.
     pub setup: &'a Setup,
-    /// From when on.
+    /// Begin (run time).
     pub from: Time,
-    /// Until when.
+    /// End (run time).
     pub to: Time,
 }
 
 impl Explained<'_> {
-    /// What makes the age of what `node` does, and how much of it on average, the
-    /// largest first.
+    /// The owners of the push age of `node`, each with its mean part, the largest first.
     pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
         let mut owners: Vec<(Owner, f64)> = Vec::new();
         for (stage, ns) in self.lineage.mean_parts(node, self.from, self.to) {
@@ -75,7 +74,7 @@ impl Explained<'_> {
         }
     }
 
-    /// Why nothing newer came on a topic for so long on average (ns).
+    /// The owner of a mean gap of `ns` nanoseconds without a newer message on a topic.
     fn silent(&self, topic: usize, ns: f64) -> Owner {
         let publishers = &self.graph.topics[topic].publishers;
         let Some(&node) = publishers.first() else {
@@ -92,7 +91,7 @@ impl Explained<'_> {
         }
     }
 
-    /// Why a node works so seldom; `waiting` if a message waits for it.
+    /// The owner of the low tick rate of a node; `waiting` if a message is in its queue.
     fn slow(&self, node: usize, waiting: bool) -> Owner {
         let view = &self.graph.nodes[node];
         let (busy, late) = (self.busy(node), self.lateness(node));
@@ -114,7 +113,7 @@ impl Explained<'_> {
         }
     }
 
-    /// Share of the messages of a topic that its link lost of late.
+    /// Recent share of a topic's messages lost on its link.
     pub fn loss(&self, topic: usize) -> f64 {
         let (mut count, mut lost) = (0.0, 0.0);
         for sent in self.recent(topic) {
@@ -124,7 +123,7 @@ impl Explained<'_> {
         lost / f64::max(count, 1.0)
     }
 
-    /// How long the link of a topic took of late on average.
+    /// Recent mean delay on the link of a topic.
     pub fn delay(&self, topic: usize) -> Duration {
         let delays = self
             .recent(topic)
@@ -133,13 +132,13 @@ impl Explained<'_> {
         sum / count.max(1)
     }
 
-    /// Whether the link of a topic did something to it of late.
+    /// Whether the link of a topic recently delayed or lost a message.
     fn has_link(&self, topic: usize) -> bool {
         let mut sent = self.recent(topic);
         sent.any(|sent| sent.arrives != Some(sent.released))
     }
 
-    /// The messages of a topic that were published of late.
+    /// The recently published messages of a topic.
     fn recent(&self, topic: usize) -> impl Iterator<Item = &Sent> {
         let recent = |sent: &&Sent| sent.released > self.from;
         let sent = self.lineage.sent(topic).rev();
@@ -147,13 +146,13 @@ impl Explained<'_> {
             .take_while(recent)
     }
 
-    /// How often a node ticked of late, on average.
+    /// Recent mean interval between the ticks of a node.
     pub fn interval(&self, node: usize) -> Duration {
         let ticks = self.ticks(node).count();
         self.time() / u32::try_from(ticks.max(1)).unwrap_or(u32::MAX)
     }
 
-    /// The ticks of a node that began of late.
+    /// The recent ticks of a node.
     fn ticks(&self, node: usize) -> impl Iterator<Item = &Worked> {
         let ticks = self.lineage.ticks(node).rev();
         ticks
@@ -161,8 +160,8 @@ impl Explained<'_> {
             .take_while(|worked| worked.tick.at > self.from)
     }
 
-    /// How long a node was in ticks of late. One that is in a tick began it where the
-    /// one before ended, as far as anybody knows.
+    /// Recent time in ticks of a node. A tick in progress counts from one period after
+    /// the end of the previous one.
     pub fn busy(&self, node: usize) -> Duration {
         let ends = |worked: &Worked| worked.tick.ends.unwrap_or(self.to).min(self.to);
         let ticks = self.ticks(node);
@@ -177,7 +176,7 @@ impl Explained<'_> {
         }
     }
 
-    /// How late the ticks of a node began of late on average.
+    /// Recent mean lateness of a node's ticks.
     fn lateness(&self, node: usize) -> Duration {
         let (mut sum, mut count) = (Duration::ZERO, 0);
         for worked in self.ticks(node) {

@@ -1,4 +1,4 @@
-//! Ways to trouble the pole: the cause of each is named, and its cure mends it.
+//! Ways to lose the pole: each has its cause named, and the named cure works.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use ratelab::{
 use super::*;
 use crate::dashboard::lineage_taps::LineageTaps;
 
-/// A way to trouble the pole: the world, knobs from the start, knobs at a time, and
-/// whose fault it is, such as `Rate policy`; nobody's where age is not to blame.
+/// A way to lose the pole: the world, knobs from the start, timed knobs, and the owner of
+/// the age, such as `Rate policy`; none if age is not the cause.
 struct Way {
     world: WorldKind,
     setup: &'static [&'static str],
@@ -46,7 +46,7 @@ const fn fault(later: &'static [(f64, &'static str)], owners: &'static [&'static
 const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
 
-/// Ways to fell it.
+/// Ways to lose the pole.
 const WAYS: [Way; 25] = [
     way(COURSE, &["rate policy 5"], &["Rate policy"]),
     way(
@@ -161,7 +161,7 @@ fn age(
     })
 }
 
-/// Whether turning `knob` back is the cure.
+/// Whether undoing `knob` is the cure.
 fn is_mended_by(owner: Owner, knob: &Knob, graph: &Snapshot) -> bool {
     let node = |index: usize| *graph.nodes[index].name == *knob.target();
     let topic = |index: usize| *graph.topics[index].name == *knob.target();
@@ -269,7 +269,7 @@ fn a_slow_lqr_leaves_the_rail_with_the_pole_up_and_its_rate_is_named() {
     assert_eq!(names(&cause.owners, &graph), ["Rate policy"]);
 }
 
-/// What would be expected to fell it, and does not.
+/// Expected to lose the pole, and does not.
 #[test]
 fn these_troubles_it_bears() {
     for setup in [
