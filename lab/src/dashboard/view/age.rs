@@ -14,14 +14,14 @@ use super::{
 };
 use crate::dashboard::frame::{AgeData, PartKind, PushData, Strain};
 
-/// The widest bar, and the narrowest that can be read.
+/// Maximum and minimum width of the bar (columns).
 const BAR: (usize, usize) = (40, 8);
 
-/// What the whole bar is of the last limit.
+/// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
-/// Draws the number, a bar with a tick at each limit, and on what the age was spent;
-/// below it the same of the push in force.
+/// Draws the number, a bar with a tick at each limit, and the parts of the age; below it
+/// the parts of the push in force.
 pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let number = number(age);
     let (sign, word, style) = verdict(age.strain(), theme);
@@ -61,7 +61,7 @@ pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect,
     }
 }
 
-/// The age and the limit, always equally wide.
+/// The age and the limit, in a constant width.
 fn number(age: &AgeData) -> String {
     let mean = ms(age.mean);
     match age.limit() {
@@ -70,7 +70,7 @@ fn number(age: &AgeData) -> String {
     }
 }
 
-/// Whole milliseconds.
+/// Rounds to whole milliseconds.
 pub fn ms(duration: Duration) -> u128 {
     (duration.as_micros() + 500) / 1_000
 }
@@ -84,7 +84,7 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
     }
 }
 
-/// On what the age was spent, the largest part first, each with its glyph in the bar.
+/// The parts of the age, the largest first, each with its glyph in the bar.
 fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
     let mut parts: Vec<_> = mean.iter().filter(|(_, took)| ms(*took) > 0).collect();
     parts.sort_by_key(|(_, took)| Reverse(*took));
@@ -95,7 +95,7 @@ fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
     words.collect::<Vec<_>>().join(" + ")
 }
 
-/// How a part fills a bar.
+/// The glyph of a part in the bar.
 fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
     match kind {
         PartKind::Waited => theme.glyph("▒", "w"),
@@ -105,8 +105,8 @@ fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
     }
 }
 
-/// A bar as long as the age, its parts in their order, in so many cells a second and
-/// no more cells than that.
+/// A bar as long as the age with its parts in order, at a given number of cells per
+/// second and of at most a given width.
 fn bar(
     age: Duration,
     mean: &[(PartKind, Duration)],

@@ -1,21 +1,22 @@
 //! Line drawings in a part of the screen, in several styles.
 //!
-//! ratatui's canvas knows colours but neither bold nor dim, and one drawing
-//! hides the other where they share a cell. Here each drawing has a style, dots
-//! of Braille in the same cell add up, and nothing is drawn but the dots.
+//! ratatui's canvas has colours but neither bold nor dim, and where two drawings share a
+//! cell, one hides the other. Here each drawing has a style, Braille dots in the same
+//! cell add up, and only the dots are drawn.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
 use super::theme::Theme;
 
-/// The first of the 256 Braille patterns; the others follow in such an order
-/// that dots add up by "or".
+/// The first of the 256 Braille patterns; the others follow in an order in which dots add
+/// up by "or".
 const BRAILLE: u32 = 0x2800;
 
 /// The bit of each dot of a pattern, by row and column.
 const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
-/// How far out of sight a line may end, in widths and heights of the canvas.
+/// Maximum distance of the end of a line outside the canvas, in widths and heights of the
+/// canvas.
 const FAR: f64 = 20.0;
 
 /// A straight line: x and y of one end, x and y of the other.
@@ -24,9 +25,9 @@ pub type Stroke = [f64; 4];
 /// Style and glyph of lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Pen {
-    /// Their style.
+    /// The style.
     pub style: Style,
-    /// Their glyph in ASCII.
+    /// The glyph in ASCII.
     pub ascii: char,
 }
 
@@ -40,27 +41,27 @@ pub struct BrailleCanvas {
 }
 
 impl BrailleCanvas {
-    /// `area` with `x` from left to right and `y` from bottom to top; the
+    /// A canvas on `area` with `x` from left to right and `y` from bottom to top; the
     /// bounds are the middles of the outermost dots.
     pub fn new(area: Rect, x: [f64; 2], y: [f64; 2], theme: &Theme) -> Self {
         let ascii = theme.ascii;
         Self { area, x, y, ascii }
     }
 
-    /// How many dots fit across and down `area`.
+    /// Number of dots across and down `area`.
     pub fn dots(area: Rect, theme: &Theme) -> (f64, f64) {
         let (across, down) = if theme.ascii { (1, 1) } else { (2, 4) };
         let dots = |cells: u16, each: u32| f64::from(u32::from(cells) * each);
         (dots(area.width, across), dots(area.height, down))
     }
 
-    /// The column of the screen at `x`, if it is in sight.
+    /// The column of the screen at `x`, if it is visible.
     pub fn column(&self, x: f64) -> Option<u16> {
         let place = (x - self.x[0]) / (self.x[1] - self.x[0]);
         Self::cell(place, self.area.width, if self.ascii { 1 } else { 2 }).map(|c| self.area.x + c)
     }
 
-    /// The row of the screen at `y`, if it is in sight.
+    /// The row of the screen at `y`, if it is visible.
     pub fn row(&self, y: f64) -> Option<u16> {
         let place = (self.y[1] - y) / (self.y[1] - self.y[0]);
         Self::cell(place, self.area.height, if self.ascii { 1 } else { 4 }).map(|c| self.area.y + c)
@@ -69,14 +70,14 @@ impl BrailleCanvas {
     fn cell(place: f64, cells: u16, dots_each: u16) -> Option<u16> {
         let last = f64::from(cells) * f64::from(dots_each) - 1.0;
         let dot = (place * last).round();
-        // Also false for what is not a number.
+        // Also false for NaN.
         (0.0..=last)
             .contains(&dot)
             .then(|| (dot / f64::from(dots_each)) as u16)
     }
 
-    /// A horizontal line at `y`, `on` of `of` dots of Braille long, or half as
-    /// many letters of ASCII. In whole dots, so that all dashes look the same.
+    /// A dashed horizontal line at `y`, with `on` of every `of` Braille dots set, or half
+    /// as many ASCII characters. In whole dots, so that all dashes look the same.
     pub fn level(&self, y: f64, on: u32, of: u32) -> Vec<Stroke> {
         let dashes = self.dashes(self.x, self.area.width * 2, 2, on, of);
         dashes.map(|(from, to)| [from, y, to, y]).collect()
@@ -104,7 +105,7 @@ impl BrailleCanvas {
         (0..dots.div_ceil(of)).map(move |dash| (place(dash * of), place(dash * of + on - 1)))
     }
 
-    /// Draws `strokes`, over what is there already.
+    /// Draws `strokes` over the existing drawing.
     pub fn draw(&self, pen: Pen, strokes: impl IntoIterator<Item = Stroke>, buf: &mut Buffer) {
         for stroke in strokes {
             if stroke.iter().all(|figure| figure.is_finite()) {
@@ -113,7 +114,7 @@ impl BrailleCanvas {
         }
     }
 
-    /// Draws a line dot by dot, as many as it is long in the longer direction.
+    /// Draws a line dot by dot, one for each step in its longer direction.
     fn stroke(&self, pen: Pen, [x1, y1, x2, y2]: Stroke, buf: &mut Buffer) {
         let (from, to) = (self.dot(x1, y1), self.dot(x2, y2));
         let (across, down) = (to.0 - from.0, to.1 - from.1);
@@ -124,8 +125,8 @@ impl BrailleCanvas {
         }
     }
 
-    /// The dot at `x`, `y`, counted from the upper left. What is far out of
-    /// sight is brought near, so that no line takes for ever to draw.
+    /// The dot at `x`, `y`, counted from the upper left. Distant points are moved closer,
+    /// which limits the time to draw a line.
     fn dot(&self, x: f64, y: f64) -> (f64, f64) {
         let (across, down) = self.dots_each();
         let place = |share: f64, cells: u16, each: u16| {
@@ -139,12 +140,12 @@ impl BrailleCanvas {
         )
     }
 
-    /// Dots in a cell, across and down.
+    /// Dots per cell, across and down.
     fn dots_each(&self) -> (u16, u16) {
         if self.ascii { (1, 1) } else { (2, 4) }
     }
 
-    /// Sets one dot, if it is in sight.
+    /// Sets one dot, if it is visible.
     fn put(&self, pen: Pen, right: f64, below: f64, buf: &mut Buffer) {
         let (across, down) = self.dots_each();
         let seen = |dot: f64, cells: u16, each: u16| {
@@ -173,7 +174,7 @@ impl BrailleCanvas {
     }
 }
 
-/// The pattern that is there already, or the one without dots.
+/// The pattern of a cell, or the empty pattern.
 fn pattern(symbol: &str) -> char {
     let there = symbol.chars().next();
     there
@@ -181,7 +182,7 @@ fn pattern(symbol: &str) -> char {
         .unwrap_or('\u{2800}')
 }
 
-/// `stroke` in `count` dashes, as long as the gaps between them.
+/// `stroke` in `count` dashes, with gaps of the same length.
 pub fn dashed(stroke: Stroke, count: u32) -> impl Iterator<Item = Stroke> {
     let [x1, y1, x2, y2] = stroke;
     let at = move |share: f64| (x1 + (x2 - x1) * share, y1 + (y2 - y1) * share);

@@ -14,10 +14,10 @@ use super::{
 };
 use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel};
 
-/// The most rows of seeds that are shown at a time.
+/// Maximum number of visible rows of seeds.
 const MOST_SEEDS: usize = 24;
 
-/// Rows besides those of seeds: the line of all seeds, and two lines about the place.
+/// Number of other rows: the total over all seeds, and two lines about the cursor.
 const OTHERS: usize = 3;
 
 /// Title of the overlay.
@@ -36,7 +36,7 @@ pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
     } else {
         format!("{all} runs of {} s", map.sweep().base.end.as_secs_f64())
     };
-    // How far it is matters more than under which conditions.
+    // The progress has priority over the conditions.
     let room = usize::from(grid.place.width).saturating_sub(width(&progress) + 4);
     let name = clip(&title(map), room.max(TITLE.len()), theme);
     let right = Span::styled(progress, theme.faint());
@@ -69,7 +69,7 @@ fn title(map: &CliffMap) -> String {
     }
 }
 
-/// The result at the place, and the results of all seeds at its rate.
+/// The result at the cursor, and the results of all seeds at its rate.
 fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
     let (column, row) = map.at();
     let (x, y) = map.place();
@@ -93,7 +93,7 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
     [format!("{x}, {y}: {run}"), all]
 }
 
-/// Where the cells are.
+/// The layout of the cells.
 struct Grid<'a> {
     map: &'a CliffMap,
     /// The whole overlay.
@@ -102,7 +102,7 @@ struct Grid<'a> {
     label: usize,
     /// Columns of a cell.
     cell: usize,
-    /// Rows of the rates, which are written downwards.
+    /// Rows for the rates, which are written downwards.
     digits: usize,
 }
 
@@ -133,7 +133,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The seeds in sight, around that of the place.
+    /// The visible seeds, around the one at the cursor.
     fn seeds(&self) -> std::ops::Range<usize> {
         let count = self.map.row_count();
         let room = usize::from(self.place.height.saturating_sub(2));
@@ -142,7 +142,7 @@ impl<'a> Grid<'a> {
         first..first + room
     }
 
-    /// The rates, written downwards; the one of the place stands out.
+    /// The rates, written downwards, with the one at the cursor highlighted.
     fn draw_axis(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
         let heading = self.map.heading();
         let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
@@ -163,7 +163,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// How many of all seeds went well, by rate.
+    /// The number of runs held over all seeds, by rate.
     fn draw_all(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
         let line = row(inner, self.digits);
         put(ALL, theme.strong(), 1, line, buf);

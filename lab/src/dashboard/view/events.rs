@@ -20,11 +20,11 @@ const TITLE: &str = "5 events";
 /// Columns of the run time of an event: up to 9999.999 s.
 const TIME_COLUMNS: usize = 10;
 
-/// Events that have priority over the last lines of an explanation.
+/// Number of events with priority over the last lines of an explanation.
 const LEAST_EVENTS: usize = 1;
 
-/// Draws the verdict, then events with the newest last, then the notice. The
-/// line of the notice stays free, so that nothing jumps when there is one.
+/// Draws the verdict, then events with the newest last, then the notice. The line of the
+/// notice is always reserved, for a stable layout.
 pub fn render(
     verdict: &VerdictData,
     events: &[Event],
@@ -67,13 +67,13 @@ pub fn render(
     }
 }
 
-/// Columns of a line in a pane of the size of `area`.
+/// Width of a line in a pane of the size of `area`.
 pub fn room(area: Rect) -> u16 {
     let inner = area.width.saturating_sub(2);
     inner - 2 * inset(inner)
 }
 
-/// Columns left free at either edge.
+/// Width of the margin at either edge.
 fn inset(width: u16) -> u16 {
     u16::from(width > 20)
 }
@@ -90,7 +90,7 @@ pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     Line::from(Span::styled(text, style))
 }
 
-/// At most `most` lines of explanation; where it is cut, the last one ends with a sign.
+/// At most `most` lines of explanation; a cut one ends with a sign.
 fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
     let mut lines = wrapped(why, width, theme);
     if lines.len() > most {
@@ -103,7 +103,7 @@ fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<St
     lines
 }
 
-/// `texts` in lines that fit under the headline, broken between words.
+/// `texts` wrapped between words, to the width below the headline.
 fn wrapped(texts: &[String], width: u16, theme: &Theme) -> Vec<String> {
     let room = usize::from(width).saturating_sub(2).max(1);
     texts

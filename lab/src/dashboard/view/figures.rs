@@ -15,18 +15,18 @@ use crate::dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, Topic
 /// Title of the pane.
 const TITLE: &str = "4 figures";
 
-/// Width from which latency has a column of its own, the width of that column,
-/// and the blanks before it.
+/// Minimum width for latency in a column of its own, the width of that column, and the
+/// blanks before it.
 const WIDE: u16 = 100;
 const LATENCY_COLUMNS: u16 = 40;
 const GAP: u16 = 3;
 
-/// Rows of a histogram: its bars, and what is under them.
+/// Rows of a histogram: its bars, and the axis below them.
 const LEAST_HISTOGRAM: usize = 3;
 const BEST_HISTOGRAM: usize = 8;
 
-/// Columns of topics. `avg` is over the whole run, `lately` are those dropped in
-/// the last second, `age` is how old messages were when they were read.
+/// Columns of topics. `avg` is over the whole run, `lately` counts drops in the last
+/// second, `age` is the data age at each read.
 const TOPIC_COLUMNS: [Column; 8] = [
     column("msg/s", 7, 0),
     column("avg", 7, 6),
@@ -55,7 +55,7 @@ const fn column(head: &'static str, width: usize, rank: u8) -> Column {
 /// Draws what fits: topics first, then latency, then nodes.
 pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
     let inner = border(TITLE, Span::default(), theme, focused, area, buf);
-    // A blank column on each side, where there is room for blanks.
+    // A blank column on each side, if there is room.
     let inset = u16::from(inner.width > 40);
     let inner = Rect {
         x: inner.x + inset,
@@ -105,7 +105,7 @@ fn side_by_side(
 fn stacked(frame: &FrameData, latency: &LatencyData, theme: &Theme, inner: Rect, buf: &mut Buffer) {
     let height = usize::from(inner.height);
     let mut used = topics(&frame.topics, theme, inner, buf);
-    // Blank lines only if nothing has to go for them.
+    // Blank lines only if everything fits.
     let table = 1 + frame.nodes.len();
     let least = used + latency_rows(latency, inner) + LEAST_HISTOGRAM + table;
     let blank = usize::from(least + 2 <= height);
@@ -125,7 +125,7 @@ fn stacked(frame: &FrameData, latency: &LatencyData, theme: &Theme, inner: Rect,
     );
 }
 
-/// Draws the table of topics; returns how many rows it took.
+/// Draws the table of topics; returns its number of rows.
 fn topics(topics: &[TopicData], theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
     let rows: Vec<TableRow> = topics.iter().map(topic_row).collect();
     table::render("topic", &TOPIC_COLUMNS, &rows, theme, area, buf);
@@ -181,14 +181,13 @@ fn count(count: u64) -> String {
     }
 }
 
-/// A rate as it was set, to the thousandth.
+/// A rate as set, to three decimals.
 fn rate(hz: f64) -> String {
     let text = format!("{hz:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// `duration` in the unit of which a second has `scale`, or a dash if there are
-/// no samples.
+/// `duration` in a unit of which a second has `scale`, or a dash without samples.
 fn quantile(of: &Quantiles, duration: Duration, scale: f64) -> String {
     if of.count == 0 {
         return "-".to_owned();
@@ -197,10 +196,10 @@ fn quantile(of: &Quantiles, duration: Duration, scale: f64) -> String {
     format!("{:.decimals$}", duration.as_secs_f64() * scale)
 }
 
-/// Width of one of the figures of a latency with its name and unit, and blanks after it.
+/// Width of a latency figure with its name and unit, and the blanks after it.
 const LATENCY_FIGURE: usize = 14;
 
-/// Where its figures begin, and how many fit into a row.
+/// The first column of the figures, and the number of figures per row.
 fn latency_grid(latency: &LatencyData, area: Rect) -> (usize, usize) {
     let begin = pane::width(latency.name) + 2;
     let room = usize::from(area.width).saturating_sub(begin) + 2;
@@ -211,7 +210,7 @@ fn latency_rows(latency: &LatencyData, area: Rect) -> usize {
     4_usize.div_ceil(latency_grid(latency, area).1)
 }
 
-/// Draws the figures of the latency; returns how many rows they took.
+/// Draws the figures of the latency; returns their number of rows.
 fn latency_figures(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
     let (begin, across) = latency_grid(latency, area);
     let name = plain(latency.name, theme);

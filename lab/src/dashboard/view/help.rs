@@ -16,24 +16,24 @@ use super::{
 /// Title of the overlay.
 const TITLE: &str = "keys";
 
-/// Blanks between a key and what it does, and between two columns.
+/// Blanks between a key and its action, and between two columns.
 const KEY_GAP: usize = 2;
 const COLUMN_GAP: usize = 4;
 
-/// Columns that the box takes besides the text: lines and blanks.
+/// Width of the frame of the box: lines and blanks.
 const EDGES: usize = 4;
 
-/// All keys, from a row on.
+/// All keys, with a scroll position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HelpPage {
-    /// Keys and what they do, those first that are needed most.
+    /// Keys and their actions, the most important first.
     pub rows: Vec<(String, String)>,
-    /// Rows above the first that is shown.
+    /// Number of rows scrolled past.
     pub scroll: usize,
 }
 
-/// Draws keys and what they do in the middle of `area`: in one column, or in
-/// two if one is too high.
+/// Draws keys and their actions in the middle of `area`: in one column, or in two if one
+/// is too high.
 pub fn render(help: &HelpPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let HelpPage { rows, scroll } = help;
     let area = area.intersection(buf.area);

@@ -1,4 +1,4 @@
-//! How often the latency was how long.
+//! A histogram of the latency.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
@@ -11,10 +11,10 @@ use crate::dashboard::frame::LatencyData;
 /// Bars of one cell, in eighths.
 const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"];
 
-/// The widest a bar gets.
+/// Maximum width of a bar (columns).
 const WIDEST: usize = 4;
 
-/// Draws bars, and under them the axis with the period of reference.
+/// Draws bars, and below them the axis with the reference period.
 pub fn render(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width);
     if area.height < 2 || room < 4 || latency.bins.is_empty() {
@@ -57,7 +57,7 @@ fn draw_bars(bars: &[u64], wide: usize, theme: &Theme, area: Rect, buf: &mut Buf
     }
 }
 
-/// `bar` where `most` would be `full`.
+/// `bar` in units in which `most` is `full`.
 fn scaled(bar: u64, full: u64, most: u64) -> u64 {
     let exact = u128::from(bar) * u128::from(full) / u128::from(most);
     u64::try_from(exact).unwrap_or(full)
@@ -66,15 +66,15 @@ fn scaled(bar: u64, full: u64, most: u64) -> u64 {
 /// The axis under the bars.
 struct BinAxis<'a> {
     latency: &'a LatencyData,
-    /// Columns that bars take.
+    /// Columns used by bars.
     used: usize,
-    /// Seconds in a column.
+    /// Seconds per column.
     per_column: f64,
 }
 
 impl BinAxis<'_> {
-    /// Zero, the period, and where the last bar begins, unless the
-    /// period leaves no room for that.
+    /// Zero, the period, and the beginning of the last bar, if there is room beside the
+    /// period.
     fn draw(&self, theme: &Theme, row: Rect, buf: &mut Buffer) {
         let last = self.latency.bin.as_secs_f64() * (self.latency.bins.len() - 1) as f64;
         let end = format!("{}{:.0} ms", theme.glyph("≥", ">="), last * 1e3);
@@ -97,14 +97,14 @@ impl BinAxis<'_> {
         }
     }
 
-    /// The period and a column at which it points to its place under
-    /// the bars, between columns `from` and `to`.
+    /// The label of the period and its column below the bars, between columns `from` and
+    /// `to`.
     fn period(&self, (from, to): (usize, usize), theme: &Theme) -> Option<(usize, String)> {
         let period = self.latency.period.as_secs_f64();
         let text = format!("period {:.0} ms", period * 1e3);
         let wide = pane::width(&text) + 1;
         let column = (period / self.per_column).floor();
-        // Beyond the last bar there is nothing to point at.
+        // Beyond the last bar it has no column.
         if !(0.0..self.used as f64).contains(&column) {
             return (from + wide < to).then(|| (to - wide, text));
         }

@@ -1,19 +1,19 @@
-//! How the screen is divided, by its size.
+//! The layout of the screen, by its size.
 
 use ratatui::layout::{Constraint, Layout as Split, Rect, Size};
 
 use crate::dashboard::focus::Pane;
 
-/// The smallest screen that shows anything but its own size.
+/// The smallest screen with any content but its own size.
 pub const LEAST: Size = Size::new(40, 12);
 
 /// The smallest screen with all panes at once.
 const ALL_PANES: Size = Size::new(80, 24);
 
-/// The smallest screen with room to breathe.
+/// The smallest screen with generous spacing.
 const ROOMY: Size = Size::new(120, 36);
 
-/// The least height of a body with a timeline of its own, and the height of that.
+/// Minimum height of a body with a separate timeline, and the height of that timeline.
 const TALL: u16 = 40;
 const LANES: u16 = 9;
 
@@ -22,14 +22,14 @@ const LANES: u16 = 9;
 pub struct ScreenLayout {
     /// Top line: clock, time, seed.
     pub status: Rect,
-    /// The push age below it, and on small screens the reasons of a lost run; empty
-    /// without an age.
+    /// The push age below it, and on small screens the cause of a loss; empty without an
+    /// age.
     pub age: Rect,
-    /// The verdict, where its pane is not shown.
+    /// The verdict, if its pane is hidden.
     pub verdict: Option<Rect>,
-    /// The panes shown.
+    /// The visible panes.
     pub panes: Vec<(Pane, Rect)>,
-    /// All between status and footer.
+    /// Everything between status and footer.
     pub body: Rect,
     /// The position in a recording, above the bottom line.
     pub scrubber: Option<Rect>,
@@ -39,8 +39,8 @@ pub struct ScreenLayout {
 
 impl ScreenLayout {
     /// Divides `area`, which [is enough](is_enough), between the panes that `exist`. The
-    /// pane in focus has it all if it is zoomed or if there is little room. The lines
-    /// are those for the age and for a scrubber.
+    /// focused pane gets all of it if it is zoomed or the screen is small. The lines are
+    /// the heights for the age and for a scrubber.
     pub fn of(
         area: Rect,
         (focus, zoomed): (Pane, bool),
@@ -76,7 +76,7 @@ impl ScreenLayout {
     }
 }
 
-/// Whether anything can be shown in `area`.
+/// Whether `area` is large enough for any content.
 pub fn is_enough(area: Rect) -> bool {
     fits(LEAST, area)
 }
@@ -86,7 +86,7 @@ pub fn is_single(area: Rect, zoomed: bool) -> bool {
     zoomed || !fits(ALL_PANES, area)
 }
 
-/// Whether all panes have room to breathe in `area`.
+/// Whether `area` is large enough for generous spacing.
 pub fn is_roomy(area: Rect) -> bool {
     fits(ROOMY, area)
 }
@@ -103,8 +103,8 @@ fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
     (Some(verdict), vec![(focus, pane)])
 }
 
-/// The graph, and below it on the left the plant and the figures, on the right all that
-/// is over time.
+/// The graph on top; below it the plant and the figures on the left, and all panes over
+/// time on the right.
 fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     let rest = Constraint::Fill(1);
     let [graph, below] = rows(body, [Constraint::Length(11), rest]);
@@ -122,7 +122,8 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     ]
 }
 
-/// The graph, and below it the plant and the signal, or the pane in focus instead.
+/// The graph on top, and below it the plant and the signal, or the focused pane in their
+/// place.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
     if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
@@ -169,7 +170,7 @@ fn all_panes(
     };
     let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
     let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
-    // The timeline has no room of its own: it takes that of the figures.
+    // The timeline takes the place of the figures.
     let instead = focus == Pane::Timeline;
     let panes = [
         (Pane::Graph, graph),

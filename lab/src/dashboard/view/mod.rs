@@ -50,36 +50,36 @@ pub struct ScreenState<'a> {
     pub system: &'a dyn System,
     /// The figures.
     pub frame: &'a FrameData,
-    /// The signal until then, if the system has one.
+    /// The signal up to that moment, if the system has one.
     pub trace: Option<SignalTrace>,
-    /// Ticks and messages of late, if the chains behind pushes are known.
+    /// The recent ticks and messages, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
-    /// The node and the topics whose knobs keys turn.
+    /// The node and the topics of the knob keys.
     pub knob_focus: KnobFocus,
-    /// Events until then.
+    /// Events up to that moment.
     pub events: Vec<Event>,
     /// More parts of the top line.
     pub extra: StatusExtra,
-    /// The pane that keys of focus and zoom mean.
+    /// The focused pane.
     pub focus: Pane,
-    /// Whether it has the whole screen.
+    /// Whether the focused pane is zoomed.
     pub zoomed: bool,
-    /// The line above the last.
+    /// The line above the last one.
     pub scrubber: Option<Scrubber>,
     /// The cliff map, over the panes.
     pub map: Option<&'a CliffMap>,
     /// The last line.
     pub footer: Footer<'a>,
-    /// The keys and what they do, over everything else.
+    /// The keys and their actions, over everything else.
     pub help: Option<HelpPage>,
     /// A page of text over everything but the help.
     pub page: Option<TextPage>,
-    /// The last message of the dashboard itself.
+    /// The latest notice of the dashboard.
     pub notice: Option<&'a str>,
 }
 
 impl ScreenState<'_> {
-    /// Whether there is something to show in `pane`.
+    /// Whether `pane` has content.
     pub fn has(&self, pane: Pane) -> bool {
         match pane {
             Pane::Plant => self.has_picture(),
@@ -89,9 +89,9 @@ impl ScreenState<'_> {
         }
     }
 
-    /// How it stands and why, across a screen of the size of `area` where the pane of
-    /// events has no room for it. Beside several panes as many lines whatever there is,
-    /// so that nothing jumps; a single pane has the verdict below it.
+    /// The state of the run and its cause, across a screen of the size of `area`, if the
+    /// pane of events is too small. Beside several panes always the same number of lines,
+    /// for a stable layout; a single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let single = layout::is_single(area, self.zoomed);
         if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
@@ -114,41 +114,41 @@ impl ScreenState<'_> {
         }
     }
 
-    /// The parts of the age of the push in force, where there is room for them.
+    /// The parts of the age of the push in force, if there is room for them.
     fn push(&self, area: Rect) -> Option<&PushData> {
         let push = self.frame.push.as_ref();
         push.filter(|_| area.height >= LEAST_FOR_PARTS)
     }
 
-    /// Whether the system has a picture, or may have one as soon as it has a state.
+    /// Whether the system has a picture, or may have one after the first state.
     fn has_picture(&self) -> bool {
         let state = &self.frame.state;
         self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
     }
 }
 
-/// The least height of a screen with the parts of an age.
+/// Minimum height of a screen with the parts of an age.
 const LEAST_FOR_PARTS: u16 = 20;
 
-/// Lines of a verdict and its cause where there is little room.
+/// Lines of a verdict and its cause on a small screen.
 const VERDICT_LINES: usize = 3;
 
 /// The last line.
 pub enum Footer<'a> {
-    /// Keys and what for.
+    /// Keys and their actions.
     Hints(Vec<(String, &'static str)>),
-    /// A line that is being typed.
+    /// An input line.
     Prompt {
         /// The text so far.
         typed: &'a str,
-        /// Why the last entry was refused, above the line.
+        /// The reason why the last entry was refused, above the line.
         refusal: Option<&'a str>,
-        /// The words to choose from.
+        /// The accepted words.
         hint: String,
     },
 }
 
-/// Draws everything; nothing but the size of a screen that is too small.
+/// Draws everything, or only the size of a screen that is too small.
 pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();
     let buf = frame.buffer_mut();
@@ -251,7 +251,7 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
     }
 }
 
-/// Whether the notice can be read to its end where it usually is.
+/// Whether the notice fits into its usual place.
 fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some() || shown.help.is_some();
     let mut panes = layout.panes.iter();
@@ -263,7 +263,7 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
             .is_none_or(|notice| pane::width(notice) <= usize::from(room))
 }
 
-/// The verdict, or the notice, where no pane shows it.
+/// The verdict, or the notice, if no pane shows it.
 fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = match shown.notice {
         Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
@@ -272,7 +272,7 @@ fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Bu
     line.render(area, buf);
 }
 
-/// The line that is being typed, with its end in sight, and a hint if there is room.
+/// The input line, with its end visible, and a hint if there is room.
 fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
     let tail = pane::tail(typed, room);
@@ -287,14 +287,14 @@ fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buf
     Line::from_iter(spans).render(area, buf);
 }
 
-/// Why an entry was refused, in as many lines as it takes, at the bottom of `area`.
+/// The reason for a refused entry, wrapped, at the bottom of `area`.
 fn over_the_prompt(refusal: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let sign = theme.glyph("✖", "!");
     let text = format!("{sign} {}", pane::plain(refusal, theme));
     at_the_bottom(&text, theme, area, buf);
 }
 
-/// A text at the bottom of `area`, in as many lines as it takes.
+/// A wrapped text at the bottom of `area`.
 fn at_the_bottom(text: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let lines = pane::broken(text, usize::from(area.width));
     let first = usize::from(area.height).saturating_sub(lines.len());

@@ -13,11 +13,11 @@ use super::{
     theme::Theme,
 };
 
-/// Columns of text at the most, and those of the box around it.
+/// Maximum width of the text, and of the box around it.
 const WIDEST: usize = 80;
 const EDGES: usize = 4;
 
-/// Rows of the box, and of the hint.
+/// Rows for the box, and for the hint.
 const BORDERS: usize = 2;
 const HINT: usize = 1;
 
@@ -26,17 +26,17 @@ const HINT: usize = 1;
 pub struct TextPage {
     /// Its title.
     pub title: String,
-    /// Paragraphs, broken to fit.
+    /// Paragraphs, to be wrapped.
     pub text: String,
-    /// The line that is being typed, if there is one.
+    /// The text of the input line, if there is one.
     pub typed: Option<String>,
     /// Keys and their actions.
     pub hint: &'static str,
-    /// Lines above the first that is shown.
+    /// Number of lines scrolled past.
     pub scroll: usize,
 }
 
-/// Draws `page` in the middle of `area`, as high as its text.
+/// Draws `page` in the middle of `area`, with the height of its text.
 pub fn render(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let area = area.intersection(buf.area);
     let room = usize::from(area.width).saturating_sub(EDGES).min(WIDEST);
@@ -51,7 +51,7 @@ pub fn render(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let inner = border(&page.title, Span::default(), theme, true, place, buf);
     let below = typed + HINT + 1;
     let shown = usize::from(inner.height).saturating_sub(below);
-    // The last lines stay in sight, however far one scrolls.
+    // Scrolling ends at the last lines.
     let first = page.scroll.min(lines.len().saturating_sub(shown));
     let mut draw = |text: &str, style, at| put(text, style, 1, row(inner, at), buf);
     for (at, line) in lines.iter().skip(first).take(shown).enumerate() {

@@ -1,4 +1,4 @@
-//! Parts that panes share: the box around them, rows, and text that fits.
+//! Parts shared by panes: the box around them, rows, and fitted text.
 
 use std::borrow::Cow;
 
@@ -14,8 +14,8 @@ use textwrap::{Options, WordSplitter};
 
 use super::theme::Theme;
 
-/// Draws the box of a pane and returns the room inside. `right` is left out
-/// where it would touch the title.
+/// Draws the box of a pane and returns the area inside. `right` is left out if it would
+/// touch the title.
 pub fn border(
     title: &str,
     right: Span<'_>,
@@ -44,12 +44,12 @@ pub fn border(
     inner.intersection(buf.area)
 }
 
-/// Row number `row` of `area`; empty if there are not so many.
+/// Row number `row` of `area`; empty beyond the last row.
 pub fn row(area: Rect, row: usize) -> Rect {
     rows(area, row, 1)
 }
 
-/// At most `count` rows of `area` from number `first` on.
+/// At most `count` rows of `area`, from row `first` on.
 pub fn rows(area: Rect, first: usize, count: usize) -> Rect {
     let first = clamp(first).min(area.height);
     let height = clamp(count).min(area.height - first);
@@ -77,8 +77,7 @@ pub fn clamp(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX)
 }
 
-/// A box of that size in the middle of `area`, or as much of it as there is
-/// room for.
+/// A box of this size in the middle of `area`, limited to `area`.
 pub fn centred(width: usize, height: usize, area: Rect) -> Rect {
     let width = clamp(width).min(area.width);
     let height = clamp(height).min(area.height);
@@ -90,25 +89,25 @@ pub fn centred(width: usize, height: usize, area: Rect) -> Rect {
     }
 }
 
-/// The end of `text`, in `room` letters.
+/// The end of `text`, in `room` characters.
 pub fn tail(text: &str, room: usize) -> String {
     let hidden = text.chars().count().saturating_sub(room);
     text.chars().skip(hidden).collect()
 }
 
-/// `text` in lines of `room` columns, broken between words where there are any.
+/// `text` in lines of `room` columns, wrapped between words if possible.
 pub fn broken(text: &str, room: usize) -> Vec<String> {
     let options = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
     let lines = textwrap::wrap(text, options).into_iter();
     lines.map(Cow::into_owned).collect()
 }
 
-/// Columns that `text` takes.
+/// Width of `text` (columns).
 pub fn width(text: &str) -> usize {
     Span::raw(text).width()
 }
 
-/// `text`, cut to `room` columns with a sign that it was.
+/// `text` cut to `room` columns, with a sign at the cut.
 pub fn clip(text: &str, room: usize, theme: &Theme) -> String {
     let text = plain(text, theme);
     if width(&text) <= room {
@@ -127,8 +126,8 @@ pub fn clip(text: &str, room: usize, theme: &Theme) -> String {
     cut + sign
 }
 
-/// `text` in ASCII where only that is wanted: the signs this program uses by
-/// their usual spellings, anything else as a question mark.
+/// `text` in ASCII if the theme asks for that: the program's own symbols by their usual
+/// spellings, any other as a question mark.
 pub fn plain<'a>(text: &'a str, theme: &Theme) -> Cow<'a, str> {
     if !theme.ascii || text.is_ascii() {
         return Cow::Borrowed(text);
@@ -171,27 +170,27 @@ pub fn signed(value: f64, room: usize, decimals: usize, theme: &Theme) -> String
 
 #[cfg(test)]
 pub mod testing {
-    //! What tests of panes need.
+    //! Helpers for tests of panes.
 
     use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
     use super::{super::theme::Look, Theme};
 
-    /// With everything.
+    /// Colours and Unicode.
     pub const RICH: Theme = Theme {
         colour: true,
         ascii: false,
         look: Look::Dark,
     };
 
-    /// With nothing.
+    /// Neither colours nor Unicode.
     pub const POOR: Theme = Theme {
         colour: false,
         ascii: true,
         look: Look::Dark,
     };
 
-    /// What `draw` draws on a screen of that size.
+    /// The output of `draw` on a screen of this size.
     pub fn screen(width: u16, height: u16, draw: impl FnOnce(Rect, &mut Buffer)) -> Buffer {
         let area = Rect::new(0, 0, width, height);
         let mut buf = Buffer::empty(area);
@@ -199,7 +198,7 @@ pub mod testing {
         buf
     }
 
-    /// The letters of a screen, without trailing blanks.
+    /// The characters of a screen, without trailing blanks.
     pub fn text(buf: &Buffer) -> String {
         let width = usize::from(buf.area.width).max(1);
         let rows = buf.content.chunks(width).map(|row| {
@@ -209,7 +208,7 @@ pub mod testing {
         rows.collect::<Vec<_>>().join("\n")
     }
 
-    /// The letters of all cells that carry what `style` asks for.
+    /// The characters of all cells that have `style`.
     pub fn styled(buf: &Buffer, style: Style) -> String {
         let cells = buf.content.iter().filter(|cell| {
             (style.fg.is_none() || cell.style().fg == style.fg)
@@ -218,10 +217,10 @@ pub mod testing {
         cells.map(|cell| cell.symbol()).collect()
     }
 
-    /// Draws at all sizes, also where the area is larger than the screen, and
-    /// checks that POOR screens are ASCII without colour.
+    /// Draws at all sizes, including areas larger than the screen, and checks that POOR
+    /// screens are ASCII without colour.
     pub fn torture(draw: impl Fn(&Theme, Rect, &mut Buffer)) {
-        // All small sizes, where things run out of room, and some larger ones.
+        // All small sizes, where space runs out, and some larger ones.
         let widths = (0..40).chain((40..=130).step_by(9));
         let heights = || (0..12).chain((12..=24).step_by(4));
         for (width, height) in widths.flat_map(|w| heights().map(move |h| (w, h))) {

@@ -13,14 +13,14 @@ use crate::dashboard::frame::{Standing, VerdictData};
 /// Title of the pane.
 const TITLE: &str = "2 plant";
 
-/// Dots of Braille below which one side of a view is too short to see anything
-/// move. Then the shorter side fills the pane, and the view follows the focus.
+/// Length (Braille dots) below which one side of a view is too short to show motion. The
+/// shorter side then fills the pane, and the view follows the focus.
 const SHORTEST_SIDE: f64 = 20.0;
 
-/// Rows from which on one of them is for what hangs below the view.
+/// Number of rows above which one is for labels below the view.
 const WITH_LABELS: u16 = 7;
 
-/// The most strokes of a shape.
+/// Maximum number of strokes of a shape.
 const MOST_STROKES: f64 = 400.0;
 
 /// Draws a picture, and its captions in the last line.
@@ -50,7 +50,7 @@ pub fn render(
     }
 }
 
-/// As many captions as fit.
+/// As many captions as there is room for.
 fn captions(captions: &[String], theme: &Theme, row: Rect, buf: &mut Buffer) {
     let mut x = 1;
     for caption in captions {
@@ -63,7 +63,7 @@ fn captions(captions: &[String], theme: &Theme, row: Rect, buf: &mut Buffer) {
     }
 }
 
-/// `text` with a minus before numbers that is as wide as a plus.
+/// `text` with minus signs as wide as plus signs.
 fn with_signs(text: &str, theme: &Theme) -> String {
     if theme.ascii {
         return pane::plain(text, theme).into_owned();
@@ -82,15 +82,15 @@ fn with_signs(text: &str, theme: &Theme) -> String {
     out
 }
 
-/// A view with equal scale on both axes. What moves as a whole is on whole dots,
-/// so that it does not change its shape.
+/// A view with equal scale on both axes. Moving parts are aligned to whole dots, so that
+/// they keep their shape.
 struct Drawing<'t> {
     canvas: BrailleCanvas,
     /// The rows of labels: those of the canvas, and one below if there is room.
     labels: Rect,
     /// Size of a dot (m).
     dot: [f64; 2],
-    /// By how much what moves is shifted for the focus to be on a whole dot (m).
+    /// Shift of moving parts that puts the focus on a whole dot (m).
     shift: [f64; 2],
     lost: bool,
     theme: &'t Theme,
@@ -107,7 +107,7 @@ impl<'t> Drawing<'t> {
         if !sound || wide < 6.0 || high < 3.0 {
             return None;
         }
-        // A dot of Braille is as high as wide; a letter is twice that.
+        // A Braille dot is as high as wide; a character is twice as high.
         let (aspect, across, down) = if theme.ascii {
             (2.0, 2.0, 4.0)
         } else {
@@ -140,7 +140,7 @@ impl<'t> Drawing<'t> {
         for (style, shape) in &picture.shapes {
             self.shape(*style, shape, buf);
         }
-        // Letters hide what they are written on.
+        // Characters hide what is behind them.
         for (style, shape) in &picture.shapes {
             if let Shape::Label { at, text } = shape {
                 self.label(*style, *at, text, buf);
@@ -172,7 +172,7 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// Where a point is drawn.
+    /// The position of a point on the drawing.
     fn placed(&self, style: Style, [x, y]: [f64; 2]) -> [f64; 2] {
         match style {
             Style::Scenery => [x, y],
@@ -180,8 +180,8 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// What `style` is drawn with; of letters that which fits the direction of
-    /// `line` best.
+    /// The pen for `style`; in ASCII the character that best fits the direction of
+    /// `line`.
     fn pen(&self, style: Style, [x1, y1, x2, y2]: Stroke) -> Pen {
         let (right, up) = (x2 - x1, y2 - y1);
         let level = right.abs() >= up.abs();
@@ -189,7 +189,7 @@ impl<'t> Drawing<'t> {
             Style::Scenery => (self.theme.faint(), if level { '-' } else { '|' }),
             Style::Limit => (self.theme.faint(), '.'),
             Style::Body => (CellStyle::new(), '#'),
-            // Reversed, thin lines would turn into blocks.
+            // Reversed, thin lines would become blocks.
             Style::Subject if self.lost => (self.theme.alarm_line(), 'X'),
             Style::Subject => (self.theme.good(), '*'),
             Style::Action => (
@@ -214,7 +214,7 @@ impl<'t> Drawing<'t> {
                 let dashes = (dots[0].max(dots[1]) / 2.0).clamp(1.0, MOST_STROKES);
                 dashed(line, dashes as u32).collect()
             }
-            // Where a dot is a letter, one is thick enough.
+            // Where a dot is a character, one is thick enough.
             Style::Subject if !self.theme.ascii => {
                 let aside = if dots[0] > dots[1] {
                     [0.0, self.dot[1] / 2.0]
@@ -237,7 +237,7 @@ impl<'t> Drawing<'t> {
             (half[0] / self.dot[0]).round().max(1.0) * self.dot[0],
             (half[1] / self.dot[1]).round() * self.dot[1],
         ];
-        // Turned lines leave no gaps if they are twice as dense.
+        // Turned lines have no gaps at twice the density.
         let dense = if angle == 0.0 { 2.0 } else { 4.0 };
         let lines = (half[1] / self.dot[1] * dense).round();
         let lines = lines.clamp(0.0, MOST_STROKES) as u32;
@@ -264,7 +264,7 @@ impl<'t> Drawing<'t> {
         (0..edges).map(edge).collect()
     }
 
-    /// `text` under its place, moved as little as it takes to be whole.
+    /// `text` below its place, moved as little as needed to fit.
     fn label(&self, style: Style, at: [f64; 2], text: &str, buf: &mut Buffer) {
         let text = with_signs(text, self.theme);
         let wide = clamp(pane::width(&text));
@@ -280,8 +280,9 @@ impl<'t> Drawing<'t> {
     }
 }
 
-/// Where a window of `span` metres begins, on a whole dot: with all between the ends
-/// in sight, and `before` of the spare room in front of it, or else around `focus`.
+/// The beginning of a window of `span` metres, on a whole dot: with everything between
+/// the ends visible and the share `before` of the spare room in front, or else around
+/// `focus`.
 fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) -> f64 {
     let spare = span - (to - from);
     let begin = if spare >= 0.0 {
@@ -294,7 +295,7 @@ fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) ->
     (begin / dot).round() * dot
 }
 
-/// How far it is from `length` to a whole dot.
+/// Distance from `length` to a whole dot.
 fn to_dot(length: f64, dot: f64) -> f64 {
     let way = (length / dot).round() * dot - length;
     if way.is_finite() { way } else { 0.0 }
@@ -389,7 +390,7 @@ mod tests {
     fn a_fall_is_said_and_seen() {
         let buf = pane(&sample::broken(), 62, 13, &RICH);
         assert_eq!(styled(&buf, RICH.alarm()), " ✖ pole fell ");
-        // Above the cart, the pole is what is in this style.
+        // Above the cart, this style is the pole's.
         let pole = buf.content[..62 * 8].iter();
         let pole = pole.filter(|cell| {
             cell.style().fg == RICH.alarm().fg && !cell.modifier.contains(Modifier::REVERSED)

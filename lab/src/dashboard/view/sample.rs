@@ -1,4 +1,4 @@
-//! Frames to test panes with: plain figures, no run behind them.
+//! Frames for tests of panes: plain figures without a run.
 
 use std::time::Duration;
 
@@ -90,8 +90,8 @@ pub fn broken() -> FrameData {
     frame
 }
 
-/// Five nodes: two cameras publish to one topic, a tracker fans out to two
-/// readers of which one is also read by the other.
+/// Five nodes: two cameras publish to one topic, a tracker publishes to two readers, and
+/// one of these also reads from the other.
 pub fn fan_out() -> FrameData {
     let mut frame = frame_data(
         vec![
@@ -112,13 +112,13 @@ pub fn fan_out() -> FrameData {
     };
     (image.dropped, image.dropped_lately) = (288, 45);
     image.depth = 4;
-    // Lost once, at the start: a total, no alarm.
+    // Lost once, at the start: a total without an alarm.
     pose.dropped = 7;
     plan.held = Some(Duration::from_millis(120));
     frame
 }
 
-/// `count` nodes in a chain, each reading what the one before it publishes.
+/// `count` nodes in a chain, each a reader of the previous one.
 pub fn chain(count: usize) -> FrameData {
     let nodes = (0..count)
         .map(|n| node(&format!("n{n}"), 50.0, 320, n % 3 == 0))
@@ -134,13 +134,13 @@ pub fn state(cart: f64, angle: f64, push: f64) -> Vec<f64> {
     vec![43.0, push, f64::NAN, cart, angle, 0.0, 0.0]
 }
 
-/// What the cart-pole looks like in `frame`.
+/// The picture of the cart-pole in `frame`.
 pub fn picture(frame: &FrameData) -> Option<Picture> {
     CartPole::default().picture(&frame.state)
 }
 
-/// The angle of [`broken`]: upright, then faster and faster over; two knobs
-/// were turned on the way.
+/// The angle of [`broken`]: upright, then tipping over ever faster, with two knobs turned
+/// on the way.
 pub fn trace() -> SignalTrace {
     let points = (0..=42).map(|step| {
         let time = f64::from(step) * 0.02;
@@ -163,7 +163,8 @@ pub fn trace() -> SignalTrace {
     }
 }
 
-/// A mean push age and the greatest (ms), where 60 swing and 90 fall.
+/// A mean and a maximum push age (ms), with limits of 60 (small deviations grow) and 90
+/// (the run is lost).
 pub fn age(mean: u64, greatest: u64) -> AgeData {
     let ms = Duration::from_millis;
     AgeData {
@@ -190,7 +191,7 @@ pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
     }
 }
 
-/// A topic of depth 1 that lost nothing.
+/// A topic of depth 1 without losses.
 pub fn topic(
     name: &str,
     per_second: f64,

@@ -8,23 +8,23 @@ use super::{
     theme::Theme,
 };
 
-/// A moment between the ends of a recording.
+/// A position in a recording.
 pub struct Scrubber {
-    /// Where the recording begins.
+    /// The beginning of the recording.
     pub begins: Time,
-    /// The moment that is shown.
+    /// The visible moment.
     pub at: Time,
-    /// Where it ends.
+    /// The end of the recording.
     pub ends: Time,
     /// Run times of events.
     pub events: Vec<Time>,
     /// Whether it plays.
     pub playing: bool,
-    /// Speed against run time.
+    /// Ratio of run time to wall time.
     pub speed: f64,
 }
 
-/// Draws the moment as a place on a line, with a mark for each event.
+/// Draws the moment as a position on a line, with a mark per event.
 pub fn render(scrubber: &Scrubber, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = row(area.intersection(buf.area), 0);
     let mut draw = |text: &str, style, x| put(text, style, x, line, buf);
@@ -55,7 +55,7 @@ pub fn render(scrubber: &Scrubber, theme: &Theme, area: Rect, buf: &mut Buffer) 
     draw(&right, Style::new(), end);
 }
 
-/// The column of `at` among `columns`.
+/// The column of `at`, out of `columns`.
 fn column(scrubber: &Scrubber, at: Time, columns: usize) -> usize {
     let whole = scrubber.ends.since(scrubber.begins).as_secs_f64();
     let part = at.since(scrubber.begins).as_secs_f64();

@@ -15,35 +15,35 @@ use super::{
 };
 use crate::dashboard::frame::SignalTrace;
 
-/// Run time in sight (s).
+/// Length of the chart (s of run time).
 const WINDOW_S: f64 = 10.0;
 
-/// Factor by which the axis grows, once or several times, when the signal leaves its
-/// range. Within the range the scale stands still.
+/// Factor by which the axis grows, once or repeatedly, when the signal leaves its range.
+/// Within the range the scale is fixed.
 const WIDER: f64 = 1.5;
 
-/// The widest axis in ranges of the signal.
+/// Maximum width of the axis, in ranges of the signal.
 const WIDEST: f64 = 1e6;
 
-/// The longest unit that is written at the axis.
+/// Maximum length of a unit at the axis.
 const LONGEST_UNIT: usize = 4;
 
-/// Steps of the time axis (s); the first that leaves room for labels is taken.
+/// Steps of the time axis (s); the first one with room for labels is used.
 const STEPS_S: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 
-/// Columns between the labels of the time.
+/// Columns between labels of the time axis.
 const TIME_COLUMNS: f64 = 8.0;
 
-/// Below this size there are no labels, only the line.
+/// Minimum size of a chart with labels; a smaller one has the line alone.
 const LEAST: (u16, u16) = (30, 5);
 
-/// The least height of two charts.
+/// Minimum height for two charts.
 const TALL: u16 = 8;
 
 /// Title of the lower chart.
 const AGE_TITLE: &str = "age of the push (ms)";
 
-/// The lowest end of the axis of ages (ms).
+/// Minimum upper end of the axis of ages (ms).
 const LEAST_AGE_MS: f64 = 40.0;
 
 /// Draws the trace up to `now`, and below it the push age if there is room.
@@ -56,7 +56,7 @@ pub fn render(
     buf: &mut Buffer,
 ) {
     let now = now.as_secs_f64();
-    // A trace may go on beyond a moment in the past.
+    // A trace may extend beyond a moment in the past.
     let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
     let past = &trace.points[..until_now(&trace.points)];
     let ages = &trace.ages[..until_now(&trace.ages)];
@@ -115,7 +115,7 @@ fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static>
     }
 }
 
-/// The unit as it stands after a number.
+/// The unit, to follow a number.
 fn unit(signal: &Signal, theme: &Theme) -> String {
     match signal.unit {
         "" => String::new(),
@@ -124,8 +124,7 @@ fn unit(signal: &Signal, theme: &Theme) -> String {
     }
 }
 
-/// A label of the axis, in as many digits as matter; without its unit if that is
-/// long.
+/// A label of the axis, with as many digits as needed; a long one without its unit.
 fn label(signal: &Signal, value: f64, theme: &Theme) -> String {
     let decimals = match value.abs() {
         0.0 => 0,
@@ -159,8 +158,8 @@ struct Level {
     label: String,
 }
 
-/// The limits of a signal and zero; instead of a limit out of range, the end of the
-/// range without a line.
+/// The limits of a signal and zero; for a limit out of range, the end of the range
+/// without a line.
 fn signal_levels(signal: &Signal, theme: &Theme) -> Vec<Level> {
     let [low, high] = signal.range;
     let end = |side: usize| {
@@ -179,7 +178,7 @@ fn signal_levels(signal: &Signal, theme: &Theme) -> Vec<Level> {
     levels.map(level).collect()
 }
 
-/// The ages that the loop bears (ms).
+/// The age limits of the loop (ms).
 fn age_levels(limits: AgeLimits) -> Vec<Level> {
     let falls = limits.falls.map(|limit| (limit, (2, 4, '-')));
     let grows = limits.swings().map(|limit| (limit, (1, 4, '.')));
@@ -188,7 +187,7 @@ fn age_levels(limits: AgeLimits) -> Vec<Level> {
         line: Some(line),
         label: format!("{:>3}", super::age::ms(limit)),
     };
-    // Where both are on one row, the label is that of the last.
+    // Where both are on one row, the label is that of the last one.
     grows.into_iter().chain(falls).map(level).collect()
 }
 
@@ -211,7 +210,7 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     [middle - half * times, middle + half * times]
 }
 
-/// The columns of all charts: labels of values, then the run times in sight.
+/// The columns of all charts: labels of values, then the visible run times.
 struct Columns<'t> {
     /// Columns for the labels.
     margin: u16,
@@ -221,11 +220,11 @@ struct Columns<'t> {
 }
 
 impl<'t> Columns<'t> {
-    /// The last seconds before `now` in the width of `inner`.
+    /// The last seconds before `now`, over the width of `inner`.
     fn new(now: f64, inner: Rect, margin: u16, theme: &'t Theme) -> Self {
         let width = inner.width - margin;
         let dots = BrailleCanvas::dots(Rect { width, ..inner }, theme).0;
-        // Starting on a whole dot, the curve moves without changing its shape.
+        // A start on a whole dot keeps the shape of the moving curve.
         let dot = WINDOW_S / (dots - 1.0).max(1.0);
         let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
         Self {
@@ -235,7 +234,7 @@ impl<'t> Columns<'t> {
         }
     }
 
-    /// The least and the greatest value in sight.
+    /// The minimum and maximum of the visible values.
     fn ends(&self, past: &[(f64, f64)]) -> [f64; 2] {
         let seen = past.iter().filter(|point| point.0 >= self.times[0]);
         seen.fold(
@@ -245,7 +244,7 @@ impl<'t> Columns<'t> {
     }
 
     /// A chart of values in `range` in `area`, with a row for texts above and one for
-    /// times below if `edges` ask for them.
+    /// times below as `edges` ask.
     fn chart(
         &self,
         area: Rect,
@@ -277,7 +276,7 @@ impl<'t> Columns<'t> {
     }
 }
 
-/// A curve over time, and where its parts are.
+/// A curve over time, with the places of its parts.
 struct Chart<'a> {
     columns: &'a Columns<'a>,
     levels: Vec<Level>,
@@ -319,7 +318,7 @@ impl Chart<'_> {
                 continue;
             };
             let text = format!("{time} s");
-            // The number is under its place, the unit after it.
+            // The number is below its place, with the unit after it.
             let half = (pane::width(&text) - 2) / 2;
             let start = usize::from(column - self.plot.x).saturating_sub(half);
             if start + pane::width(&text) <= usize::from(self.times.width) {
@@ -328,7 +327,7 @@ impl Chart<'_> {
         }
     }
 
-    /// A vertical line where a knob was turned.
+    /// A vertical line at each turned knob.
     fn marks(&self, marks: &[&(f64, String)], buf: &mut Buffer) {
         if self.text_row.is_empty() {
             return;
@@ -343,7 +342,7 @@ impl Chart<'_> {
     }
 
     /// Texts of marks from the newest to the oldest, each at its own mark, if they do not
-    /// touch. Returns the marks that have one; the others are dots in the same row.
+    /// touch. Returns the marks with a text; the others are dots in the same row.
     fn texts<'m>(&self, marks: &[&'m (f64, String)], buf: &mut Buffer) -> Vec<&'m (f64, String)> {
         let theme = self.columns.theme;
         let room = usize::from(self.text_row.width);
@@ -356,7 +355,7 @@ impl Chart<'_> {
             let text = clip(text, room, theme);
             let wide = pane::width(&text);
             let column = usize::from(column - self.plot.x);
-            // To the right of the line; to the left where the screen ends.
+            // To the right of the line, or to the left at the edge of the screen.
             let start = match column + wide <= free {
                 true => Some(column),
                 false if free == room => (column + 1).checked_sub(wide),
@@ -379,11 +378,11 @@ impl Chart<'_> {
         named
     }
 
-    /// The run before this one, also ahead of the present.
+    /// The previous run, including its part after the present.
     fn ghost(&self, points: &[(f64, f64)], buf: &mut Buffer) {
         let first = points.partition_point(|point| point.0 < self.columns.times[0]);
         let last = points.partition_point(|point| point.0 <= self.columns.times[1]);
-        // Half of the strokes: different from a curve without colours as well.
+        // Every second stroke: a difference visible without colours.
         let lines = points[first..last].windows(2).step_by(2).map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]
@@ -395,7 +394,7 @@ impl Chart<'_> {
         self.canvas.draw(pen, lines, buf);
     }
 
-    /// The line through `past`, an alarm where a value is `lost`.
+    /// The line through `past`, as an alarm at each value that is `lost`.
     fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, buf: &mut Buffer) {
         let theme = self.columns.theme;
         let lines = past.windows(2).map(|pair| {

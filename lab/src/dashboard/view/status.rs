@@ -12,22 +12,22 @@ use crate::dashboard::frame::FrameData;
 /// Blanks between the parts of a line.
 const GAP: usize = 2;
 
-/// The parts of the top line beside a frame.
+/// Additional parts of the top line.
 #[derive(Clone, Debug, Default)]
 pub struct StatusExtra {
-    /// Number of the frame in sight, from one, and the number of frames; `None` for the
+    /// Number of the visible frame, from one, and the number of frames; `None` for the
     /// newest.
     pub back: Option<(usize, usize)>,
     /// Whether the run is over.
     pub ended: bool,
-    /// Whether a recording is being made, and what of it was lost.
+    /// Number of items lost by the running recording; `None` without a recording.
     pub recording: Option<u64>,
-    /// Whether a recording is played, and no run.
+    /// Whether this is the replay of a recording.
     pub replay: bool,
 }
 
-/// Draws the top line, the name of the system first. Where it is too narrow, parts are
-/// left out from the right; a loss of measurements has priority.
+/// Draws the top line, the name of the system first. If it is too narrow, parts are left
+/// out from the right; a loss of measurements has priority.
 pub fn render_status(
     name: &str,
     frame: &FrameData,
@@ -43,7 +43,7 @@ pub fn render_status(
         state(frame, extra, theme),
     ];
     parts.extend(extra.recording.map(|lost| recording(lost, theme)));
-    let told = !extra.replay; // A recording has the time of its run only.
+    let told = !extra.replay; // A recording has run time only.
     let wall = told.then(|| (format!("{:>5} s wall", frame.wall_s), Style::new()));
     let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
@@ -70,8 +70,8 @@ pub fn render_status(
     );
 }
 
-/// Draws as many of `parts` as fit whole between columns `x` and `end`; returns
-/// where the next part would begin.
+/// Draws the first `parts` that fit between columns `x` and `end`; returns the first
+/// column after them.
 fn in_a_row(
     parts: &[(String, Style)],
     mut x: usize,
@@ -92,8 +92,7 @@ fn in_a_row(
     x
 }
 
-/// The clock, and the speed of the one that has a speed; as wide for all speeds
-/// that are numbers.
+/// The clock, with its speed if it has one; of the same width for all numeric speeds.
 fn clock(status: Status) -> String {
     let text = match status.clock {
         ClockKind::Real => status.clock.to_string(),
@@ -102,7 +101,7 @@ fn clock(status: Status) -> String {
     format!("{text:<12}")
 }
 
-/// That a recording is made, and what of the run it lost.
+/// States that a recording is running, with its number of losses.
 fn recording(lost: u64, theme: &Theme) -> (String, Style) {
     let sign = theme.glyph("●", "*");
     match lost {
@@ -130,7 +129,7 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
     (format!("{sign} {word:<7}"), style)
 }
 
-/// Draws key hints, each a key and what it does, as many as fit whole.
+/// Draws as many key hints, each a key with its action, as there is room for.
 pub fn render_footer(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = row(area.intersection(buf.area), 0);
     let mut x = 0;

@@ -1,4 +1,4 @@
-//! Tables whose columns stay where they are while figures change.
+//! Tables with fixed columns for changing figures.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
@@ -15,20 +15,20 @@ const GAP: usize = 2;
 pub struct Column {
     /// Its title, with the unit.
     pub head: &'static str,
-    /// Its width, which neither head nor figures may exceed.
+    /// Its width, the maximum for head and figures.
     pub width: usize,
-    /// Without room, columns with the largest rank are left out first.
+    /// Priority: columns with the largest rank are the first to be left out.
     pub rank: u8,
 }
 
-/// A figure, and how it looks.
+/// A figure and its style.
 pub type TableCell = (String, Style);
 
 /// A row: its name, and a figure for each column.
 pub type TableRow = (String, Vec<TableCell>);
 
-/// Draws a table called `name`: names to the left, figures to the right. If rows are
-/// left out, the last line gives their number.
+/// Draws a table called `name`: names on the left, figures on the right. If rows are left
+/// out, the last line gives their number.
 pub fn render(
     name: &str,
     columns: &[Column],
@@ -81,7 +81,7 @@ pub fn render(
     }
 }
 
-/// The columns that fit into `room`, by their places.
+/// The indices of the columns that fit into `room`.
 fn shown(columns: &[Column], room: usize) -> Vec<usize> {
     let mut places: Vec<usize> = (0..columns.len()).collect();
     places.sort_by_key(|&place| columns[place].rank);

@@ -1,20 +1,20 @@
-//! Colours and glyphs: every state has both, so that neither is needed alone.
+//! Colours and glyphs: every state has both, so that each is enough alone.
 
 use ratatui::{
     style::{Color, Modifier, Style},
     symbols::border,
 };
 
-/// Colours and glyphs. Nearly everybody can distinguish blue and orange. The colours
-/// are those of the 256 that look the same in every terminal, so that they can be read
-/// on the background they are made for.
+/// Colours and glyphs. Nearly everybody can distinguish blue and orange. All colours are
+/// from the part of the 256 that looks the same in every terminal, for good contrast with
+/// the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Theme {
-    /// Whether colours are used at all (`NO_COLOR`).
+    /// Whether to use colours (`NO_COLOR`).
     pub colour: bool,
-    /// Whether only ASCII is used (`--ascii`).
+    /// Whether to use ASCII only (`--ascii`).
     pub ascii: bool,
-    /// On which background.
+    /// The background.
     pub look: Look,
 }
 
@@ -31,8 +31,8 @@ pub enum Look {
 }
 
 impl Look {
-    /// What is well, alarms, what moves, and what is faint; nothing where the
-    /// terminal's own colour is used.
+    /// The colours of good news, alarms, motion and references; `None` for the terminal's
+    /// own colour.
     fn palette(self) -> [Option<u8>; 4] {
         match self {
             Self::Dark => [Some(75), Some(214), Some(80), Some(247)],
@@ -48,18 +48,18 @@ impl Theme {
         self.coloured(0)
     }
 
-    /// An alarm. Bold and reversed as well, for terminals without colours.
+    /// An alarm. Also bold and reversed, for terminals without colours.
     pub fn alarm(&self) -> Style {
         self.coloured(1)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// An alarm in lines: reversed they would turn into blocks.
+    /// An alarm in lines, which would become blocks if reversed.
     pub fn alarm_line(&self) -> Style {
         self.coloured(1).add_modifier(Modifier::BOLD)
     }
 
-    /// Motion: a message on its way, a node that ticks.
+    /// Motion: a message in flight, a node that ticks.
     pub fn active(&self) -> Style {
         self.coloured(2).add_modifier(Modifier::BOLD)
     }
@@ -85,7 +85,7 @@ impl Theme {
         }
     }
 
-    /// `glyph`, or `plain` where only ASCII is used.
+    /// `glyph`, or `plain` in ASCII.
     pub fn glyph(&self, glyph: &'static str, plain: &'static str) -> &'static str {
         if self.ascii { plain } else { glyph }
     }
@@ -100,7 +100,7 @@ impl Theme {
     }
 }
 
-/// A box that any terminal can draw.
+/// A box in ASCII.
 const ASCII_BORDER: border::Set<'static> = border::Set {
     top_left: "+",
     top_right: "+",
@@ -112,8 +112,8 @@ const ASCII_BORDER: border::Set<'static> = border::Set {
     horizontal_bottom: "-",
 };
 
-/// What the colour with this number looks like everywhere: those of the cube and of the
-/// greys among the 256.
+/// The red, green and blue of the colour with this number, from the cube and the greys of
+/// the 256 colours.
 pub fn rgb(index: u8) -> [u8; 3] {
     let level = |step: u8| if step == 0 { 0 } else { 55 + 40 * step };
     match index {

@@ -1,4 +1,4 @@
-//! The timeline: a lane for each node and topic, the chain behind one push bright.
+//! The timeline: a lane per node and topic, with the chain behind one push highlighted.
 
 use ratatui::{
     buffer::Buffer,
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
 
-/// What the glyphs of lanes mean.
+/// The meaning of the glyphs in lanes.
 const LEGEND: [(MarkKind, &str); 6] = [
     (MarkKind::Tick, "tick"),
     (MarkKind::Late, "late"),
@@ -24,7 +24,7 @@ const LEGEND: [(MarkKind, &str); 6] = [
     (MarkKind::Lost, "lost"),
 ];
 
-/// Draws `timeline`; what cannot be known is said.
+/// Draws `timeline`, or the reason for an empty one.
 pub fn render(
     timeline: Option<&Timeline>,
     theme: &Theme,
@@ -69,7 +69,7 @@ pub fn render(
             count: usize::from(inner.width).saturating_sub(margin + 1),
             place,
         };
-        // What is bright lies over the rest.
+        // Highlighted marks are in front of the others.
         let mut marks: Vec<&Mark> = lane.marks.iter().collect();
         marks.sort_by_key(|mark| mark.bright);
         marks.iter().for_each(|mark| columns.draw(mark, theme, buf));
@@ -77,7 +77,7 @@ pub fn render(
     below(timeline, theme, pane::rows(inner, lanes, height), buf);
 }
 
-/// What the lanes are about, and what their glyphs mean.
+/// The sentence about the push, and the legend of the glyphs.
 fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(1);
     let sentence = clip(&timeline.sentence, room, theme);
@@ -119,7 +119,7 @@ impl LaneColumns<'_> {
         }
     }
 
-    /// The column of a run time; the first and the last for what is beyond.
+    /// The column of a run time, limited to the first and the last.
     fn column(&self, at: Time) -> usize {
         let Timeline { from, to, .. } = self.timeline;
         let span = to.since(*from).as_secs_f64().max(1e-9);

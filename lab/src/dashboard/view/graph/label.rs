@@ -16,11 +16,11 @@ use super::{
 };
 use crate::dashboard::view::pane;
 
-/// The least room for writing side by side on a line.
+/// Minimum room for figures side by side on a line.
 const WIDE: usize = 18;
 
-/// Rows above and below a line, and the room they need; best first. What is
-/// last below may be left out.
+/// Rows above and below a line, and the room they need; best first. The last row below
+/// may be left out.
 const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
     (&[Name, RateAndDepth], &[Drops, Age], WIDE),
     (&[Name, Rate], &[Drops, Depth, Age], NARROW),
@@ -31,11 +31,11 @@ const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
     (&[], &[Short], NARROW),
 ];
 
-/// Writes about topics.
+/// Writes the figures of topics.
 pub(super) struct Labels<'a> {
     /// The graph.
     pub(super) view: GraphView<'a>,
-    /// Where its boxes are.
+    /// The places of its boxes.
     pub(super) layout: &'a GraphLayout,
     /// Its lines.
     pub(super) wires: &'a Wires,
@@ -44,7 +44,7 @@ pub(super) struct Labels<'a> {
 }
 
 impl Labels<'_> {
-    /// Writes where there is room.
+    /// Writes as much as there is room for.
     pub(super) fn draw(&self, buf: &mut Buffer) {
         let mut rest = Vec::new();
         let (dangling_edges, read): (Vec<&Route>, Vec<&Route>) = self
@@ -80,7 +80,7 @@ impl Labels<'_> {
         }
     }
 
-    /// Where the line of `route` begins, and the room before it bends.
+    /// The beginning of the line of `route`, and its length up to the first bend.
     fn trunk(&self, route: &Route) -> Option<(u16, u16, u16)> {
         let node = *route.publishers.first()?;
         let row = self.layout.exit(route, node)?;
@@ -90,7 +90,7 @@ impl Labels<'_> {
         Some((start, row, room))
     }
 
-    /// Writes the name into a dangling edge.
+    /// Writes the name on a dangling edge.
     fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
         let name = &self.view.topic(route.topic).name;
         let Some((start, row, room)) = self.trunk(route) else {
@@ -118,7 +118,7 @@ impl Labels<'_> {
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
-        // One column free at either end.
+        // One blank column at either end.
         let room = room.saturating_sub(2);
         let at = |row: usize| Rect {
             x: self.area.x + start + 1,
@@ -147,7 +147,7 @@ impl Labels<'_> {
     }
 }
 
-/// Whether nothing is drawn in `area`, and there is an area.
+/// Whether `area` is not empty and has no drawing.
 fn blank(area: Rect, buf: &Buffer) -> bool {
     filled(area, " ", buf)
 }

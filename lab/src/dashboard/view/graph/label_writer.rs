@@ -13,7 +13,7 @@ use crate::dashboard::{frame::TopicData, view::pane};
 /// Periods after which the next message is overdue.
 const OVERDUE: f64 = 1.5;
 
-/// One row of writing.
+/// One row of a label.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum LabelRow {
     Name,
@@ -32,7 +32,7 @@ pub(super) struct LabelWriter<'a> {
     pub(super) view: GraphView<'a>,
     /// The topic.
     pub(super) topic: &'a TopicData,
-    /// Columns at the most.
+    /// Maximum width (columns).
     pub(super) room: usize,
 }
 
@@ -82,7 +82,7 @@ impl LabelWriter<'_> {
         }
     }
 
-    /// Drops and losses, where the link lost something or messages overtook others.
+    /// Drops and losses, if the link lost or reordered messages.
     fn losses(&self) -> Vec<String> {
         let dropped = count(self.topic.dropped);
         let parts = [(self.topic.lost, "lost"), (self.topic.overtaken, "late")];
@@ -101,7 +101,7 @@ impl LabelWriter<'_> {
         pane::clip(&self.topic.name, room, self.view.theme)
     }
 
-    /// The mark of a topic whose depth keys change, or else `nothing`.
+    /// The mark of a topic with the focus of the knob keys, or else `nothing`.
     pub(super) fn mark(&self, nothing: &'static str) -> &'static str {
         let mut marked = self.view.knobs.topics.iter();
         if marked.any(|topic| **topic == *self.topic.name) {
@@ -111,7 +111,7 @@ impl LabelWriter<'_> {
         }
     }
 
-    /// Messages per second, always seven columns wide.
+    /// Messages per second, in a constant width of seven columns.
     pub(super) fn rate(&self) -> String {
         let rate = self.topic.per_second;
         let decimals = usize::from(rate < 999.95);
@@ -123,7 +123,7 @@ impl LabelWriter<'_> {
         format!("depth {:<3}", self.topic.depth)
     }
 
-    /// The age of the message that readers hold.
+    /// The age of the message held by readers.
     pub(super) fn age(&self) -> Line<'static> {
         let Some(held) = self.topic.held else {
             return Line::default();

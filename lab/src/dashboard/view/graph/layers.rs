@@ -1,15 +1,14 @@
-//! Which node comes before which: layers from sources to sinks.
+//! The order of nodes: layers from sources to sinks.
 
 use std::collections::VecDeque;
 
 use crate::dashboard::frame::FrameData;
 
-/// The nodes of `frame` by layer: a node stands one layer behind the last
-/// node whose messages it reads. Within a layer, a node stands about as high
-/// as what it reads, so that few lines cross.
+/// The nodes of `frame` by layer: a node is one layer behind the last of its publishers.
+/// Within a layer, a node is at about the height of its publishers, so that few lines
+/// cross.
 ///
-/// Where nodes wait for each other in a circle, the one that was added first
-/// is taken to come first.
+/// In a cycle of nodes, the one that was added first comes first.
 pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
     let flow = Flow::of(frame);
     let depths = flow.depths();
@@ -23,9 +22,9 @@ pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
     layers
 }
 
-/// Nodes and topics as one graph: first come all nodes, then all topics. A
-/// topic with many publishers and readers would otherwise be an edge for each
-/// pair of them.
+/// Nodes and topics as one graph: first all nodes, then all topics. Without vertices of
+/// its own, a topic with many publishers and readers would be an edge for each pair of
+/// them.
 struct Flow {
     nodes: usize,
     into: Vec<Vec<usize>>,
@@ -60,7 +59,7 @@ impl Flow {
         self.into[to].push(from);
     }
 
-    /// The layer of each node: the longest way from a source.
+    /// The layer of each node: the longest path from a source.
     fn depths(&self) -> Vec<usize> {
         let all = self.into.len();
         let mut waiting: Vec<usize> = self.into.iter().map(Vec::len).collect();
@@ -92,7 +91,7 @@ impl Flow {
         depths
     }
 
-    /// The first node of a circle that `start` waits for, if only indirectly.
+    /// The first node of a cycle that `start` depends on, directly or indirectly.
     fn on_circle(&self, start: usize, placed: &[bool]) -> usize {
         let before = |v: usize| self.into[v].iter().copied().find(|u| !placed[*u]);
         let mut seen = vec![false; self.into.len()];
@@ -114,7 +113,7 @@ impl Flow {
         }
     }
 
-    /// Sorts each layer by where the sources of its nodes stand on average.
+    /// Sorts each layer by the mean position of the sources of its nodes.
     fn sort(&self, layers: &mut [Vec<usize>]) {
         let mut height: Vec<Option<f64>> = vec![None; self.nodes];
         for layer in layers {
@@ -143,7 +142,7 @@ impl Flow {
     }
 }
 
-/// Where row `row` of `rows` is, from 0 (top) to 1.
+/// Position of row `row` out of `rows`, from 0 (top) to 1.
 fn relative(row: usize, rows: usize) -> f64 {
     (row as f64 + 0.5) / rows as f64
 }

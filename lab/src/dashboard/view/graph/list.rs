@@ -13,17 +13,16 @@ use crate::dashboard::{
     view::pane,
 };
 
-/// Columns of a name in the list, at most.
+/// Maximum width of a name in the list.
 const LIST_NAME: usize = 16;
-/// Columns of the figures behind it, of the word behind those, and of the age
-/// at the end.
+/// Width of the figures after it, of the word after those, and of the age at the end.
 const LIST_FIGURES: usize = 26;
 const LIST_WORD: usize = 8;
 const LIST_AGE: usize = 15;
 /// Columns between entries of the list.
 const LIST_SPACE: usize = 3;
 
-/// Rows of a list of the topics of `routes` in so many columns.
+/// Number of rows of a list of the topics of `routes` in `room` columns.
 pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
     let read = routes.all.iter().filter(|route| !route.dangles());
     let topics: Vec<&TopicData> = read.map(|r| &frame.topics[r.topic]).collect();
@@ -36,7 +35,7 @@ pub(super) struct List<'a> {
     pub(super) view: GraphView<'a>,
     /// The topics.
     pub(super) topics: &'a [&'a TopicData],
-    /// Where they are listed.
+    /// The area of the list.
     pub(super) area: Rect,
 }
 
@@ -51,12 +50,12 @@ impl List<'_> {
         ((room + LIST_SPACE) / (width + LIST_SPACE)).max(1)
     }
 
-    /// How many entries fit into `area`.
+    /// Number of entries that fit into `area`.
     pub(super) fn room(topics: &[&TopicData], area: Rect) -> usize {
         Self::side_by_side(topics, usize::from(area.width)) * usize::from(area.height)
     }
 
-    /// Draws as many as fit.
+    /// Draws as many entries as there is room for.
     pub(super) fn draw(&self, buf: &mut Buffer) {
         let room = usize::from(self.area.width);
         let across = Self::side_by_side(self.topics, room);

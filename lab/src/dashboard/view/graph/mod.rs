@@ -1,5 +1,5 @@
-//! The graph as it runs: nodes as boxes, topics as lines with messages on them, from
-//! publishers to readers.
+//! The running graph: nodes as boxes, and topics as lines from publishers to readers,
+//! with messages on them.
 
 mod label;
 mod label_writer;
@@ -56,7 +56,7 @@ pub fn render(
     };
     let more = Span::styled(more, theme.faint());
     let inner = pane::border("1 graph", more, theme, focused, area, buf);
-    // Where part of the area is outside the screen, the layout does not fit.
+    // If part of the area is off the screen, the layout does not fit.
     if inner.as_size() != inside.as_size() {
         return;
     }

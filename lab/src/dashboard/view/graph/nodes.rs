@@ -18,15 +18,15 @@ use crate::dashboard::{
     view::{pane, theme::Theme},
 };
 
-/// A row inside a box has a margin if it is longer than this.
+/// Minimum length of a row with a margin in a box.
 const ROOM: usize = 14;
 
-/// Draws the boxes of all nodes shown.
+/// Draws the boxes of all visible nodes.
 pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, area: Rect, buf: &mut Buffer) {
     let theme = view.theme;
     let boxes = layout.boxes.iter();
     let boxes = boxes.map(|b| (&view.frame.nodes[b.node], b.rect));
-    // All show their rates or none does: a single one would look like a mistake.
+    // All nodes have a rate or none: a single one would look like a mistake.
     let with_rate = boxes.clone().all(|(node, rect)| {
         let text = format!("{} {}", node.name, hz(node));
         pane::width(&text) <= pill_room(rect)
@@ -76,7 +76,7 @@ fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer
     }
 }
 
-/// Columns for name and rate of a node in one row.
+/// Width for name and rate of a node in one row.
 fn pill_room(rect: Rect) -> usize {
     usize::from(rect.width.saturating_sub(4))
 }
@@ -165,7 +165,7 @@ fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {
     }
 }
 
-/// The rate to as many digits as matter: "50 Hz", "7.5 Hz", "0.001 Hz".
+/// The rate with as many digits as needed: "50 Hz", "7.5 Hz", "0.001 Hz".
 fn hz(node: &NodeData) -> String {
     let hz = node.hz.get();
     let decimals = if hz >= 100.0 {

@@ -10,13 +10,13 @@ use super::{
 };
 use crate::dashboard::{frame::FrameData, view::pane};
 
-/// The narrowest box: a rate must fit.
+/// Minimum width of a box: room for a rate.
 const LEAST_BOX: usize = 8;
-/// The shortest line: an end, a bend and an arrow.
+/// Minimum length of a line: an end, a bend and an arrow.
 const LEAST_GAP: usize = 3;
-/// Names longer than this are cut rather than given more room.
+/// Maximum width for names; longer ones are cut.
 const LONGEST_NAME: usize = 16;
-/// More space than this between boxes of a column only tears them apart.
+/// Maximum space between the boxes of a column.
 const MOST_SPACE: usize = 3;
 
 /// A box.
@@ -26,31 +26,31 @@ pub(super) struct Placed {
     pub(super) node: usize,
     /// Number of its column.
     pub(super) column: usize,
-    /// Where it is, counted from the corner of the pane's inside.
+    /// Its place, relative to the corner of the pane's inside.
     pub(super) rect: Rect,
 }
 
-/// Where everything is.
+/// The places of everything.
 #[derive(Debug)]
 pub(super) struct GraphLayout {
-    /// The nodes shown.
+    /// The visible nodes.
     pub(super) boxes: Vec<Placed>,
-    /// The ways of the topics shown.
+    /// The routes of the visible topics.
     pub(super) routes: Routes,
     /// First column and end of each gap.
     pub(super) gaps: Vec<[u16; 2]>,
     /// Row of the first lane.
     pub(super) lanes: u16,
-    /// Whether gaps are wide enough to write on lines.
+    /// Whether gaps are wide enough for text on lines.
     pub(super) roomy: bool,
     /// First row below boxes and lanes.
     pub(super) bottom: u16,
-    /// How many nodes are not shown.
+    /// Number of hidden nodes.
     pub(super) hidden: usize,
 }
 
 impl GraphLayout {
-    /// Lays out `frame` in a room of `size`.
+    /// Lays out `frame` in an area of `size`.
     pub(super) fn of(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
         let layers = layers(frame);
@@ -72,7 +72,7 @@ impl GraphLayout {
         }
     }
 
-    /// The box of a node that is shown.
+    /// The box of a visible node.
     pub(super) fn placed(&self, node: usize) -> Option<&Placed> {
         self.boxes.iter().find(|placed| placed.node == node)
     }
@@ -87,7 +87,7 @@ impl GraphLayout {
         self.port(route, node, |route| &route.readers)
     }
 
-    /// The topics of a node share the rows inside its box from the top.
+    /// The topics of a node share the rows inside its box, from the top.
     fn port(&self, route: &Route, node: usize, ends: fn(&Route) -> &[usize]) -> Option<u16> {
         let rect = self.placed(node)?.rect;
         let there = self.routes.all.iter().filter(|r| ends(r).contains(&node));
@@ -101,7 +101,7 @@ impl GraphLayout {
     }
 }
 
-/// A way to fill the room.
+/// A way to use the area.
 #[derive(Debug)]
 struct Plan {
     columns: Vec<Vec<usize>>,
@@ -114,17 +114,17 @@ struct Plan {
 /// Sizes to choose from.
 #[derive(Clone, Copy, Debug)]
 struct BoxLook {
-    /// Width of boxes if there is room, and the least.
+    /// Width of boxes if there is room, and the minimum.
     width: [usize; 2],
     height: usize,
-    /// Least width of gaps.
+    /// Minimum width of gaps.
     gap: usize,
-    /// Whether lines are written on; otherwise topics are listed.
+    /// Whether lines have text; otherwise topics are listed.
     roomy: bool,
 }
 
 impl BoxLook {
-    /// From the roomiest to the tightest.
+    /// From the most spacious to the tightest.
     fn all(name: usize) -> [Self; 7] {
         let roomy = |width: usize, gap, height| Self {
             width: [width.max(name + 4); 2],
@@ -152,8 +152,7 @@ impl BoxLook {
 }
 
 impl Plan {
-    /// The roomiest plan that shows everything, or else the one that shows
-    /// most.
+    /// The most spacious plan that shows everything, or else the one that shows most.
     fn best(frame: &FrameData, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
         if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
             return None;
@@ -178,7 +177,7 @@ impl Plan {
         let [.., tight, tightest] = looks;
         let parts = [tight, tightest].into_iter();
         let parts = parts.filter_map(|look| Self::part(frame, layers, look, room));
-        // The taller one comes first and is kept if both show as much.
+        // The taller one comes first and wins a tie.
         parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
     }
 
@@ -223,7 +222,7 @@ impl Plan {
         self.columns.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    /// The least number of rows for boxes and lanes.
+    /// Minimum number of rows for boxes and lanes.
     fn rows(&self) -> usize {
         self.tallest() * self.look.height + self.routes.lanes
     }
@@ -232,7 +231,7 @@ impl Plan {
         self.look.gap + 2 * self.routes.most_bends()
     }
 
-    /// Columns of the screen that are left for boxes and gaps.
+    /// Columns left for boxes and gaps.
     fn across(&self, room: [usize; 2]) -> usize {
         room[0].saturating_sub(self.routes.margins().iter().sum())
     }
@@ -279,7 +278,7 @@ impl Plan {
         }
     }
 
-    /// The width of boxes, and where gaps begin and end.
+    /// The width of boxes, with the beginning and end of each gap.
     fn spread(&self, frame: &FrameData, room: [usize; 2]) -> (usize, Vec<[usize; 2]>) {
         let count = self.columns.len();
         let across = self.across(room);
@@ -309,7 +308,7 @@ impl Plan {
         (width, gaps)
     }
 
-    /// Columns of a line out of the last column with its name.
+    /// Width of a line out of the last column with its name.
     fn dangling(&self, frame: &FrameData) -> usize {
         let last = self.columns.len();
         let dangling_edges = self

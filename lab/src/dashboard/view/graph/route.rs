@@ -1,25 +1,25 @@
-//! Through which gaps between columns a topic goes, whatever their width.
+//! The gaps between columns that a topic passes through, for any width of them.
 //!
-//! Gap *g* is the one left of column *g*; the last one is right of all. A
-//! topic leaves a publisher into the gap to its right and reaches a reader from
-//! the gap to its left. If that is one and the same gap, no more is needed. If
-//! not, the topic runs below all boxes from gap to gap, in a lane: so do topics
-//! that skip a column and topics that lead back.
+//! Gap *g* is left of column *g*; the last one is right of all columns. A topic leaves a
+//! publisher into the gap to its right and reaches a reader from the gap to its left. If
+//! both are the same gap, that is the whole route. Otherwise the topic runs below all
+//! boxes from gap to gap, in a lane: so do topics that skip a column and topics that lead
+//! back.
 
 use crate::dashboard::frame::FrameData;
 
-/// The way of a topic.
+/// The route of a topic.
 #[derive(Debug)]
 pub(super) struct Route {
     /// Index of the topic.
     pub(super) topic: usize,
-    /// Publishers shown.
+    /// Visible publishers.
     pub(super) publishers: Vec<usize>,
-    /// Readers shown.
+    /// Visible readers.
     pub(super) readers: Vec<usize>,
     /// Number of the lane below the boxes, if one is needed.
     pub(super) lane: Option<usize>,
-    /// Gaps that it touches, in order.
+    /// The gaps it passes through, in order.
     pub(super) gaps: Vec<usize>,
 }
 
@@ -29,25 +29,25 @@ impl Route {
         self.readers.is_empty()
     }
 
-    /// Whether it may have to go up or down in the gaps it touches.
+    /// Whether it may go up or down in its gaps.
     fn bends(&self) -> bool {
         self.lane.is_some() || self.publishers.len() + self.readers.len() > 1
     }
 }
 
-/// The ways of all topics between the columns shown.
+/// The routes of all topics between the visible columns.
 #[derive(Debug)]
 pub(super) struct Routes {
-    /// One for each topic that a node shown publishes.
+    /// One for each topic of a visible publisher.
     pub(super) all: Vec<Route>,
-    /// How many rows below the boxes they need.
+    /// Number of lanes below the boxes.
     pub(super) lanes: usize,
-    /// How many columns there are.
+    /// Number of columns.
     columns: usize,
 }
 
 impl Routes {
-    /// Finds the ways through `columns`.
+    /// Finds the routes through `columns`.
     pub(super) fn of(frame: &FrameData, columns: &[Vec<usize>]) -> Self {
         let column = column_of(frame.nodes.len(), columns);
         let mut routes = Self {
@@ -78,8 +78,8 @@ impl Routes {
         routes
     }
 
-    /// Gives each topic that needs a lane the first one that is free all along
-    /// its way.
+    /// Assigns to each topic that needs a lane the first one that is free along its whole
+    /// route.
     fn assign_lanes(&mut self) {
         let wide = self
             .all
@@ -87,7 +87,7 @@ impl Routes {
             .filter(|r| r.gaps.len() > 1 && !r.dangles());
         let mut wide: Vec<&mut Route> = wide.collect();
         wide.sort_by_key(|route| route.gaps[0]);
-        // Up to where each lane is taken.
+        // The end of the occupied part of each lane.
         let mut ends: Vec<usize> = Vec::new();
         for route in wide {
             let (first, last) = (route.gaps[0], route.gaps[route.gaps.len() - 1]);
@@ -102,7 +102,7 @@ impl Routes {
         self.lanes = ends.len();
     }
 
-    /// Leaves out topics that need more than `most` lanes.
+    /// Removes topics that need more than `most` lanes.
     pub(super) fn keep_lanes(&mut self, most: usize) {
         self.lanes = self.lanes.min(most);
         self.all
@@ -115,7 +115,7 @@ impl Routes {
         here.filter(|route| route.gaps.contains(&gap)).count()
     }
 
-    /// The most topics that go up or down in any gap between columns.
+    /// The maximum number of topics that go up or down in any gap between columns.
     pub(super) fn most_bends(&self) -> usize {
         (1..self.columns)
             .map(|gap| self.tracks(gap))
@@ -123,8 +123,8 @@ impl Routes {
             .unwrap_or(0)
     }
 
-    /// How many bends have to have a place of their own in gap `gap`: a topic
-    /// that has the gap for itself may well go straight.
+    /// Number of separate tracks for bends in gap `gap`: a topic alone in a gap may go
+    /// straight.
     fn tracks(&self, gap: usize) -> usize {
         match self.bends_in(gap) {
             1 => 0,
@@ -132,7 +132,7 @@ impl Routes {
         }
     }
 
-    /// Columns needed left and right of all boxes for what leads back.
+    /// Columns needed left and right of all boxes for topics that lead back.
     pub(super) fn margins(&self) -> [usize; 2] {
         [0, self.columns].map(|gap| match self.bends_in(gap) {
             0 => 0,
@@ -141,7 +141,7 @@ impl Routes {
     }
 }
 
-/// The column of each node; `None` for those that are not shown.
+/// The column of each node; `None` for hidden ones.
 pub(super) fn column_of(nodes: usize, columns: &[Vec<usize>]) -> Vec<Option<usize>> {
     let mut column = vec![None; nodes];
     for (number, members) in columns.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What the graph looks like.
+//! The appearance of the graph.
 
 use insta::assert_snapshot;
 use ratatui::buffer::Buffer;
@@ -24,7 +24,7 @@ fn rich(frame: &FrameData, width: u16, height: u16) -> String {
     text(&buffer(frame, &RICH, width, height))
 }
 
-/// A circle, two topics between the same nodes, and one that skips a node.
+/// A cycle, two topics between the same nodes, and one that skips a node.
 fn circle() -> FrameData {
     let node = |name| sample::node(name, 50.0, 320, true);
     let nodes = ["sensor", "logic", "actuator"].map(node).to_vec();

@@ -1,16 +1,16 @@
-//! Texts of the graph and the columns that they need.
+//! Texts of the graph and their widths.
 
 use crate::dashboard::view::pane;
 
-/// The least room for writing on a line.
+/// Minimum room for text on a line.
 pub(super) const NARROW: usize = 13;
 
-/// The length of a dangling edge that carries its name.
+/// Length of a dangling edge with its name.
 pub(super) fn dangling_width(name: &str) -> usize {
     pane::width(name) + 4
 }
 
-/// The length of such a line in so many columns, with or without its name.
+/// Length of such a line in `room` columns, with or without its name.
 pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
     let full = dangling_width(name);
     if room >= full {
@@ -20,7 +20,7 @@ pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
     }
 }
 
-/// The first of `texts` that fits into `room`; nothing if none does.
+/// The first of `texts` that fits into `room`; empty if none fits.
 pub(super) fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
     let mut fitting = texts.into_iter().filter(|text| pane::width(text) <= room);
     fitting.next().unwrap_or_default()

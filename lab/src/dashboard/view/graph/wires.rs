@@ -1,5 +1,5 @@
-//! Topics as lines: from publishers through the gaps to the readers, with
-//! messages travelling on them.
+//! Topics as lines: from publishers through the gaps to the readers, with moving
+//! messages.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -20,7 +20,7 @@ use crate::dashboard::{
     view::{pane, theme::Theme},
 };
 
-/// Every so many cells there is a message on a line.
+/// Distance between messages on a line (cells).
 const EVERY: u64 = 6;
 
 const LEFT: u8 = 1;
@@ -28,7 +28,7 @@ const RIGHT: u8 = 2;
 const UP: u8 = 4;
 const DOWN: u8 = 8;
 
-/// A cell of a line: where it goes on, and how far from a publisher it is.
+/// A cell of a line: its directions, and its distance from a publisher.
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
     to: u8,
@@ -65,12 +65,12 @@ impl Wires {
         }
     }
 
-    /// Up to where lines in gap `gap` are straight.
+    /// The end of the straight part of lines in gap `gap`.
     pub(super) fn limit(&self, gap: usize) -> u16 {
         self.limits.get(gap).copied().unwrap_or(0)
     }
 
-    /// Draws them.
+    /// Draws all lines.
     pub(super) fn draw(&self, view: GraphView<'_>, area: Rect, buf: &mut Buffer) {
         for wire in &self.wires {
             wire.draw(view.topic(wire.topic), view.theme, area, buf);
@@ -95,7 +95,7 @@ impl Wire {
         }
     }
 
-    /// Finds how far each cell is from the nearest publisher.
+    /// Finds the distance of each cell from the nearest publisher.
     fn measure(&mut self) {
         for piece in self.pieces.values_mut() {
             piece.far = u64::MAX;
@@ -127,8 +127,8 @@ impl Wire {
         let mut set = |(y, x): (u16, u16), glyph: &str, style: Style| {
             let at = Position::new(area.x.saturating_add(x), area.y.saturating_add(y));
             if let Some(cell) = buf.cell_mut(at).filter(|_| area.contains(at)) {
-                // Where lines cross, the one that goes up and down is in front,
-                // so that a crossing does not look like a joint.
+                // Where lines cross, the vertical one is in front, so that a crossing
+                // does not look like a joint.
                 let below = cell.symbol() == upright(theme) && glyph == level(theme);
                 if !below {
                     cell.set_symbol(glyph).set_style(style);
@@ -156,9 +156,9 @@ impl Wire {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mark {
     UnderWay,
-    /// On the link.
+    /// Lost on the link.
     Lost,
-    /// Out of the queue, unread.
+    /// Dropped from the queue, unread.
     Dropped,
 }
 
@@ -174,10 +174,10 @@ impl Mark {
 
 /// The messages on one line.
 enum Marks<'a> {
-    /// As many as are published, evenly spread; the recent shares of lost and dropped
-    /// ones are so on all of their way.
+    /// Evenly spread over the line, at the publishing rate; the recent shares of lost and
+    /// dropped messages appear over its whole length.
     Stream(&'a TopicData),
-    /// Where each is, by distance from the publisher.
+    /// One position per message, by distance from the publisher.
     Transit(BTreeMap<u64, Mark>),
 }
 
@@ -197,7 +197,7 @@ impl<'a> Marks<'a> {
         Self::Transit(marks.collect())
     }
 
-    /// The message that is so `far` from the publisher.
+    /// The message at distance `far` from the publisher.
     fn at(&self, far: u64) -> Option<Mark> {
         let topic = match self {
             Self::Transit(marks) => return marks.get(&far).copied(),
@@ -219,7 +219,7 @@ impl<'a> Marks<'a> {
     }
 }
 
-/// The glyph of a level line.
+/// The glyph of a horizontal line.
 pub(super) fn level(theme: &Theme) -> &'static str {
     theme.glyph("─", "-")
 }
@@ -251,20 +251,20 @@ fn joint(to: u8, theme: &Theme) -> &'static str {
     theme.glyph(glyph, "+")
 }
 
-/// One topic in one gap: the rows on which it comes in and goes out.
+/// One topic in one gap: the rows at which it enters and leaves.
 struct Passage {
     route: usize,
     from: Vec<u16>,
     to: Vec<u16>,
 }
 
-/// Knows where in each gap topics go up and down.
+/// The places of vertical lines in each gap.
 struct Router<'a> {
     frame: &'a FrameData,
     layout: &'a GraphLayout,
     /// Column of each node.
     column: Vec<Option<usize>>,
-    /// Where route number `.1` goes up or down in gap number `.0`.
+    /// Column at which route number `.1` goes up or down in gap number `.0`.
     tracks: BTreeMap<(usize, usize), u16>,
 }
 
@@ -290,7 +290,7 @@ impl<'a> Router<'a> {
         router
     }
 
-    /// Rows on which `route` comes into `gap`.
+    /// Rows at which `route` enters `gap`.
     fn from(&self, route: &Route, gap: usize) -> Vec<u16> {
         let there = route
             .publishers
@@ -299,7 +299,7 @@ impl<'a> Router<'a> {
         there.filter_map(|n| self.layout.exit(route, *n)).collect()
     }
 
-    /// Rows on which `route` leaves `gap` for its readers.
+    /// Rows at which `route` leaves `gap` for its readers.
     fn to(&self, route: &Route, gap: usize) -> Vec<u16> {
         let there = route
             .readers
@@ -326,8 +326,8 @@ impl<'a> Router<'a> {
         passages.filter(bent).collect()
     }
 
-    /// Column of track number `place` of `count`: close to the readers, so that
-    /// there is room to write before it.
+    /// Column of track number `place` of `count`: close to the readers, with room for
+    /// text before it.
     fn track(&self, gap: usize, place: usize, count: usize) -> u16 {
         let [start, end] = self.layout.gaps[gap];
         let room = usize::from(end - start);
@@ -337,8 +337,7 @@ impl<'a> Router<'a> {
         end.saturating_sub(pane::clamp(back)).max(start)
     }
 
-    /// The first column of `gap` on which something goes up or down, or its
-    /// end.
+    /// The first column of `gap` with a vertical line, or the end of the gap.
     fn limit(&self, gap: usize) -> u16 {
         let tracks = self.tracks.range((gap, 0)..(gap + 1, 0)).map(|(_, x)| *x);
         tracks.min().unwrap_or(self.layout.gaps[gap][1])
@@ -386,7 +385,7 @@ impl<'a> Router<'a> {
         wire
     }
 
-    /// Whether a line out of the frame would lie on top of another one.
+    /// Whether a line out of the frame would overlap another one.
     fn taken(&self, route: &Route, gap: usize, row: u16) -> bool {
         let others = self
             .layout
@@ -416,8 +415,8 @@ impl<'a> Router<'a> {
     }
 }
 
-/// The routes of `passages` from left to right: what comes in on a row has to
-/// turn away before another one goes out on the same row.
+/// The routes of `passages` from left to right: a route that enters on a row has to turn
+/// before another one leaves on the same row.
 fn in_order(mut passages: Vec<Passage>) -> Vec<usize> {
     let mut order = Vec::new();
     while !passages.is_empty() {
@@ -426,7 +425,7 @@ fn in_order(mut passages: Vec<Passage>) -> Vec<usize> {
             let mut others = passages.iter().enumerate().filter(|(m, _)| m != n);
             !others.any(|(_, other)| other.from.iter().any(|row| out.contains(row)))
         });
-        // In a circle lines overlap for a few cells.
+        // In a cycle lines overlap for a few cells.
         order.push(passages.remove(first.unwrap_or(0)).route);
     }
     order
