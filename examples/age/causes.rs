@@ -1,4 +1,4 @@
-//! What makes an action old, and the sweep of each.
+//! Causes of age, and the sweep of each.
 
 use std::{error::Error, sync::Arc};
 
@@ -11,18 +11,17 @@ use ratelab::{
     system::WorldKind,
 };
 
-/// What makes an action old: a name, knobs that stay, and knobs with the values that
-/// they go through.
+/// A cause of age: a name, fixed knobs, and knobs with a list of values.
 pub struct Cause {
-    /// In words.
+    /// The name.
     pub name: &'static str,
-    /// Knobs that stay.
+    /// Fixed knobs.
     pub fixed: &'static [&'static str],
-    /// Knobs, and their values.
+    /// Knobs with their values.
     pub axes: &'static [(&'static str, &'static [&'static str])],
 }
 
-/// All that are measured.
+/// All measured causes.
 pub const CAUSES: [Cause; 10] = [
     Cause {
         name: "control rate and delay of `/action`",
@@ -179,7 +178,7 @@ pub const CAUSES: [Cause; 10] = [
     },
 ];
 
-/// Ten seconds in a world that does not wait, the actuator so fast that it adds nothing.
+/// Ten seconds in a world that does not wait, with an actuator fast enough to add no age.
 pub fn base(policy: &str) -> Result<Config, Box<dyn Error>> {
     let config = CartPole::config(&format!("policy {policy}, rate actuator 500"))?;
     Ok(Config {
@@ -188,7 +187,7 @@ pub fn base(policy: &str) -> Result<Config, Box<dyn Error>> {
     })
 }
 
-/// The runs in which `cause` makes actions old, each with so many starts.
+/// The runs in which `cause` makes actions old, each with `seeds` seeds.
 pub fn sweep(
     system: &Arc<CartPole>,
     base: &Config,

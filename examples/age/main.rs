@@ -1,5 +1,5 @@
-//! One law, measured: the mean push age decides whether the pole stands, whatever made
-//! it old. Prints the tables of `docs/age.md`, from thousands of runs, in minutes.
+//! One law, measured: the mean push age decides whether the pole stays up, for any cause
+//! of the age. Prints the tables of `docs/age.md`, from thousands of runs, in minutes.
 
 mod causes;
 
@@ -20,7 +20,7 @@ const POLICIES: [&str; 4] = [
     "policies/patient.safetensors",
 ];
 
-/// Starts of each configuration.
+/// Number of seeds per configuration.
 const SEEDS: u64 = 6;
 
 /// The runs of one policy, by cause.
@@ -50,7 +50,7 @@ impl Measured {
         ByAge::of(self.causes.iter().flatten())
     }
 
-    /// The same by the mean age of the whole run.
+    /// The same, by the mean age over the whole run.
     fn by_run(&self) -> ByAge {
         let runs = self.causes.iter().flatten();
         let ages = runs.filter_map(|run| Some((run.push_age?.run_s, !run.verdict.is_lost())));
@@ -67,10 +67,10 @@ fn ms(seconds: Option<f64>) -> String {
     seconds.map_or("-".to_owned(), |seconds| format!("{:.0}", seconds * 1e3))
 }
 
-/// How far from the limit a run has to be to be judged for sure (s).
+/// Minimum distance of a run from the limit for a certain verdict (s).
 const NEAR_S: f64 = 0.01;
 
-/// How many runs of an age between two were held, of how many.
+/// Number of runs held within a range of ages, and number of all runs there.
 fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
     let (mut runs, mut held) = (0, 0);
     let ages = by_age
@@ -83,7 +83,7 @@ fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
     format!("{held} of {runs}")
 }
 
-/// The two limits of each policy (ms), and how well the second parts all runs.
+/// The two limits of each policy (ms), and the separation of all runs by the second one.
 fn limits(measured: &[Measured]) {
     println!(
         "| policy | deviations grow from | it falls from | stand, more than 10 ms below | within \
@@ -111,8 +111,8 @@ fn limits(measured: &[Measured]) {
     }
 }
 
-/// For each cause the limit that it has of its own (ms), and how many of its runs are
-/// on the wrong side of the limit for all causes.
+/// For each cause its own limit (ms), and the number of its runs on the wrong side of the
+/// common limit.
 fn causes(measured: &[Measured]) {
     let names: Vec<_> = measured.iter().map(Measured::name).collect();
     println!("| what makes it old | {} |", names.join(" | "));

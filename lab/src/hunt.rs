@@ -1,4 +1,4 @@
-//! The outcome of a hunt in words, and as a file of knobs.
+//! The outcome of a hunt, as text and as a file of knobs.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::{names::good, report::line};
 
-/// What was allowed to go wrong.
+/// A description of the budget.
 pub fn budget(budget: &Budget) -> String {
     let topic = &budget.topic;
     let mut parts = Vec::new();
@@ -33,7 +33,7 @@ pub fn budget(budget: &Budget) -> String {
     format!("at most {}", listed(&parts))
 }
 
-/// What was found, in lines: the verdict, the faults, and what was proven.
+/// The outcome in lines: the verdict, the faults, and the evidence.
 pub fn lines(system: &dyn System, found: &Found) -> Vec<String> {
     let mut lines = vec![line("verdict", &found.verdict.to_string())];
     let knobs = KnobText(system.aliases()).lines(&found.knobs);
@@ -43,7 +43,7 @@ pub fn lines(system: &dyn System, found: &Found) -> Vec<String> {
     lines
 }
 
-/// One sentence of what was proven, or two.
+/// The evidence, in one or two sentences.
 pub fn proven(system: &dyn System, found: &Found) -> String {
     let good = good(system);
     let proof = match found.proof {
@@ -66,7 +66,7 @@ pub fn proven(system: &dyn System, found: &Found) -> String {
     format!("{} is enough; {proof}", faults(&found.knobs))
 }
 
-/// The faults as the beginning of a sentence.
+/// The faults, as the beginning of a sentence.
 fn faults(knobs: &[TimedKnob]) -> String {
     let (mut lost, mut late, mut others) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     for TimedKnob { at, knob } in knobs {
@@ -98,7 +98,7 @@ fn hang(at: Time, node: &str, ms: u128) -> String {
     format!("a tick of {node} at {at} that takes {ms} ms")
 }
 
-/// Numbers, three or more in a row by their ends.
+/// Numbers as text, with three or more in a row as a range.
 fn ranges(numbers: &[u64]) -> Vec<String> {
     let rows = numbers.chunk_by(|one, next| one + 1 == *next);
     let texts = rows.flat_map(|row| match row {
@@ -108,7 +108,7 @@ fn ranges(numbers: &[u64]) -> Vec<String> {
     texts.collect()
 }
 
-/// `parts` with commas, and the last with an "and".
+/// `parts` joined by commas, and an "and" before the last.
 fn listed(parts: &[String]) -> String {
     match parts {
         [first @ .., before, last] => {
@@ -119,14 +119,14 @@ fn listed(parts: &[String]) -> String {
     }
 }
 
-/// A file of knobs: the faults, after what was turned in the run anyway.
+/// A file of knobs: the faults, after the other knobs turned in the run.
 pub fn file(system: &dyn System, found: &Found, knobs: &[TimedKnob]) -> String {
     let lines = KnobText(system.aliases()).lines(knobs);
     let comment = proven(system, found);
     format!("# {comment}\n{}\n", lines.join("\n"))
 }
 
-/// The same for programs.
+/// The same as JSON.
 pub fn json(system: &dyn System, found: &Found) -> Value {
     let proof = match found.proof {
         Proof::EverySmaller(_) => "every_smaller",

@@ -10,7 +10,7 @@ use crate::{
     program,
 };
 
-/// Refuses with `why` if there is no terminal; `instead` is a command to try.
+/// Returns the error `why` if there is no terminal; `instead` is a command to try.
 pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
     if dashboard::terminal_is_there() {
         return Ok(());
@@ -19,7 +19,7 @@ pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
     Err(Error::BadInput(format!("{why}: try {program} {instead}")))
 }
 
-/// How a dashboard is drawn.
+/// Display options of a dashboard.
 pub fn screen(args: &ScreenArgs) -> Options {
     Options {
         fps: args.fps,

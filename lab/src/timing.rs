@@ -16,8 +16,8 @@ pub fn is_of_time(knob: &Knob) -> bool {
     )
 }
 
-/// Whether the effect of `knob` depends on the world: a cost, a link or a fault does less
-/// where the world waits.
+/// Whether the effect of `knob` depends on the world: a cost, a link or a fault has less
+/// effect in a world that waits.
 pub fn depends_on_the_world(knob: &Knob) -> bool {
     !matches!(
         knob.kind(),
@@ -30,15 +30,15 @@ pub fn is_timed(summary: &Summary, node: &str) -> bool {
     knobs(summary).any(|knob| is_of_time(&knob) && knob.target() == node)
 }
 
-/// The knobs that were turned before a run and while it went.
+/// The knobs turned before and during a run.
 fn knobs(summary: &Summary) -> impl Iterator<Item = Knob> {
     let before = summary.config.setup.iter().cloned();
     let turned = summary.knobs().into_iter().map(|timed| timed.knob);
     before.chain(turned)
 }
 
-/// A description of a run's world, if it moves by itself or if a knob was turned whose
-/// effect depends on it.
+/// A description of a run's world, if it moves by itself or if a turned knob depends on
+/// it.
 pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
     match summary.config.world {
         WorldKind::Own { step_ms } => Some(format!(

@@ -1,4 +1,4 @@
-//! `ratelab hunt`: the least that has to go wrong for a run to be lost.
+//! `ratelab hunt`: a shortest list of faults that loses a run.
 
 use std::{fs, path::Path, sync::atomic::Ordering};
 
@@ -24,14 +24,14 @@ use crate::{
     signals,
 };
 
-/// What an ordinary run is.
+/// Defaults of the run.
 const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Virtual,
     end: Time::from_nanos(10_000_000_000),
     speed: Speed::Unlimited,
 };
 
-/// Hunts, prints and writes what was found. Ctrl-C keeps the best so far.
+/// Runs the hunt; prints and writes its outcome. Ctrl-C keeps the best list so far.
 pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     if args.graph.clock == Some(ClockArg::Real) {
         let why = "a hunt runs on the virtual clock: leave --clock real out";
@@ -77,7 +77,7 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
     })
 }
 
-/// The last topic that a node reads, in the order in which nodes were added.
+/// The last topic read by a node, in the order in which nodes were added.
 fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
     let experiment = Experiment::new(program.system.clone(), config)?;
     let topics = experiment.observer().snapshot().topics;
@@ -90,7 +90,7 @@ fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
         .map_or_else(String::new, |topic| topic.name.to_string()))
 }
 
-/// A hunt is long: it is not to be in vain, and to overwrite nothing.
+/// Refuses an existing file before the hunt, which takes long and must not overwrite it.
 fn refuse_existing(option: &str, path: Option<&Path>) -> Result<(), Error> {
     match path {
         Some(path) if path.exists() => Err(Error::BadInput(format!(
@@ -120,7 +120,7 @@ fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) ->
     print_line(&line("found", &text))
 }
 
-/// Writes the files that were asked for.
+/// Writes the requested files.
 fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> Result<(), Error> {
     if let Some(path) = &args.save {
         let text = hunt::file(&*program.system, found, &config.knobs);

@@ -15,14 +15,14 @@ use crate::{
     screen::theme,
 };
 
-/// A run for a picture can be had again to the bit.
+/// Defaults of the run: on the virtual clock, the same picture bit for bit.
 const DEFAULTS: Defaults = Defaults {
     clock: ClockKind::Virtual,
     end: Time::from_nanos(10_000_000_000),
     speed: Speed::Unlimited,
 };
 
-/// Draws a recording, or a run, and writes the picture.
+/// Draws a recording or a run, and writes the picture.
 pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let theme = theme(args.ascii, Some(args.theme));
     let output =
@@ -55,7 +55,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     output(&picture, None)
 }
 
-/// Refuses options of a run beside a recording, whose run is what it was.
+/// Refuses options of a run beside a recording, whose run is given.
 fn refuse_options(args: &PictureArgs) -> Result<(), Error> {
     let graph = &args.graph;
     let given = !graph.system.given.is_empty()

@@ -9,7 +9,7 @@ use crate::{
     trace::trace as encoded,
 };
 
-/// Writes a recording as a trace; what is good of it, if it is damaged.
+/// Writes a recording as a trace; the intact part of a damaged one.
 pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let recording = Recording::read(&args.file)?;
     let path = args.output.clone();

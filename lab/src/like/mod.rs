@@ -1,5 +1,5 @@
-//! A run on the real clock as a model of its machine: what its nodes took and how late
-//! they were, drawn again in virtual time.
+//! A model of the machine of a real-clock run: the measured tick durations and lateness
+//! of its nodes, drawn again in virtual time.
 
 mod table;
 
@@ -22,24 +22,24 @@ use crate::{
 
 pub use table::{json, text};
 
-/// What is measured of each node.
+/// The measurements of each node.
 const MEASURED: [KnobKind; 2] = [KnobKind::Takes, KnobKind::Wakes];
 
 /// A recorded run on the real clock.
 pub struct Like {
     /// The recording.
     pub file: PathBuf,
-    /// The same run in virtual time, by what was measured.
+    /// The same run in virtual time, with the measured timing.
     pub config: Config,
-    /// What was recorded.
+    /// The summary of the recorded run.
     pub recorded: Summary,
 }
 
 /// Reads the recording at `file`.
 ///
 /// # Errors
-/// [`Error::BadInput`] if it is not a whole one of the program's system on the real
-/// clock.
+/// [`Error::BadInput`] unless it is a complete recording of the program's system on the
+/// real clock.
 pub fn read(program: &Program, file: &Path) -> Result<Like, Error> {
     let refused = |why: String| Error::BadInput(format!("--like {}: {why}", file.display()));
     let recording = Recording::read(file)?;
@@ -100,7 +100,7 @@ fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, Str
     Ok(config)
 }
 
-/// When the run was to end: as it was asked for, or where it was stopped.
+/// The end of the run: as configured, or where it was stopped.
 fn end(system: &Arc<dyn System>, recording: &Recording) -> Time {
     let given = recording.origin.config.end;
     match recording.outcome.as_ref().map(|outcome| &outcome.end) {
@@ -116,16 +116,15 @@ fn end(system: &Arc<dyn System>, recording: &Recording) -> Time {
     }
 }
 
-/// Whether ticks of `node` were asked to take another time on the way: what was
-/// measured is then of several costs, and what was asked for holds.
+/// Whether the cost of `node` was changed during the run: the measurements then mix
+/// several costs, and the configured ones are used.
 fn is_costed_on_the_way(knobs: &[TimedKnob], node: &str) -> bool {
     let mut knobs = knobs.iter().map(|timed| &timed.knob);
     let kinds = [KnobKind::Takes, KnobKind::Hang];
     knobs.any(|knob| kinds.contains(&knob.kind()) && knob.target() == node)
 }
 
-/// The knob of this `kind` by which `node` does as it was measured to do; `None` if
-/// nothing was measured.
+/// The knob of this `kind` with the measurements of `node`; `None` without measurements.
 fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<Knob>, String> {
     let durations = durations(recording, kind, node);
     if durations.is_empty() {
@@ -141,7 +140,7 @@ fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<
     Ok(Some(knob))
 }
 
-/// Whether the graph takes `knob`: a world that moves by itself does not.
+/// Whether the graph accepts `knob`: a world that moves by itself refuses some.
 fn is_taken(system: &Arc<dyn System>, config: &Config, knob: &Knob) -> bool {
     let config = Config {
         setup: config.setup.clone().with(knob.clone()),

@@ -1,4 +1,4 @@
-//! The recorded run beside its model: how far one is from the other.
+//! A comparison of the recorded run with its model.
 
 use ratelab::{experiment::Summary, runtime::telemetry::Distribution, system::System};
 use serde_json::{Map, Value, json};
@@ -9,7 +9,7 @@ use crate::{
     report::{line, ms},
 };
 
-/// Quantiles that are compared.
+/// The compared quantiles.
 const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)];
 
 /// One figure of both runs.
@@ -18,7 +18,7 @@ struct Row {
     cells: [String; 2],
 }
 
-/// The table: a line for each figure.
+/// The table, with one line per figure.
 pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
     let rows = rows(system, [&like.recorded, model]);
     let head = Row {
@@ -76,7 +76,7 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
     rows
 }
 
-/// The same for programs.
+/// The same as JSON.
 pub fn json(like: &Like, model: &Summary) -> Value {
     json!({
         "file": like.file.display().to_string(),

@@ -1,4 +1,4 @@
-//! A sweep by mean push age, whatever its axes were.
+//! A sweep by mean push age, for any axes.
 
 use ratelab::experiment::sweep::{ByAge, Swept};
 use serde_json::{Value, json};
@@ -6,29 +6,29 @@ use serde_json::{Value, json};
 use super::{summary::SweepSummary, survival_level::SurvivalLevel};
 use crate::{dashboard::view::theme::Theme, metrics::rounded, names::key, report::line};
 
-/// Widths of bins to choose from (ms).
+/// Bin widths to choose from (ms).
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];
 
-/// The most bins, where a width gives as few.
+/// Maximum number of bins, if a width allows it.
 const MOST_BINS: usize = 20;
 
-/// The columns of a bar.
+/// Width of a bar (columns).
 const BAR: usize = 24;
 
-/// What is counted.
+/// The quantity.
 const AGE: &str = "mean push age in the last second of a run; of one that was lost, before it was";
 
-/// The survival of a sweep over age.
+/// The survival of a sweep, by age.
 pub struct AgeTable {
     by_age: ByAge,
     width_s: f64,
     good: String,
-    /// Runs that never pushed.
+    /// Number of runs without a push.
     without: usize,
 }
 
 impl AgeTable {
-    /// Of what was swept.
+    /// The table for the runs of `swept`.
     pub fn of(swept: &Swept, summary: &SweepSummary) -> Self {
         let by_age = ByAge::of(swept.finished().map(|(_, result)| result));
         let fits = |width: &f64| by_age.bins(width / 1e3).len() <= MOST_BINS;
@@ -41,7 +41,7 @@ impl AgeTable {
         }
     }
 
-    /// A line for each bin, and what it all says.
+    /// A line for each bin, and a conclusion.
     pub fn lines(&self, theme: &Theme) -> Vec<String> {
         if self.by_age.is_empty() {
             return vec![line("age", "no run pushed: there is no age to count by")];
@@ -90,7 +90,7 @@ impl AgeTable {
         }
     }
 
-    /// The same for programs.
+    /// The same as JSON.
     pub fn json(&self) -> Value {
         let ms = |seconds: f64| rounded(seconds * 1e3);
         let bins = self.by_age.bins(self.width_s).into_iter().map(|bin| {

@@ -8,26 +8,26 @@ use ratelab::{
 
 use crate::error::Error;
 
-/// What theory says of the runs of a row.
+/// The prediction of theory for the runs of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowTheory {
-    /// The growth of a small deviation (1/s), or of the root of its mean square where
-    /// messages are lost at random; `None` where there is no answer.
+    /// The rate at which a small deviation grows (1/s), or its root mean square with
+    /// random loss of messages; `None` without an answer.
     pub growth: Option<f64>,
-    /// Where delays change at random: whether deviations shrink whatever their pattern.
+    /// With random delays: whether deviations shrink for any pattern.
     pub sure: Option<bool>,
 }
 
-/// The growth of a small deviation (1/s) by rates; `None` where the hyper-period is too
+/// Growth rates of a small deviation (1/s), by rates; `None` if the hyper-period is too
 /// long.
 #[derive(Default)]
 pub struct Theory(Vec<((Setup, WorldKind), RowTheory)>);
 
 impl Theory {
-    /// What it says of the run that `config` is.
+    /// The prediction for the run of `config`.
     ///
     /// # Errors
-    /// [`Error::Theory`] if there is no answer where there should be one.
+    /// [`Error::Theory`] if an expected answer is missing.
     pub fn of(&mut self, config: &Config) -> Result<RowTheory, Error> {
         let key = (config.setup.clone(), config.world);
         if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
@@ -52,26 +52,26 @@ impl Theory {
     }
 }
 
-/// An edge between two rows that theory draws.
+/// An edge between two rows, by theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// Small deviations grow on one side of it.
+    /// Small deviations grow on one side.
     Grows,
-    /// On one side of it no pattern of delays makes them grow.
+    /// On one side, small deviations shrink for any pattern of delays.
     Sure,
 }
 
 impl Edge {
-    /// All there are.
+    /// All edges.
     pub const ALL: [Self; 2] = [Self::Grows, Self::Sure];
 
-    /// The edge between two rows that follow each other, if there is one.
+    /// The edge between two adjacent rows, if there is one.
     pub fn between(one: RowTheory, next: RowTheory) -> Option<Self> {
         let grows = |row: RowTheory| row.growth.map(|growth| growth >= 0.0);
         let differ = |one: Option<bool>, next: Option<bool>| {
             one.zip(next).is_some_and(|(one, next)| one != next)
         };
-        // A delay that does not change is as sure as it is stable.
+        // For a constant delay, stable means stable for any pattern.
         let sure = |row: RowTheory| row.sure.or(grows(row).map(|grows| !grows));
         match () {
             () if differ(grows(one), grows(next)) => Some(Self::Grows),
@@ -80,7 +80,7 @@ impl Edge {
         }
     }
 
-    /// What it means, and where that ends.
+    /// The meaning of the edge.
     pub fn text(self) -> &'static str {
         match self {
             Self::Grows => {

@@ -1,4 +1,4 @@
-//! Going through the messages of the first alias that has some to choose from.
+//! The choices of messages, for the first alias of a message with a list of values.
 
 use std::{fs, path::Path};
 
@@ -11,14 +11,14 @@ use ratelab::{
 use super::App;
 use crate::{dashboard::presets::Direction, names::first_alias};
 
-/// The folder that is searched for files.
+/// The folder for files of policies.
 const FOLDER: &str = "policies";
 
-/// Kinds of files that policies come in.
+/// Extensions of files of policies.
 const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
 
-/// What there is to choose from: what the alias lists, what `config` names, and the
-/// files in [`FOLDER`] below the current folder, if it takes files.
+/// The choices: the values of the alias, the one in `config`, and the files in [`FOLDER`]
+/// below the current folder, if the alias accepts files.
 pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     let Some((node, listed)) = sent(system) else {
         return Vec::new();
@@ -50,14 +50,14 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     choices
 }
 
-/// The node that the first alias of a message is of, and the values that it lists.
+/// The node of the first alias of a message, and the values of the alias.
 fn sent(system: &dyn System) -> Option<(&'static str, &'static [&'static str])> {
     let alias = first_alias(system, KnobKind::Send)?;
     let (_, node) = alias.knobs.first()?;
     Some((node, alias.choices))
 }
 
-/// The files of policies in `folder`, if there is such a folder.
+/// The files of policies in `folder`, if the folder exists.
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
@@ -77,7 +77,7 @@ fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
     path.unwrap_or(text).to_owned()
 }
 
-/// `setup` with its files as they are now.
+/// `setup` with the current content of its files.
 pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
     let knobs = setup.iter().map(|knob| match knob {
         Knob::Send { node, text } => Knob::Send {
@@ -90,7 +90,7 @@ pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
 }
 
 impl App {
-    /// Sends the neighbouring message, with its file as it is now.
+    /// Sends the neighbouring message, with the current content of its file.
     pub(super) fn choose(&mut self, direction: Direction) {
         let system = &*self.setup.system;
         let alias = first_alias(system, KnobKind::Send);

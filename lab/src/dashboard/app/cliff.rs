@@ -8,13 +8,13 @@ use super::App;
 use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
 
 impl App {
-    /// Opens the map of the session's conditions; one that was made is kept.
+    /// Opens the map for the session's conditions; a previous map is kept.
     pub(super) fn open_map(&mut self) {
         self.mapping = true;
         self.follow_conditions();
     }
 
-    /// Begins a new map where the conditions are no longer those of the old one.
+    /// Starts a new map if the conditions have changed.
     fn follow_conditions(&mut self) {
         let (config, focus, axes) = (self.wanted(), &self.knob_focus, self.map_axes);
         if self
@@ -30,7 +30,7 @@ impl App {
         }
     }
 
-    /// Takes in new runs of the map; returns whether there are any.
+    /// Adds finished runs to the map; returns whether there are any.
     pub(super) fn follow_map(&mut self) -> bool {
         if self.mapping {
             self.follow_conditions();

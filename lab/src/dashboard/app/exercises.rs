@@ -12,11 +12,11 @@ use crate::{
     recording::StopReason,
 };
 
-/// Speed of a rescue by hand: time to think.
+/// Speed of a rescue by hand: slow enough to think.
 const BY_HAND: f64 = 0.2;
 
 impl App {
-    /// Opens the list, or judges the rescue that is being tried.
+    /// Opens the list, or judges the current rescue.
     pub(super) fn open_exercises(&mut self) {
         if !self.setup.course {
             return self.notify("there are no exercises for this system");
@@ -31,7 +31,7 @@ impl App {
         });
     }
 
-    /// Whether it was broken and brought back, so that a rescue can be judged.
+    /// Whether the system was broken and then restored, so that the rescue can be judged.
     fn may_be_rescued(&self) -> bool {
         let rates = self.events.iter().filter_map(Event::knob);
         let rates = rates.filter_map(|timed| match timed.knob {
@@ -43,7 +43,7 @@ impl App {
         rates.last().is_some_and(|last| *last > slowest)
     }
 
-    /// The verdict on the rescue that was recorded; `None` if there is none.
+    /// The verdict on the recorded rescue; `None` if there is none.
     fn judged(&mut self) -> Option<ExercisePanel> {
         if !std::mem::take(&mut self.by_hand) {
             return None;
@@ -58,7 +58,7 @@ impl App {
         Some(ExercisePanel::judging(&recorded.path))
     }
 
-    /// Gives a key to the exercises.
+    /// Sends a key to the exercises.
     pub(super) fn panel_key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         let action = self.panel.as_mut().map(|panel| panel.key(key));
         match action {
@@ -74,7 +74,7 @@ impl App {
         }
     }
 
-    /// Starts the usual session in slow motion, recorded.
+    /// Starts the usual session in slow motion, with a recording.
     fn try_by_hand(&mut self) -> Result<(), LabError> {
         let by_hand = Config {
             speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),

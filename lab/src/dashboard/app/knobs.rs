@@ -1,4 +1,4 @@
-//! Turning knobs: by the preset, by an exact value, and as the timed ones do.
+//! Knobs: by presets, by exact values, and by timed knobs.
 
 use std::fmt::Display;
 
@@ -26,7 +26,7 @@ impl App {
         self.turn_rate_of(&self.knob_focus.node.clone(), direction);
     }
 
-    /// Turns the rate that the second alias of one is of.
+    /// Turns the rate of the second alias of a rate.
     pub(super) fn turn_second_rate(&mut self, direction: Direction) {
         match self.second_node() {
             Some(node) => self.turn_rate_of(node, direction),
@@ -55,7 +55,7 @@ impl App {
         self.turn_to_preset(KnobKind::Rate, &nodes, current, direction, hz);
     }
 
-    /// Turns the depths of the topics in focus, all to one value.
+    /// Turns the depths of the focused topics, all to the same value.
     pub(super) fn turn_depth(&mut self, direction: Direction) {
         let topics = self.knob_focus.topics.clone();
         let Some(first) = topics.first() else {
@@ -70,20 +70,20 @@ impl App {
         self.turn_to_preset(KnobKind::Depth, &topics, current, direction, depth);
     }
 
-    /// Turns the delays of the topics in focus.
+    /// Turns the delays of the focused topics.
     pub(super) fn turn_delay(&mut self, direction: Direction) {
         self.turn_link("delay", &presets::DELAYS, direction, |link| link.delay_ms());
     }
 
-    /// Turns the losses of the topics in focus.
+    /// Turns the losses of the focused topics.
     pub(super) fn turn_loss(&mut self, direction: Direction) {
         self.turn_link("loss", &presets::LOSSES, direction, |link| {
             Some(link.loss())
         });
     }
 
-    /// Turns the part called `part` of the links of the topics in focus, all to the
-    /// preset next to the `current` value of the first.
+    /// Turns the part called `part` of the links of the focused topics, all to the preset
+    /// next to the `current` value of the first.
     fn turn_link(
         &mut self,
         part: &str,
@@ -167,7 +167,7 @@ impl App {
         }
     }
 
-    /// The setting of now of a rate or a depth that `knob` is going to change.
+    /// The current setting of the rate or depth that `knob` changes.
     fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
         let graph = self.graph();
         let value = match knob.kind() {
@@ -178,7 +178,7 @@ impl App {
         knob.kind().set(knob.target(), &value).ok()
     }
 
-    /// Whether `knob` is turned to its value already.
+    /// Whether `knob` already has its value.
     fn is_at(&self, knob: &Knob) -> bool {
         self.knobs.wanted().iter().any(|turned| turned == knob)
     }
@@ -192,17 +192,17 @@ impl App {
         self.notify(format!("{what} is at its {end}, {value}"));
     }
 
-    /// Turns knobs, or prints why that cannot be.
+    /// Turns knobs, or prints the reason why this is impossible.
     pub(super) fn turn(&mut self, knobs: Vec<Knob>) {
         if let Err(reason) = self.try_to_turn(knobs) {
             self.notify(reason);
         }
     }
 
-    /// Turns knobs of the running graph; the next session starts with them.
+    /// Turns knobs of the running graph; they also apply to the next session.
     ///
     /// # Errors
-    /// The allowed values, if one of them is not allowed; none is turned then.
+    /// The accepted values, if one knob is invalid; no knob is turned then.
     fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
         let knobs = knobs.into_iter().map(|knob| self.checked(knob));
         let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
@@ -219,7 +219,7 @@ impl App {
     fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
         let mut next = self.wanted();
         next.setup.extend(knobs.iter().cloned());
-        // No graph runs that could refuse them.
+        // No graph is running that could refuse them.
         let built = Experiment::new(self.setup.system.clone(), &next);
         built.map_err(|error| error.to_string())?;
         let turned = listed(self.system(), &knobs);
@@ -230,7 +230,7 @@ impl App {
         Ok(())
     }
 
-    /// `knob` as it can be sent to the graph.
+    /// `knob` in a form the graph accepts.
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
         let graph = self.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
@@ -254,7 +254,7 @@ impl App {
         }
     }
 
-    /// Keeps up with what happened.
+    /// Processes new events.
     pub(super) fn follow_events(&mut self) {
         for event in self.session.observer().events(self.events.len()) {
             self.follow(&event);
@@ -262,7 +262,7 @@ impl App {
         }
     }
 
-    /// Follows what the graph did with a knob.
+    /// Updates the state after the graph has turned a knob.
     pub(super) fn follow(&mut self, event: &Event) {
         if let Some(refusal) = self.knobs.follow(event) {
             self.notify(refusal);
@@ -274,7 +274,7 @@ impl App {
         self.typing = true;
     }
 
-    /// Types into the prompt; Enter turns the knob that was typed.
+    /// Adds a key to the prompt; Enter turns the typed knob.
     pub(super) fn type_key(&mut self, key: &KeyEvent) {
         let mut prompt = std::mem::take(&mut self.prompt);
         let typed = self.with_vocabulary(|words| prompt.key(key, words));
@@ -303,7 +303,8 @@ impl App {
     }
 }
 
-/// A session's own timed knobs are done once; they do not start again with it.
+/// `config` without timed knobs: those of a session are turned once, not again at the
+/// next start.
 pub(super) fn without_knobs(config: Config) -> Config {
     Config {
         knobs: Vec::new(),

@@ -1,4 +1,4 @@
-//! The state of the dashboard, and what the keys do to it.
+//! The state of the dashboard, and the effects of keys on it.
 
 mod choices;
 mod cliff;
@@ -48,70 +48,69 @@ use crate::{
     timing::own_world,
 };
 
-/// The dashboard: one session at a time, what was seen of it, and where the
-/// person looks.
+/// The dashboard: one session at a time, with its history and the position of the user in
+/// it.
 pub struct App {
-    /// The settings of the next session, but for its knobs.
+    /// The settings of the next session, without its knobs.
     config: Config,
-    /// The knobs that were turned, and are those of the next session.
+    /// The knobs turned so far, for the next session too.
     knobs: Knobs,
-    /// The node and the topics whose knobs keys turn.
+    /// The node and the topics of the knob keys.
     knob_focus: KnobFocus,
-    /// The world of its own that the system has, if it has one.
+    /// The system's own world, if it has one.
     own_world: Option<WorldKind>,
-    /// The choices of p and P.
+    /// The choices of the keys p and P.
     choices: Vec<String>,
-    /// Whether the person wants run time to stand still; the clock may not have
-    /// heard of it yet.
+    /// Whether the user has paused run time; the clock may follow later.
     pause: bool,
     /// The events of the session so far.
     events: Vec<Event>,
     setup: Setup,
     session: Session,
-    /// The step after the end of the session, if it is to end.
+    /// The step after the end of the session, if it is ending.
     next: Option<Next>,
-    /// Whether run time stands still because the program is to be stopped.
+    /// Whether run time is paused because the program is being suspended.
     resting: bool,
     sampler: Sampler,
     history: FrameHistory,
-    /// Where the next recording goes.
+    /// The destination of the next recording.
     destination: Destination,
-    /// Whether the person wants sessions recorded.
+    /// Whether the user wants sessions recorded.
     record: bool,
-    /// Recordings that are writing their ends.
+    /// Recordings that are being completed.
     completing: Vec<Recorder>,
-    /// Recordings that are complete.
+    /// Complete recordings.
     recorded: Vec<Recorded>,
-    /// The first that ended early.
+    /// The first recording that ended early.
     unrecorded: Option<RecordError>,
     frame: Option<Arc<FrameData>>,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
-    /// What undoes the knob that breaks the system, once it was turned.
+    /// The knobs that undo the one that breaks the system, after that was turned.
     unbroken: Vec<Knob>,
-    /// Whether the session is a rescue by hand, to be judged.
+    /// Whether the session is a rescue by hand, which will be judged.
     by_hand: bool,
-    /// The cliff map, once it was opened.
+    /// The cliff map, after it was first opened.
     map: Option<CliffMap>,
-    /// What is turned over it.
+    /// The quantities of its axes.
     map_axes: MapAxes,
-    /// Whether it is open.
+    /// Whether the map is open.
     mapping: bool,
-    /// The pane that keys of focus and zoom mean.
+    /// The focused pane.
     pub focus: Pane,
-    /// Whether the focused pane has the whole screen.
+    /// Whether the focused pane is zoomed.
     pub zoomed: bool,
-    /// Where the person looks in the timeline.
+    /// Position and zoom of the timeline.
     timeline: TimelineView,
-    /// What lies over the panes.
+    /// The overlay over the panes.
     pub overlay: Option<Overlay>,
-    /// The line in which a knob is typed.
+    /// The input line for a knob.
     prompt: Prompt,
-    /// Whether it is open.
+    /// Whether the input line is open.
     typing: bool,
-    /// The last message of the dashboard itself.
+    /// The latest notice of the dashboard.
     pub notice: Option<String>,
-    /// Whether to leave.
+    /// Whether to quit.
     pub quit: bool,
 }
 
@@ -119,7 +118,7 @@ impl App {
     /// Starts the first session.
     ///
     /// # Errors
-    /// [`LabError`] if it cannot be started.
+    /// [`LabError`] if it fails to start.
     pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
         let mut destination = setup.record.clone().unwrap_or_default();
         let record = setup.record.as_ref().map(|_| &mut destination);
@@ -161,7 +160,7 @@ impl App {
         })
     }
 
-    /// Which frame of how many is looked at; `None` live.
+    /// Number of the visible frame and number of frames; `None` live.
     pub fn looking_back(&self) -> Option<(usize, usize)> {
         self.history.position()
     }
@@ -171,12 +170,12 @@ impl App {
         self.session.summary().is_some()
     }
 
-    /// Events until `now`.
+    /// Events up to `now`.
     pub fn events(&self, now: Time) -> impl Iterator<Item = &Event> {
         self.events.iter().filter(move |event| event.at <= now)
     }
 
-    /// The settings that the person wants, which are those of the next session.
+    /// The settings wanted by the user, which apply to the next session.
     pub fn wanted(&self) -> Config {
         Config {
             setup: self.knobs.wanted(),
@@ -184,8 +183,8 @@ impl App {
         }
     }
 
-    /// Ends the session in order; returns its result and the recordings.
-    /// One that was to end and did not is not waited for any longer.
+    /// Ends the session; returns its result and the recordings. A session that failed to
+    /// end before is abandoned.
     pub fn finish(mut self) -> LabOutcome {
         let ended = match self.next {
             None => self.session.finish(),
@@ -205,9 +204,9 @@ impl App {
 pub struct LabOutcome {
     /// The result of the last session.
     pub ended: Result<SessionResult, LabError>,
-    /// Recordings that are complete.
+    /// Complete recordings.
     pub recorded: Vec<Recorded>,
-    /// The first that ended early.
+    /// The first recording that ended early.
     pub unrecorded: Option<RecordError>,
 }
 
@@ -285,7 +284,7 @@ impl Model for App {
     }
 
     fn paste(&mut self, text: &str) {
-        // A pasted line break is no Enter.
+        // A pasted line break does not count as Enter.
         let text = text.replace(char::is_control, " ");
         if self.typing {
             self.prompt.paste(&text);
@@ -356,7 +355,7 @@ impl App {
         Ok(())
     }
 
-    /// The keys of what is open, if they are to be shown.
+    /// The help page for the current mode, if it is open.
     fn help(&self) -> Option<HelpPage> {
         let scroll = self.overlay?.help()?;
         let rows = match self.mapping {
@@ -366,7 +365,7 @@ impl App {
         Some(HelpPage { rows, scroll })
     }
 
-    /// The page of text that is open: of the exercises, or of what a pane shows.
+    /// The open page of text: of the exercises, or about a pane.
     fn page(&self, frame: &FrameData) -> Option<TextPage> {
         let explained = self.overlay.and_then(Overlay::explained);
         let signal = sampler::signal(self.system()).map(|signal| signal.name);
@@ -395,7 +394,7 @@ impl App {
         }
     }
 
-    /// Whether `action` can ever do anything here.
+    /// Whether `action` has any use in this session.
     fn knows(&self, action: LabAction) -> bool {
         match action {
             LabAction::Exercises => self.setup.course,
@@ -411,7 +410,7 @@ impl App {
         self.session.system()
     }
 
-    /// The graph and its counters as they are now.
+    /// The current graph and its counters.
     fn graph(&self) -> Snapshot {
         self.session.observer().read_counters()
     }
@@ -424,7 +423,7 @@ impl App {
         self.notice = Some(notice.into());
     }
 
-    /// Looks at another push in the timeline, which gets the focus.
+    /// Selects another push in the timeline, and focuses the timeline.
     fn select_push(&mut self, later: bool) {
         if let Some(frame) = self.frame.clone() {
             self.focus = Pane::Timeline;
@@ -475,7 +474,7 @@ impl App {
     }
 }
 
-/// Whether a key is held with Ctrl or Alt: such a key types nothing.
+/// Whether a key is pressed with Ctrl or Alt, and so types nothing.
 fn is_chord(key: &KeyEvent) -> bool {
     !(key.modifiers - KeyModifiers::SHIFT).is_empty()
 }

@@ -1,4 +1,4 @@
-//! What tests see and do beside keys and screens.
+//! Access for tests, besides keys and screens.
 
 use std::path::Path;
 
@@ -11,38 +11,38 @@ use crate::{
 };
 
 impl App {
-    /// The session under way.
+    /// The current session.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Turns knobs as a key would.
+    /// Turns knobs, like a key.
     pub fn turn_to(&mut self, knobs: Vec<Knob>) {
         self.turn(knobs);
     }
 
-    /// Has the graph turn a knob, unchecked.
+    /// Turns a knob of the graph, unchecked.
     pub fn press_unchecked(&mut self, knob: Knob) {
         self.session.send(knob.clone().into());
         self.knobs.press(knob);
     }
 
-    /// What is typed, if something is.
+    /// The typed text, if the prompt is open.
     pub fn typed(&self) -> Option<&str> {
         self.typing.then(|| self.prompt.typed())
     }
 
-    /// What the prompt prints of its last entry.
+    /// The prompt's reply to its last entry.
     pub fn refusal(&self) -> Option<&str> {
         self.prompt.refusal()
     }
 
-    /// The node and the topics whose knobs keys turn.
+    /// The node and the topics of the knob keys.
     pub fn knob_focus(&self) -> &KnobFocus {
         &self.knob_focus
     }
 
-    /// Follows an event that the graph may tell.
+    /// Processes an event of the graph.
     pub fn on_event(&mut self, event: &Event) {
         self.follow(event);
     }
@@ -52,7 +52,7 @@ impl App {
         self.sampler.frame_data(&mut self.session)
     }
 
-    /// Has recordings go to `folder`.
+    /// Sends recordings to `folder`.
     pub fn record_to(&mut self, folder: &Path) {
         self.destination = Destination::new(Some(folder.to_owned()));
     }

@@ -1,10 +1,10 @@
-//! Recording sessions, on and off.
+//! Recordings of sessions, on and off.
 
 use super::App;
 use crate::recording::{Recorder, StopReason};
 
 impl App {
-    /// Begins to record, or ends it.
+    /// Starts a recording, or ends it.
     pub(super) fn toggle_recording(&mut self) {
         if self.ended() {
             self.record = !self.record;
@@ -28,7 +28,7 @@ impl App {
         }
     }
 
-    /// Sees whether recordings have ended, which takes them a moment.
+    /// Checks for ended recordings; the end takes a moment.
     pub(super) fn follow_recordings(&mut self) {
         self.completing.extend(self.session.take_recorder());
         let done = self
@@ -39,7 +39,7 @@ impl App {
         }
     }
 
-    /// Waits for all recordings of sessions that are over.
+    /// Waits for all recordings of past sessions.
     pub(super) fn finish_recordings(&mut self) {
         self.completing.extend(self.session.take_recorder());
         for recorder in std::mem::take(&mut self.completing) {
@@ -47,7 +47,7 @@ impl App {
         }
     }
 
-    /// Notes the result of a recording that was asked to end.
+    /// Stores the result of an ending recording.
     fn note_recorded(&mut self, recorder: Recorder) {
         match recorder.finish() {
             Ok(recorded) => {
@@ -62,7 +62,7 @@ impl App {
         }
     }
 
-    /// Whether a recording is made, and what of it was lost.
+    /// Number of items lost by the current recording; `None` without one.
     pub(super) fn recording(&self) -> Option<u64> {
         self.session.recorder().map(Recorder::lost)
     }

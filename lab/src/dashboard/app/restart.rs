@@ -1,4 +1,4 @@
-//! How a session ends, and what comes after it.
+//! The end of a session, and the step after it.
 
 use std::{
     thread,
@@ -19,35 +19,35 @@ use crate::{
     recording::RecordError,
 };
 
-/// Time that a key waits for the end of a session, or for a pause. After that, the
-/// dashboard waits for a busy node frame by frame.
+/// Maximum time that a key waits for the end of a session, or for a pause. After that,
+/// the dashboard waits for a busy node frame by frame.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The step after the end of a session.
 pub(super) enum Next {
-    /// The person has left.
+    /// Quit the dashboard.
     Leave,
     /// Another session.
     Session {
         prepared: Box<Prepared>,
-        /// Whether it is a rescue by hand, which is recorded to be judged.
+        /// Whether it is a rescue by hand, recorded and judged.
         by_hand: bool,
     },
 }
 
 impl App {
-    /// Ends this session, which is the last.
+    /// Ends this session and quits.
     pub(super) fn leave(&mut self) -> Result<(), LabError> {
         self.end_with(Next::Leave)
     }
 
-    /// Ends this session and starts one of `config`, with files as they are now.
-    /// If that fails, the notice gives the reason, and this one goes on.
+    /// Ends this session and starts one of `config`, with the current content of files.
+    /// If that fails, a notice gives the reason and this session continues.
     pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
         self.start(config, false)
     }
 
-    /// The same for a rescue by hand, which is recorded to be judged.
+    /// The same for a rescue by hand, recorded and judged.
     pub(super) fn restart_by_hand(&mut self, config: Config) -> Result<(), LabError> {
         self.start(config, true)
     }
@@ -76,8 +76,8 @@ impl App {
         self.follow_end(PATIENCE)
     }
 
-    /// Waits up to `patience` for the end of a session that is to end, and takes the
-    /// next step; until then a notice names the busy nodes.
+    /// Waits up to `patience` for the end of an ending session, then takes the next step;
+    /// until then a notice names the busy nodes.
     pub(super) fn follow_end(&mut self, patience: Duration) -> Result<(), LabError> {
         let Some(next) = self.next.take() else {
             return Ok(());
@@ -101,11 +101,11 @@ impl App {
         Ok(())
     }
 
-    /// Starts what was prepared, now that the session before it is over.
+    /// Starts the prepared session, after the end of the previous one.
     fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
         let sampler = self.sampler.next(&self.session);
         match self.session.finish() {
-            // The rows of a session that is followed by another are not kept.
+            // The rows of a session with a successor are discarded.
             Ok(_) | Err(LabError::Csv(_)) => {}
             Err(error) => return Err(error),
         }
@@ -125,7 +125,7 @@ impl App {
         self.timeline = TimelineView::default();
         self.events.clear();
         self.pause = false;
-        // Without its recording a rescue cannot be judged.
+        // A rescue is judged by its recording.
         self.by_hand = by_hand && self.record;
         if self.by_hand {
             self.notify(
@@ -135,7 +135,7 @@ impl App {
         Ok(())
     }
 
-    /// The session goes on without a recording; the exit code reports it as well.
+    /// Continues the session without a recording; the exit code reports it as well.
     fn unrecordable(&mut self, error: LabError) {
         self.notify(error.to_string());
         self.record = false;
@@ -144,7 +144,7 @@ impl App {
         }
     }
 
-    /// Pauses run time while the program is stopped: under either clock it would
+    /// Pauses run time while the program is suspended: under either clock it would
     /// otherwise jump ahead afterwards, and every period in between would count as an
     /// overrun.
     pub(super) fn stand_still(&mut self) {
@@ -154,7 +154,7 @@ impl App {
         self.resting = true;
         self.session.send(Command::Pause);
         let asked = Instant::now();
-        // A busy graph is stopped all the same.
+        // The program is suspended even with a busy graph.
         while !self.session.observer().status().paused && asked.elapsed() < PATIENCE {
             thread::sleep(Duration::from_millis(1));
         }

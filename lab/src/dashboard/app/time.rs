@@ -1,4 +1,4 @@
-//! How run time passes, and which moment of it is looked at.
+//! The speed of run time, and the visible moment.
 
 use ratelab::runtime::{ClockKind, Command, Speed};
 
@@ -38,7 +38,7 @@ impl App {
         }
     }
 
-    /// The clock that the person wants; the graph may be on its way to it.
+    /// The clock wanted by the user; the graph may follow later.
     pub(super) fn clock(&self) -> ClockKind {
         self.config.clock
     }
@@ -79,7 +79,7 @@ impl App {
         }
     }
 
-    /// Whether the clock has a speed to set; prints a notice if not.
+    /// Whether the clock has an adjustable speed; prints a notice if not.
     fn has_speed(&mut self) -> bool {
         let real = self.clock() == ClockKind::Real;
         if real {

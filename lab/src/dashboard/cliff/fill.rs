@@ -19,17 +19,17 @@ use ratelab::{
 /// A run and its result.
 pub type Made = (Cell, CellResult);
 
-/// A sweep on one thread, which runs where the graph and the screen leave a core
-/// idle. Ends when dropped.
+/// A sweep on one low-priority thread, for the time that graph and screen leave idle.
+/// Ends when dropped.
 pub struct Fill {
     made: Receiver<Result<Made, SweepError>>,
     stop: Arc<AtomicBool>,
 }
 
 impl Fill {
-    /// Begins to run the cells of `sweep`.
+    /// Starts the runs of `sweep`.
     pub fn start(sweep: Sweep) -> Self {
-        // No more can wait than there are cells.
+        // The queue holds at most one item per cell.
         let (sender, made) = unbounded();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
@@ -45,16 +45,16 @@ impl Fill {
                 }
             });
             if let Err(error) = swept {
-                let _ = sender.send(Err(error)); // Nobody may be left to tell.
+                let _ = sender.send(Err(error)); // The receiver may be gone.
             }
         });
         Self { made, stop }
     }
 
-    /// A run that was made, if one waits to be looked at.
+    /// The next finished run, if there is one.
     ///
     /// # Errors
-    /// [`SweepError`] if one failed, which is the last.
+    /// [`SweepError`] if a run failed; it is the last item.
     pub fn next(&self) -> Result<Option<Made>, SweepError> {
         match self.made.try_recv() {
             Ok(made) => made.map(Some),

@@ -1,5 +1,5 @@
-//! The cliff map: which rates of a node and which starts go well, under the
-//! conditions of the session; or any two of its knobs.
+//! The cliff map: the results of runs over the rate of a node and the seed, under the
+//! conditions of the session; or over any two knobs of the focus.
 
 mod fill;
 mod quantity;
@@ -19,21 +19,21 @@ use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
 use fill::Fill;
 use quantity::Quantity;
 
-/// How many starts it has.
+/// Number of seeds.
 const SEEDS: u64 = 100;
 
-/// What is turned from column to column and from row to row: numbers of quantities of
-/// the marked node and topic.
+/// The quantities of columns and rows: numbers of quantities of the focused node and
+/// topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapAxes {
-    /// The number of what is turned from column to column.
+    /// Number of the quantity of the columns.
     pub x: usize,
-    /// The same from row to row; `None` for seeds.
+    /// Number of the quantity of the rows; `None` for seeds.
     pub y: Option<usize>,
 }
 
 impl MapAxes {
-    /// The same with other columns.
+    /// The axes with the next quantity for the columns.
     pub fn other_columns(self) -> Self {
         let mut numbers = (1..=quantity::COUNT).map(|step| (self.x + step) % quantity::COUNT);
         let x = numbers.find(|number| Some(*number) != self.y);
@@ -43,7 +43,7 @@ impl MapAxes {
         }
     }
 
-    /// The same with other rows, of seeds after the last quantity.
+    /// The axes with the next quantity for the rows; seeds follow the last quantity.
     pub fn other_rows(self) -> Self {
         let next = self.y.map_or(0, |y| y + 1);
         let y = (next..quantity::COUNT).find(|number| *number != self.x);
@@ -51,31 +51,31 @@ impl MapAxes {
     }
 }
 
-/// Runs over two quantities, as far as they are made, and a place among them.
+/// Runs over two quantities, as far as finished, with a cursor.
 pub struct CliffMap {
     sweep: Sweep,
     axes: MapAxes,
     x: Quantity,
     y: Option<Quantity>,
-    /// In the order in which they are shown.
+    /// Values of the columns, in the order shown.
     columns: Vec<Arc<SweepValue>>,
-    /// The same, where rows are no seeds.
+    /// Values of the rows, if these are not seeds.
     rows: Vec<Arc<SweepValue>>,
-    /// Column after column, row after row.
+    /// Column by column, and row by row within a column.
     outcomes: Vec<Option<CellResult>>,
-    /// Runs that are made.
+    /// Number of finished runs.
     done: usize,
-    /// Number of the column and number of the row.
+    /// The cursor: number of the column and number of the row.
     at: (usize, usize),
     fill: Fill,
 }
 
 impl CliffMap {
-    /// The map around what `config` describes, to be filled from there outwards: over
-    /// `axes` of what is in `focus`. `graph` is that of the session.
+    /// Creates the map around the run of `config`, filled from there outwards: over
+    /// `axes` of the nodes and topics in `focus`. `graph` is the session's graph.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob.
+    /// [`AxisError`] for an unknown knob.
     pub fn around(
         system: &Arc<dyn System>,
         graph: &Snapshot,
@@ -130,8 +130,9 @@ impl CliffMap {
         })
     }
 
-    /// Whether it is of the conditions that `config` describes, all but what it turns
-    /// and the seed only roughly, and over `axes` of what is in `focus`.
+    /// Whether the map has the conditions of `config`, apart from the seed's place in its
+    /// hundred and the values on its axes, and is over `axes` of the nodes and topics in
+    /// `focus`.
     pub fn is_of(&self, focus: &KnobFocus, axes: MapAxes, config: &Config) -> bool {
         let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
         let is_of = |quantity: &Quantity| quantity.is_of(&*self.sweep.system, focus);
@@ -143,31 +144,30 @@ impl CliffMap {
             && self.sweep.seeds.contains(&config.seed)
     }
 
-    /// Whether all that `other` sets is the same in `setup`, but for what is turned.
+    /// Whether `setup` has all settings of `other`, apart from those on the axes.
     fn covers(&self, setup: &Setup, other: &Setup) -> bool {
         let same = |knob: &Knob| self.turns(knob) || setup.iter().any(|known| known == knob);
         other.iter().all(same)
     }
 
-    /// Whether `knob` is what columns or rows are of.
+    /// Whether `knob` is the quantity of the columns or the rows.
     fn turns(&self, knob: &Knob) -> bool {
         let first = [self.columns.first(), self.rows.first()];
         let mut knobs = first.into_iter().flatten().flat_map(|value| &value.knobs);
         knobs.any(|own| own.is_of(knob))
     }
 
-    /// The conditions in words: what is set but for the rate.
+    /// A description of the conditions: all settings but those on the axes.
     pub fn conditions(&self) -> String {
         let set = self.sweep.base.setup.iter();
         let set: Vec<Knob> = set.filter(|knob| !self.turns(knob)).cloned().collect();
         listed(&*self.sweep.system, &set)
     }
 
-    /// Takes in the runs that were made since the last call; says whether there
-    /// were any.
+    /// Adds the runs finished since the last call; returns whether there were any.
     ///
     /// # Errors
-    /// [`SweepError`] if a run failed; no more of them are made.
+    /// [`SweepError`] if a run failed, which ends the sweep.
     pub fn follow(&mut self) -> Result<bool, SweepError> {
         let before = self.done;
         while let Some((cell, outcome)) = self.fill.next()? {
@@ -195,7 +195,7 @@ impl CliffMap {
         column * self.row_count() + row
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn row_count(&self) -> usize {
         self.rows.len().max(self.sweep.seeds.len())
     }
@@ -212,22 +212,22 @@ impl CliffMap {
         }
     }
 
-    /// A short name of what columns are of, with its unit.
+    /// A short name of the quantity of the columns, with its unit.
     pub fn heading(&self) -> String {
         self.x.heading()
     }
 
-    /// A name of what rows are of, with its unit; `None` for seeds.
+    /// A name of the quantity of the rows, with its unit; `None` for seeds.
     pub fn row_heading(&self) -> Option<String> {
         self.y.as_ref().map(Quantity::heading)
     }
 
-    /// The seed of all runs, where rows are of a knob.
+    /// The common seed of all runs, if rows are a quantity.
     pub fn only_seed(&self) -> Option<u64> {
         self.y.as_ref().and(self.sweep.seeds.first().copied())
     }
 
-    /// What the column and the row of the place are, in words.
+    /// Descriptions of the column and the row at the cursor.
     pub fn place(&self) -> (String, String) {
         let column = self.x.with_unit(&self.columns[self.at.0].text);
         let row = match &self.y {
@@ -237,22 +237,22 @@ impl CliffMap {
         (column, row)
     }
 
-    /// Goes to the next column.
+    /// Moves the cursor to the next column.
     pub fn move_rate(&mut self, direction: Direction) {
         self.at.0 = moved(self.at.0, direction, self.columns.len());
     }
 
-    /// Goes to the next row.
+    /// Moves the cursor to the next row.
     pub fn move_seed(&mut self, direction: Direction) {
         self.at.1 = moved(self.at.1, direction, self.row_count());
     }
 
-    /// The place: number of the column, number of the row.
+    /// The cursor: number of the column, number of the row.
     pub fn at(&self) -> (usize, usize) {
         self.at
     }
 
-    /// The knobs and the seed at the place.
+    /// The knobs and the seed at the cursor.
     pub fn chosen(&self) -> (Vec<Knob>, u64) {
         let (column, row) = self.at;
         let values = [self.columns.get(column), self.rows.get(row)];
@@ -262,22 +262,22 @@ impl CliffMap {
         (knobs.cloned().collect(), seed.unwrap_or_default())
     }
 
-    /// The values of the columns, upwards.
+    /// The values of the columns, ascending.
     pub fn columns(&self) -> &[Arc<SweepValue>] {
         &self.columns
     }
 
-    /// The settings that the runs share.
+    /// The common settings of the runs.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
 
-    /// The result of a run, if it is made.
+    /// The result of a run, if it is finished.
     pub fn outcome(&self, column: usize, row: usize) -> Option<&CellResult> {
         self.outcomes.get(self.index(column, row))?.as_ref()
     }
 
-    /// How many runs of a column went well, and how many were made.
+    /// Numbers of runs held and of finished runs in a column.
     pub fn survival(&self, column: usize) -> (usize, usize) {
         let rows = 0..self.row_count();
         let outcomes = rows.filter_map(|row| self.outcome(column, row));
@@ -286,13 +286,13 @@ impl CliffMap {
         })
     }
 
-    /// Runs that are made, and all of them.
+    /// Numbers of finished runs and of all runs.
     pub fn progress(&self) -> (usize, usize) {
         (self.done, self.outcomes.len())
     }
 }
 
-/// `axis` with the values that are nearest to `now` first.
+/// `axis` ordered by distance from `now`, the nearest first.
 fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     let distance = |value: &Arc<SweepValue>| (number(value) - now).abs();
     axis.values
@@ -300,7 +300,7 @@ fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     axis
 }
 
-/// The row of the value that is nearest to `now`.
+/// The row with the value nearest to `now`.
 fn row_of(rows: &[Arc<SweepValue>], now: f64) -> Option<usize> {
     let distances = rows.iter().map(|value| (number(value) - now).abs());
     let nearest = distances
@@ -313,7 +313,7 @@ fn number(value: &SweepValue) -> f64 {
     value.text.parse().unwrap_or(f64::NAN)
 }
 
-/// The seeds of the same hundred as `seed`.
+/// The seeds in the hundred of `seed`.
 fn seeds(seed: u64) -> Vec<u64> {
     let first = seed - seed % SEEDS;
     (first..=first.saturating_add(SEEDS - 1)).collect()
@@ -328,7 +328,7 @@ fn moved(place: usize, direction: Direction, count: usize) -> usize {
 
 #[cfg(test)]
 pub mod sample {
-    //! A map for tests, without a thread that fills it.
+    //! A map for tests, without its background thread.
 
     use std::sync::Arc;
 
@@ -349,7 +349,7 @@ pub mod sample {
         over(MapAxes::default(), config)
     }
 
-    /// The same over `axes`.
+    /// The same map, over `axes`.
     pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
         let system: Arc<dyn System> = Arc::new(CartPole::default());
         let experiment = Experiment::new(system.clone(), config).expect("experiment");
@@ -358,7 +358,7 @@ pub mod sample {
         CliffMap::around(&system, &graph, &focus, axes, config).expect("a map")
     }
 
-    /// Everything to 15 Hz is made: up from 8 Hz on, in between every third.
+    /// All runs up to 15 Hz are finished: all held from 8 Hz on, every third at 6 and 7 Hz.
     pub fn half_filled() -> CliffMap {
         let mut map = around(&Config {
             seed: 103,

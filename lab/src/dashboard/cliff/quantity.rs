@@ -1,4 +1,4 @@
-//! What can be turned over a cliff map.
+//! The quantities of a cliff map.
 
 use ratelab::{
     experiment::sweep::{AxisError, SweepAxis},
@@ -8,29 +8,30 @@ use ratelab::{
 
 use crate::{dashboard::knob_focus::KnobFocus, names};
 
-/// How many rates a map has.
+/// Number of rates on a map.
 const RATES: u32 = 30;
 
-/// The rates are as many of these parts of the usual rate as there are rates: 1 Hz to
-/// 30 Hz where that is 50 Hz.
+/// Number of parts of the usual rate: the rates are multiples of one part, 1 Hz to 30 Hz
+/// for a usual rate of 50 Hz.
 const PARTS: f64 = 50.0;
 
-/// How many quantities there are.
+/// Number of quantities.
 pub const COUNT: usize = 4;
 
-/// A knob with a number in it, and the numbers to go through.
+/// A knob with a number in it, and the range of that number.
 pub struct Quantity {
     number: usize,
     name: String,
     kind: KnobKind,
-    /// The node, if it is a rate.
+    /// The node of a rate.
     node: String,
     texts: Vec<String>,
 }
 
 impl Quantity {
-    /// Quantity `number` of what is in `focus`: the rate of the first alias of one or
-    /// of the node, delay and loss of the first topic, the cost of the node.
+    /// Quantity `number` of the nodes and topics in `focus`: the first alias of a rate, or
+    /// else the rate of the node; delay and loss of the first topic; the cost of the
+    /// node.
     pub fn number(system: &dyn System, graph: &Snapshot, focus: &KnobFocus, number: usize) -> Self {
         let (kind, name) = named(system, focus, number);
         let texts = match number {
@@ -49,21 +50,21 @@ impl Quantity {
         }
     }
 
-    /// Its knobs, set to its numbers.
+    /// Its knobs, set to its values.
     ///
     /// # Errors
-    /// [`AxisError`] if there is no such knob.
+    /// [`AxisError`] for an unknown knob.
     pub fn axis(&self, system: &dyn System) -> Result<SweepAxis, AxisError> {
         let knobs = KnobText(system.aliases());
         SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
     }
 
-    /// Whether it is the same of what is in `focus`.
+    /// Whether it is the same quantity of the nodes and topics in `focus`.
     pub fn is_of(&self, system: &dyn System, focus: &KnobFocus) -> bool {
         named(system, focus, self.number).1 == self.name
     }
 
-    /// The number in force.
+    /// The value in force.
     pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
         let axis_knob = |knob: &&Knob| {
             knob.kind() == self.kind && self.name.contains(&format!(" {}", knob.target()))
@@ -90,7 +91,7 @@ impl Quantity {
         value.to_owned() + self.unit()
     }
 
-    /// Its unit, with a blank before it.
+    /// Its unit, after a blank.
     pub fn unit(&self) -> &'static str {
         names::unit(&self.name, self.kind)
     }
@@ -106,7 +107,7 @@ fn named(system: &dyn System, focus: &KnobFocus, number: usize) -> (KnobKind, St
     }
 }
 
-/// The first alias of a rate, or the rate of `node`.
+/// The first alias of a rate, or else the rate of `node`.
 fn rate_name(system: &dyn System, node: &str) -> String {
     let alias = names::first_alias(system, KnobKind::Rate);
     alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
