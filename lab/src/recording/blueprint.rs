@@ -1,4 +1,4 @@
-//! How the viewer lays a recording out: everything at a glance.
+//! The layout of a recording in the viewer: everything at a glance.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -52,15 +52,15 @@ const BLUEPRINT: &str = "blueprint";
 pub struct Subject<'a> {
     /// The system.
     pub system: &'a dyn System,
-    /// Whether it has a picture.
+    /// Whether the system has a picture.
     pub picture: bool,
-    /// Its graph, before the run.
+    /// The graph before the run.
     pub start: &'a Snapshot,
-    /// The clock of the first part that is recorded.
+    /// The clock at the beginning of the recording.
     pub clock: ClockKind,
 }
 
-/// Sends the layout for `subject`. Comes before the recording itself.
+/// Sends the layout for `subject`. To be called before the recording itself.
 pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResult<()> {
     let key = subject.key();
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -94,11 +94,11 @@ struct PanelKey {
     clock: ClockKind,
 }
 
-/// Layouts that were made. The SDK (0.36.3) never ends the stream with which it
-/// makes one: two threads and their memory each time, so each is made once.
+/// All layouts so far. The SDK (0.36.3) never ends the stream of a layout, which costs
+/// two threads and their memory each time, so each layout is made only once.
 static MADE: Mutex<Vec<(PanelKey, Vec<LogMsg>)>> = Mutex::new(Vec::new());
 
-/// Views, and nothing else but what is needed to move through them.
+/// Views, with only the panels needed for navigation.
 pub struct ViewerLayout {
     /// The views.
     pub root: ContainerLike,
@@ -109,7 +109,7 @@ pub struct ViewerLayout {
 }
 
 impl ViewerLayout {
-    /// Has the viewer show it. Comes before the recording itself.
+    /// Shows the layout in the viewer. To be called before the recording itself.
     pub fn send(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         activate(self.messages(rec)?, rec);
         Ok(())
@@ -119,7 +119,7 @@ impl ViewerLayout {
         let time = TimePanel::new()
             .with_state(PanelState::Collapsed)
             .with_timeline(self.timeline)
-            // At the end every view has data.
+            // At the end of the recording every view has data.
             .with_play_state(PlayState::Following);
         let blueprint = Blueprint::new(self.root)
             .with_auto_views(false)
@@ -230,7 +230,7 @@ fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {
 
 fn modes(properties: &mut Properties) -> ContainerLike {
     let view = StateTimelineView::new("clock and rates in force").with_origin(MODES);
-    // Of its own it does not fit the run.
+    // The default does not fit the run.
     let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     properties.set(view, &[("TimeAxis", &axis)])
 }
@@ -253,7 +253,7 @@ fn events(properties: &mut Properties) -> ContainerLike {
     properties.set(view, &[("TextLogColumns", &columns)])
 }
 
-/// The whole run. Linked axes would show the last half minute of a longer one.
+/// The whole run. Linked axes would show the last half minute of a longer run.
 fn whole_run() -> TimeAxis {
     let range = TimeRange {
         start: TimeRangeBoundary::Infinite,
@@ -262,13 +262,13 @@ fn whole_run() -> TimeAxis {
     TimeAxis::new().with_view_range(range)
 }
 
-/// Properties of views. The SDK has no call for most of them, but knows where
-/// the viewer looks for them.
+/// Properties of views. The SDK has no call for most of them, but gives their place in
+/// the viewer's blueprint.
 #[derive(Default)]
 pub struct Properties(Vec<(EntityPath, Vec<SerializedComponentBatch>)>);
 
 impl Properties {
-    /// Gives `view` properties, each under the name of its archetype.
+    /// Sets properties of `view`, each under the name of its archetype.
     fn set(
         &mut self,
         view: impl Into<ContainerLike>,
@@ -286,7 +286,7 @@ impl Properties {
         view
     }
 
-    /// Lines over time, with a fixed range of values or one that fits the data.
+    /// A plot over time, with a fixed range of values or one that fits the data.
     pub fn plot(&mut self, view: TimeSeriesView, range: Option<[f64; 2]>) -> ContainerLike {
         let legend = PlotLegend::new().with_visible(false);
         let time = whole_run();
@@ -321,7 +321,7 @@ impl Properties {
     }
 }
 
-/// Sends the messages of a blueprint, then has the viewer show it.
+/// Sends the messages of a blueprint, then activates it in the viewer.
 fn activate(messages: Vec<LogMsg>, rec: &RecordingStream) {
     if let Some(first) = messages.first() {
         let activation = BlueprintActivationCommand {
@@ -333,16 +333,15 @@ fn activate(messages: Vec<LogMsg>, rec: &RecordingStream) {
     }
 }
 
-/// What `stream` wrote to `storage`. The two hold each other, and would never go
-/// away if the stream were not disconnected.
+/// Takes the messages of `stream` from `storage`. The two refer to each other, and would
+/// never be freed if the stream stayed connected.
 fn taken(stream: &RecordingStream, storage: &MemorySinkStorage) -> Vec<LogMsg> {
     let messages = storage.take();
     stream.disconnect();
     messages
 }
 
-/// `message` without the timelines that the viewer does not ask a blueprint
-/// for, which are a third of its size.
+/// `message` without the timelines that a blueprint does not need, a third of its size.
 fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
     Ok(match message {
         LogMsg::ArrowMsg(store, data) => {

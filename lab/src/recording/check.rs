@@ -1,4 +1,4 @@
-//! Compares the claims of a file with its content, and finds up to where it is good.
+//! Compares the claims of a file with its content, and finds the end of its intact part.
 
 use ratelab::runtime::{
     ClockKind, Command, Hz, Knob, Rows, TickRecord, Time,
@@ -14,8 +14,8 @@ use super::{
 };
 
 impl Recording {
-    /// Forgets what is not known to be complete, or cannot be what was recorded;
-    /// `sound` is where the first damaged row is, if one is.
+    /// Removes everything incomplete or impossible; `sound` is the run time up to which
+    /// rows are undamaged, if one is damaged.
     pub(super) fn check(&mut self, sound: Option<Time>) {
         let limit = [
             sound,
@@ -24,7 +24,7 @@ impl Recording {
         ];
         if let Some(limit) = limit.into_iter().flatten().min() {
             self.damage = Some(DAMAGED_ROW);
-            // After a false end the limit is all that is known.
+            // After a false end only the limit is known.
             let known = self.outcome.take().map_or(self.until, |_| limit);
             self.until = known.min(limit);
         }
@@ -38,16 +38,15 @@ impl Recording {
         }
     }
 
-    /// Whether the real clock had no part in the run: every tick is then where the
-    /// rates of its node have it.
+    /// Whether the whole run was on the virtual clock: every tick is then at a time given
+    /// by the rates of its node.
     fn is_virtual(&self) -> bool {
         let handed_over = |event: &Event| matches!(event.applied(), Some(Command::HandOver(_)));
         self.origin.config.clock == ClockKind::Virtual && !self.events.iter().any(handed_over)
     }
 
-    /// Run time of the last row before one that its node's rates do not allow, if
-    /// there is such a row. A file may begin late, and that is all it may claim
-    /// of what it does not hold.
+    /// Run time of the last row before one that contradicts the rates of its node, if
+    /// there is such a row. The only gap that a file may claim is a late beginning.
     fn last_in_cadence(&self) -> Option<Time> {
         if !self.is_virtual() {
             return None;
@@ -78,7 +77,7 @@ impl Recording {
         strays.chain(beyond.then_some(ticked)).min()
     }
 
-    /// Run time of the last row, if the end cannot be that of what is there.
+    /// Run time of the last row, if the claimed end contradicts the content.
     fn last_before_a_false_end(&self) -> Option<Time> {
         let outcome = self.outcome.as_ref()?;
         let last = self.last_row();
@@ -93,7 +92,7 @@ impl Recording {
         TickSchedule::new(node, &self.origin.config.setup, &self.events)
     }
 
-    /// Whether run time may have come to `at` with no more ticks than there are.
+    /// Whether run time can have reached `at` without further ticks.
     fn may_rest_until(&self, at: Time) -> bool {
         let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         !self.is_virtual()
@@ -103,8 +102,8 @@ impl Recording {
             })
     }
 
-    /// Run time of the last thing that is there, of a run that went on. Events may
-    /// be ahead of the rows by any time, or by less than a tick.
+    /// Run time of the last item, of a run that went on. Events may be ahead of the rows
+    /// by any time, or by less than a tick.
     fn last_known(&self) -> Time {
         let event = self.events.iter().map(|event| event.at).max();
         let event = event.filter(|event| self.may_rest_until(*event));
@@ -120,7 +119,7 @@ impl Recording {
         last.unwrap_or_default()
     }
 
-    /// Whether less is there than `outcome` counts, or other than it has it.
+    /// Whether items counted in `outcome` are missing, or differ from it.
     fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
         let messages = self.topics.iter().map(|topic| topic.len() as u64);
         let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
@@ -129,8 +128,8 @@ impl Recording {
             || !self.may_have_lost(outcome)
     }
 
-    /// Whether as much was lost as `outcome` has it: what is missing between the
-    /// rows, and up to what may have come after the last of them.
+    /// Whether the losses in `outcome` are possible: the gaps between rows, and the
+    /// possible ones after the last row.
     fn may_have_lost(&self, outcome: &RecordingEnd) -> bool {
         let topics = self.topics.iter().map(numbers);
         let ticks = self.ticks.iter().map(|ticks| {
@@ -149,7 +148,7 @@ impl Recording {
         (least..=least.saturating_add(most)).contains(&outcome.lost)
     }
 
-    /// The fastest rate that any node had.
+    /// The maximum rate of any node.
     fn fastest(&self) -> Hz {
         let first = self.origin.topology.nodes.iter().map(|node| node.hz);
         let later = self
@@ -162,7 +161,7 @@ impl Recording {
         first.chain(later).max().unwrap_or(Hz::MAX)
     }
 
-    /// Forgets what is later than `until`.
+    /// Removes everything later than `until`.
     fn cut(&mut self, until: Time) {
         self.until = until;
         self.topics.iter_mut().for_each(|topic| topic.cut(until));
@@ -173,7 +172,7 @@ impl Recording {
     }
 }
 
-/// The first number, the last with its run time, and how many messages there are.
+/// The first sequence number, the last one with its run time, and the number of messages.
 fn numbers(rows: &Rows) -> (Option<u64>, Option<(u64, Time)>, usize) {
     let heads = rows.heads();
     let last = heads.last().map(|head| (head.seq, head.at));

@@ -1,4 +1,4 @@
-//! Columns of values, as rerun takes them.
+//! Columns of values for rerun.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use rerun::{
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
 };
 
-/// One number a row.
+/// One number per row.
 pub fn numbers(
     name: &'static str,
     values: impl IntoIterator<Item = u64>,
@@ -17,7 +17,7 @@ pub fn numbers(
     units(name, Arc::new(UInt64Array::from_iter_values(values)))
 }
 
-/// One number or none a row.
+/// At most one number per row.
 pub fn numbers_or_none(
     name: &'static str,
     values: impl IntoIterator<Item = Option<u64>>,
@@ -25,7 +25,7 @@ pub fn numbers_or_none(
     units(name, Arc::new(UInt64Array::from_iter(values)))
 }
 
-/// One text a row.
+/// One text per row.
 pub fn texts(
     name: &'static str,
     values: impl IntoIterator<Item = String>,
@@ -33,7 +33,7 @@ pub fn texts(
     units(name, Arc::new(StringArray::from_iter_values(values)))
 }
 
-/// `width` values in each of `rows`, to be plotted as so many series.
+/// `width` values in each of `rows`, to be plotted as `width` series.
 pub fn series(
     values: Vec<f64>,
     width: usize,

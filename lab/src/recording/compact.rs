@@ -1,7 +1,7 @@
 //! Makes a complete recording small.
 //!
-//! A run is recorded in many batches, so that a kill loses little. Each costs kilobytes:
-//! when the recording is complete, they are merged.
+//! A run is recorded in many batches, so that a kill loses little. Each batch costs
+//! kilobytes: after the end of the recording they are merged.
 
 use std::{
     collections::HashMap,
@@ -18,11 +18,11 @@ use tempfile::NamedTempFile;
 
 use super::{file::RecordingFile, schema::CHECKPOINT};
 
-/// Rows in a chunk from which on another is begun.
+/// Maximum number of rows before a new chunk is started.
 const ROWS: usize = 4096;
 
-/// Largest file that is compacted (bytes): half an hour in real time. It is held in
-/// memory, and the user may be waiting.
+/// Maximum size of a file to be compacted (bytes): half an hour in real time. It is held
+/// in memory, and the user may be waiting.
 const LARGEST: u64 = 64 << 20;
 
 /// Merges the batches of a complete recording; returns its new size in bytes. The file
@@ -54,17 +54,16 @@ pub fn compact(recording: &RecordingFile) -> Result<u64, Box<dyn Error>> {
     Ok(recording.replace_by(file)?)
 }
 
-/// Messages in their order, with what can be put together put together.
+/// Messages in order, with chunks merged where possible.
 #[derive(Default)]
 struct Merged {
     messages: Vec<LogMsg>,
-    /// The chunk that is growing, per entity and components, and the message
-    /// whose place it takes.
+    /// The growing chunk per entity and components, and the position of its message.
     growing: HashMap<ChunkKey, (usize, Chunk)>,
 }
 
-/// The properties that chunks must share to be merged: in rows with gaps, readers could
-/// not match values.
+/// The properties that chunks must share to be merged: readers could not match values to
+/// rows with gaps.
 type ChunkKey = (EntityPath, Vec<String>);
 
 impl Merged {
@@ -75,7 +74,7 @@ impl Merged {
         };
         let chunk = Chunk::from_arrow_msg(data)?;
         if chunk.entity_path().to_string() == CHECKPOINT {
-            return Ok(()); // The end says that everything is there.
+            return Ok(()); // The end record states that the file is complete.
         }
         if store.is_blueprint() || chunk.is_static() {
             self.messages.push(message);
@@ -106,7 +105,7 @@ impl Merged {
 
     fn settle(&mut self, place: usize, chunk: &Chunk) -> Result<(), Box<dyn Error>> {
         let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
-        // Rows get consecutive numbers, which take no room.
+        // Consecutive row numbers need no space.
         let chunk = chunk.clone_as(chunk.id(), first);
         if let Some(LogMsg::ArrowMsg(_, data)) = self.messages.get_mut(place) {
             *data = chunk.to_arrow_msg()?;

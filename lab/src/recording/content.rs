@@ -1,4 +1,4 @@
-//! From the chunks of a file to messages, ticks and events.
+//! Converts the chunks of a file to messages, ticks and events.
 
 use ratelab::{
     runtime::{Rows, TickRecord, Time, telemetry::Event},
@@ -23,7 +23,7 @@ pub const DAMAGED_ROW: &str = "a row in it is damaged";
 /// The content of a file so far.
 #[derive(Default)]
 pub struct Content {
-    /// The run. Until it is known, the rest of the file is ignored.
+    /// The run. Until it is read, the rest of the file is ignored.
     pub origin: Option<Origin>,
     /// The messages of the topics.
     pub topics: Vec<Rows>,
@@ -31,18 +31,19 @@ pub struct Content {
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
-    /// Run time up to which all of these are complete; `None` before anything is.
+    /// Run time up to which all of these are complete; `None` before the first
+    /// checkpoint.
     pub until: Option<Time>,
-    /// How the recording ended.
+    /// The end of the recording.
     pub outcome: Option<RecordingEnd>,
-    /// Run time up to which no row is damaged, where one is.
+    /// Run time up to which rows are undamaged, if one is damaged.
     pub sound: Option<Time>,
     /// The defect of the file.
     pub damage: Option<&'static str>,
 }
 
 impl Content {
-    /// Adds what is in `chunk`, if it is anything of ours.
+    /// Adds the content of `chunk`, if it is part of a ratelab recording.
     ///
     /// # Errors
     /// A text, if the recording's description of itself is not understood.
@@ -57,7 +58,7 @@ impl Content {
         let Some(origin) = &self.origin else {
             return Ok(());
         };
-        // Static chunks are styles.
+        // Static chunks contain styles.
         if chunk.is_static() {
             return Ok(());
         }
@@ -107,7 +108,7 @@ impl Content {
         Ok(())
     }
 
-    /// Takes in how the recording ended.
+    /// Reads the end record.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
         let parse = match &self.origin {
             Some(Origin { format: 1, .. }) => legacy::end,
@@ -122,7 +123,7 @@ impl Content {
         Ok(())
     }
 
-    /// Takes in up to where everything is there.
+    /// Reads a checkpoint.
     fn check_in(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
         for until in rows::numbers(chunk, UNTIL) {
             let after = self.until.unwrap_or_default();
@@ -133,19 +134,18 @@ impl Content {
     }
 }
 
-/// Whether every setting of a run is there once.
+/// Whether every setting of a run occurs at most once.
 fn sets_nothing_twice(origin: &Origin) -> bool {
     let setup = &origin.config.setup;
     setup.iter().cloned().collect::<Setup>() == *setup
 }
 
-/// A row that cannot be what was recorded, and the run time of the last one before
-/// it.
+/// An impossible row, with the run time of the row before it.
 struct Damaged {
     after: Time,
 }
 
-/// Adds the messages in `chunk`: numbers, run times and losses only grow.
+/// Adds the messages in `chunk`: numbers, run times and losses never decrease.
 fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::messages(chunk) {
         let last = messages.heads().last().copied();
@@ -165,7 +165,7 @@ fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
     Ok(())
 }
 
-/// Adds the ticks in `chunk`: numbers, times and overruns only grow.
+/// Adds the ticks in `chunk`: numbers, times and overruns never decrease.
 fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> {
     for row in rows::ticks(chunk) {
         let last = ticks.last();
@@ -183,7 +183,7 @@ fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> 
     Ok(())
 }
 
-/// Adds the events in `chunk`. Those of threads may be a moment out of order.
+/// Adds the events in `chunk`. Those of different threads may be slightly out of order.
 fn add_events(events: &mut Vec<Event>, chunk: &Chunk) -> Result<(), Damaged> {
     for json in rows::json(chunk) {
         let after = events.last().map_or(Time::ZERO, |last| last.at);

@@ -1,4 +1,4 @@
-//! Which file a recording goes to.
+//! The file of a recording.
 
 use std::{
     io,
@@ -7,21 +7,21 @@ use std::{
 
 use super::schema::Origin;
 
-/// Folder of recordings that were given no name.
+/// Default folder of recordings.
 const FOLDER: &str = "recordings";
 
-/// Where recordings go: to a file of that name, to a folder, or to the folder
-/// [`FOLDER`]. Files that exist are never written to.
+/// The destination of recordings: a file name, a folder, or the folder [`FOLDER`].
+/// Existing files are never written to.
 #[derive(Clone, Debug, Default)]
 pub struct Destination {
     named: Option<PathBuf>,
-    /// Whether the name was used.
+    /// Whether the name has been used.
     used: bool,
 }
 
 impl Destination {
-    /// To `place`, a file or a folder that exists, or to where a run without a
-    /// name goes.
+    /// A destination at `place`, a new file or an existing folder; by default in
+    /// [`FOLDER`].
     pub fn new(place: Option<PathBuf>) -> Self {
         Self {
             named: place,
@@ -29,11 +29,11 @@ impl Destination {
         }
     }
 
-    /// Has `begin` make the file for a recording of the run of `origin`. A name
-    /// that was not chosen, or was used once, is numbered until it is free.
+    /// Calls `begin` to create the file for a recording of the run of `origin`. A default
+    /// name, or one already used by this destination, gets a number until it is free.
     ///
     /// # Errors
-    /// The file and the error of `begin`.
+    /// The file and the error from `begin`.
     pub fn claim<T>(
         &mut self,
         origin: &Origin,
@@ -44,7 +44,7 @@ impl Destination {
             let path = numbered(&first, number);
             match begin(&path) {
                 Ok(begun) => return Ok((path, begun)),
-                // Another program may have been faster.
+                // Another program may have created it first.
                 Err(error) if !chosen && path.is_file() && is_taken(&error) => {}
                 Err(error) => return Err((path, error)),
             }
@@ -52,7 +52,7 @@ impl Destination {
         Err((first, io::ErrorKind::AlreadyExists.into()))
     }
 
-    /// The name to begin with, and whether it was chosen, and so must not be
+    /// The first name to try, and whether the user chose it, so that it must not be
     /// changed.
     fn first(&mut self, origin: &Origin) -> (PathBuf, bool) {
         match &self.named {
@@ -67,7 +67,7 @@ fn is_taken(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::AlreadyExists
 }
 
-/// A name after when and what is run, such as
+/// A name from the start time and the run, such as
 /// `2026-03-14T15-09-26_cart-pole_virtual_seed0.rrd`.
 fn name(origin: &Origin) -> String {
     let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
@@ -76,7 +76,7 @@ fn name(origin: &Origin) -> String {
     format!("{now}_{system}_{}_seed{}.rrd", config.clock, config.seed)
 }
 
-/// `file` with `number` before its extension; the first has none.
+/// `file` with `number` before its extension; the first one has no number.
 fn numbered(file: &Path, number: u32) -> PathBuf {
     if number < 2 {
         return file.to_owned();
@@ -98,7 +98,7 @@ mod tests {
 
     use super::*;
 
-    /// What a run of the cart-pole is of.
+    /// The origin of a run of the cart-pole.
     fn origin() -> Origin {
         let topology = Topology {
             nodes: Vec::new(),
@@ -107,7 +107,7 @@ mod tests {
         Origin::new(&CartPole::default(), Config::default(), topology)
     }
 
-    /// The name of the file that `destination` has made.
+    /// The name of the file created by `destination`.
     fn claimed(destination: &mut Destination) -> PathBuf {
         let made = destination.claim(&origin(), |path| File::create_new(path));
         made.expect("a file").0
@@ -121,7 +121,7 @@ mod tests {
             let mut destination = Destination::new(Some(file.clone()));
             assert_eq!(claimed(&mut destination), file);
             assert_eq!(claimed(&mut destination), folder.path().join(second));
-            // Chosen again by somebody else, it is theirs already.
+            // A second destination of the same name finds the file taken.
             let mut other = Destination::new(Some(file.clone()));
             let refused = other.claim(&origin(), |path| File::create_new(path));
             assert_eq!(refused.expect_err("taken").0, file);

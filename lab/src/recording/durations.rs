@@ -1,4 +1,4 @@
-//! Durations that were measured in a run, for another run to draw from.
+//! Durations measured in a run, for draws in another run.
 
 use std::{path::Path, time::Duration};
 
@@ -6,11 +6,12 @@ use ratelab::runtime::{Draw, Knob, KnobKind, TickRecord};
 
 use super::reader::Recording;
 
-/// `knob` with the durations of the recording that it names, if it names one and
-/// does not have them yet: what the ticks of its node took, or how late they began.
+/// `knob` with the durations of its recording, if it names one and they are not loaded
+/// yet: the durations or the lateness of its node's ticks.
 ///
 /// # Errors
-/// If the recording cannot be read, has no such durations, or others than it had.
+/// An error if the recording cannot be read, or has no such durations, or different ones
+/// than when they were first read.
 pub fn with_durations(mut knob: Knob) -> Result<Knob, String> {
     let (kind, node) = (knob.kind(), knob.target().to_owned());
     let Some(draw) = knob.draw_mut() else {
@@ -25,7 +26,7 @@ pub fn with_durations(mut knob: Knob) -> Result<Knob, String> {
     Ok(knob)
 }
 
-/// What was measured of `node` that a knob of this `kind` draws from.
+/// The measurements of `node` for a knob of this `kind`.
 pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
     let measured = match kind {
         KnobKind::Wakes => |tick: &TickRecord| tick.lateness,

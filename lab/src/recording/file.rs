@@ -1,4 +1,4 @@
-//! The file that a recording goes to.
+//! The file of a recording.
 //!
 //! rerun's own file sink drops errors. This one keeps the first: a full disk must end the
 //! recording with an error.
@@ -18,24 +18,24 @@ use rerun::{
 };
 use tempfile::NamedTempFile;
 
-/// A file that rerun writes to, and its first error. Clones are the same file.
+/// A file for rerun's output, with its first error. Clones are handles to the same file.
 #[derive(Clone)]
 pub struct RecordingFile(Arc<Mutex<State>>);
 
 struct State {
     path: PathBuf,
-    /// Another handle of the file, for its metadata.
+    /// Another handle to the file, for its metadata.
     file: File,
-    /// `None` once it is complete or has failed.
+    /// `None` after completion or failure.
     encoder: Option<Encoder<BufWriter<File>>>,
     error: Option<io::Error>,
 }
 
 impl RecordingFile {
-    /// Makes a file, which must not exist yet, and the folders that lead to it.
+    /// Creates a file, which must not exist yet, and its parent folders.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
@@ -54,10 +54,11 @@ impl RecordingFile {
         }))))
     }
 
-    /// Hands all bytes to the system, where they outlive a kill of this program.
+    /// Passes all bytes to the operating system, where they survive a kill of this
+    /// program.
     ///
     /// # Errors
-    /// The first error, now or before.
+    /// The first error, now or earlier.
     pub fn flush(&self) -> io::Result<()> {
         let mut state = self.state();
         state.attempt(Encoder::flush_blocking);
@@ -70,7 +71,7 @@ impl RecordingFile {
     /// Writes the end of the file; returns its size in bytes.
     ///
     /// # Errors
-    /// The first error, now or before.
+    /// The first error, now or earlier.
     pub fn complete(&self) -> io::Result<u64> {
         let mut state = self.state();
         state.attempt(|encoder| {
@@ -82,10 +83,10 @@ impl RecordingFile {
         Ok(state.file.metadata()?.len())
     }
 
-    /// Replaces this file by `other`, if it still has its name.
+    /// Replaces this file by `other`, if it is still at its path.
     ///
     /// # Errors
-    /// If it has not, or the error of the system.
+    /// If it is not, or the error of the operating system.
     pub fn replace_by(&self, other: NamedTempFile) -> io::Result<u64> {
         let state = self.state();
         if !state.is_in_place() {
@@ -100,7 +101,7 @@ impl RecordingFile {
     /// The file from its beginning, and its folder.
     ///
     /// # Errors
-    /// The error of the system.
+    /// The error of the operating system.
     pub fn reread(&self) -> io::Result<(File, PathBuf)> {
         let state = self.state();
         let mut file = state.file.try_clone()?;
@@ -123,7 +124,7 @@ impl RecordingFile {
 }
 
 impl State {
-    /// Does something with a file without errors.
+    /// Applies a function to a file without errors.
     fn attempt<T>(
         &mut self,
         what: impl FnOnce(&mut Encoder<BufWriter<File>>) -> Result<T, EncodeError>,
@@ -132,16 +133,16 @@ impl State {
         outcome.map_err(|error| self.fail(system_error(error))).ok()
     }
 
-    /// Ends writing after an error; the file so far stays readable.
+    /// Stops writing after an error; the file so far stays readable.
     fn fail(&mut self, error: io::Error) {
         self.error.get_or_insert(error);
-        // Dropped in pieces: whole, it would write its end to a disk that failed.
+        // Dropped in pieces: as a whole, it would write its end to the disk that failed.
         if let Some(Ok(writer)) = self.encoder.take().map(Encoder::into_inner) {
             let _ = writer.into_parts();
         }
     }
 
-    /// Whether the file still has its name. An open file outlives its name, and later
+    /// Whether the file is still at its path. An open file outlives its path, and later
     /// writes are lost.
     fn is_in_place(&self) -> bool {
         let named = same_file::Handle::from_path(&self.path);

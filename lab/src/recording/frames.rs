@@ -1,8 +1,8 @@
-//! The messages of a `.rrd` file, read with distrust.
+//! The messages of a `.rrd` file, with every length checked.
 //!
-//! rerun's own decoder believes every length in a file: a damaged one asks it
-//! for more memory than there is, and that ends a program. Here every length is
-//! held against what is there before anything is made of it.
+//! rerun's own decoder trusts every length in a file: a damaged file makes it ask for
+//! more memory than there is, which ends the program. Here every length is compared with
+//! the content before it is used.
 
 use std::{
     cell::Cell,
@@ -27,28 +27,28 @@ use rerun::{
 /// The first bytes of a `.rrd` file.
 const MAGIC: &[u8] = b"RRF2";
 
-/// The most that a byte of LZ4 can stand for.
+/// Maximum compression ratio of LZ4.
 const LZ4_BEST_RATIO: u64 = 255;
 
 /// The first word of an Arrow message, before its length.
 const CONTINUATION: u32 = u32::MAX;
 
-/// Whether `bytes` begin like a `.rrd` file.
+/// Whether `bytes` begin with the magic bytes of a `.rrd` file.
 pub fn is_rrd(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC) && bytes.len() >= StreamHeader::ENCODED_SIZE_BYTES
 }
 
-/// The chunks of a `.rrd` file, up to its end or to where it is damaged.
+/// The chunks of a `.rrd` file, up to its end or to the first damage.
 pub struct Chunks<'a> {
     rest: &'a [u8],
-    /// Why there are no more, if the file does not end here.
+    /// The defect that ends the chunks, if they end before the file does.
     pub damage: Option<&'static str>,
-    /// Name by which the viewer groups it with others, once it was met.
+    /// Name by which the viewer groups the recording, once it is read.
     pub application: Option<String>,
 }
 
 impl<'a> Chunks<'a> {
-    /// Those in the file whose content is `bytes`.
+    /// The chunks of the file with the content `bytes`.
     pub fn new(bytes: &'a [u8]) -> Self {
         let rest = bytes.get(StreamHeader::ENCODED_SIZE_BYTES..);
         Self {
@@ -104,13 +104,13 @@ impl Iterator for Chunks<'_> {
     }
 }
 
-/// The name of the application in the message that begins a recording.
+/// The name of the application, from the message at the beginning of a recording.
 fn application(content: &[u8]) -> Option<String> {
     let info = SetStoreInfo::from_rrd_bytes(content).ok()?.info?;
     Some(info.store_id?.application_id?.id)
 }
 
-/// The chunk in a message; `None` if it cannot be read.
+/// The chunk in a message; `None` if it is unreadable.
 fn chunk(content: &[u8]) -> Option<Chunk> {
     let message = ArrowMsg::from_rrd_bytes(content).ok()?;
     if message.encoding() != Encoding::ArrowIpc {
@@ -140,9 +140,9 @@ fn unpack(packed: &[u8], size: u64) -> Option<Vec<u8>> {
     (length == unpacked.len()).then_some(unpacked)
 }
 
-/// Whether every length that Arrow's reader would believe is of something that
-/// is in `stream`: each message is a marker, the length of what describes it,
-/// that description, and a body of the length in it.
+/// Whether every length trusted by Arrow's reader fits into `stream`: each message is a
+/// marker, the length of its description, the description, and a body of the length
+/// stated there.
 fn lengths_fit(mut stream: &[u8]) -> bool {
     let word = |stream: &[u8]| Some(u32::from_le_bytes(*stream.first_chunk()?));
     while let Some(marker) = word(stream) {
@@ -174,8 +174,8 @@ fn body_length(stream: &[u8], description: usize) -> Option<usize> {
     usize::try_from(message.bodyLength()).ok()
 }
 
-/// What `read` makes of a file's bytes; `None` also if it panics, about which
-/// nothing is printed: some of Arrow's checks are assertions.
+/// The result of `read`; `None` also after a panic, without printing it: some of Arrow's
+/// checks are assertions.
 pub fn quietly<T>(read: impl FnOnce() -> Option<T>) -> Option<T> {
     thread_local! { static QUIET: Cell<bool> = const { Cell::new(false) } }
     static ONCE: Once = Once::new();

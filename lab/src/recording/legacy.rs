@@ -1,4 +1,4 @@
-//! Recordings of format 1: the cart-pole's, the only system at that time.
+//! Recordings of format 1, all of the cart-pole, the only system at that time.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -28,7 +28,7 @@ pub fn origin(json: Value) -> Option<Origin> {
     })
 }
 
-/// How the recording ended, from JSON of format 1.
+/// The end of the recording, from JSON of format 1.
 pub fn end(mut json: Value) -> Option<RecordingEnd> {
     if let Some(end) = json.pointer_mut("/end/Ended") {
         let old: OldResult = serde_json::from_value(end.take()).ok()?;
@@ -118,7 +118,7 @@ impl OldConfig {
 }
 
 impl OldKnob {
-    /// The knobs of the graph that it turned.
+    /// The changed knobs of the graph.
     fn knobs(&self) -> Option<Vec<Knob>> {
         let (alias, value) = match self {
             Self::ControlHz(hz) => ("control-hz", hz.get().to_string()),

@@ -1,4 +1,4 @@
-//! Limits of a file: no more than a recorder writes.
+//! Limits of a file: the range of what a recorder writes.
 
 use std::collections::HashSet;
 
@@ -6,15 +6,15 @@ use ratelab::runtime::{Time, telemetry::Topology};
 
 use super::schema::{RecordingEnd, RunStatus};
 
-/// Nodes, topics, ends of topics and meters of the largest graph that is read.
-/// Each may take half a megabyte in a replay; the cart-pole has 12.
+/// Maximum number of nodes, topics, ends of topics and meters together in a graph. Each
+/// may take half a megabyte in a replay; the cart-pole has 12.
 const PARTS: usize = 256;
 
-/// Checks that the graph of a recording is one: not too large, every name there
-/// once, and every end of a topic at a node that there is.
+/// Checks the graph of a recording: its size, unique names, and an existing node at every
+/// end of a topic.
 ///
 /// # Errors
-/// In words.
+/// A description of the error.
 pub fn check_graph(topology: &Topology) -> Result<(), String> {
     let Topology { nodes, topics } = topology;
     let meters: usize = nodes.iter().map(|node| 1 + node.meters.len()).sum();
@@ -46,8 +46,8 @@ fn are_distinct<T: Eq + std::hash::Hash>(items: impl IntoIterator<Item = T>) -> 
     items.into_iter().all(|item| seen.insert(item))
 }
 
-/// Whether an end is one that a recorder writes: nothing in it is later than
-/// itself, and no run takes longer than [`Time::MAX`] of the wall's time.
+/// Whether an end record is possible: nothing in it is later than the end, and the wall
+/// time is at most [`Time::MAX`].
 pub fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
     let losses = outcome.dropped.as_ref();
     losses.is_none_or(|losses| losses.len() == topology.topics.len())

@@ -1,4 +1,4 @@
-//! Who read what in a recorded run.
+//! The lineage of a recorded run.
 
 use std::iter::Peekable;
 
@@ -28,8 +28,8 @@ impl Recording {
         lineage
     }
 
-    /// The knobs of the run in the order in which they were turned: first those that
-    /// it was started with.
+    /// The knobs of the run in the order in which they were turned, beginning with those
+    /// of the start.
     pub fn knobs(&self) -> Vec<TimedKnob> {
         let start = self.origin.config.setup.iter().cloned();
         let start = start.map(|knob| TimedKnob {
@@ -40,8 +40,8 @@ impl Recording {
         start.chain(later).collect()
     }
 
-    /// Finds out when the ticks of all nodes published and acted. A tick that took
-    /// time by a knob did so at its end, and any other one at once.
+    /// Finds the time at which each tick of all nodes published and acted: the end of a
+    /// tick with a configured duration, the start of any other.
     pub(super) fn find_ends(&mut self) {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
@@ -58,7 +58,7 @@ impl Recording {
     }
 }
 
-/// Whether ticks of a node take time by a knob.
+/// Whether ticks of a node have a duration set by a knob.
 #[derive(Default)]
 struct Costs {
     takes: bool,

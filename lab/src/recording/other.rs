@@ -1,9 +1,8 @@
-//! The system of a recording that this program does not have.
+//! A system in a recording that is unknown to this program.
 
 use ratelab::system::{BuildError, Builder, System};
 
-/// Stands for a system of another program: what there is to see of it is in the
-/// recording.
+/// A placeholder for a system of another program: all its views come from the recording.
 pub struct OtherSystem;
 
 impl System for OtherSystem {

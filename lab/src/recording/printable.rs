@@ -1,11 +1,10 @@
-//! Texts of a file made fit for a terminal.
+//! Texts of a file, made safe for a terminal.
 
 use serde_json::Value;
 
 use crate::printable::is_control;
 
-/// Replaces what commands a terminal in every text of `value`: a file may hold
-/// anything.
+/// Replaces control characters in every text of `value`: a file may contain any.
 pub fn make_printable(value: &mut Value) {
     match value {
         Value::String(text) => *text = text.replace(is_control, "?"),

@@ -1,4 +1,4 @@
-//! How far the plant has come, and where that places things on the timelines.
+//! The progress of the plant, and the resulting positions on the timelines.
 
 use std::time::SystemTime;
 
@@ -6,28 +6,28 @@ use ratelab::runtime::{Head, Time};
 
 use super::timeline::Stamps;
 
-/// The steps of the plant in a batch, and what came before it.
+/// The steps of the plant in a batch, and their number before it.
 pub struct Progress<'a> {
-    /// Wall time at which run time was zero, where that means something.
+    /// Wall time at which run time was zero, under the real clock.
     pub epoch: Option<SystemTime>,
-    /// Steps before this batch.
+    /// Number of steps before this batch.
     pub before: u64,
-    /// Those of this batch: messages on the topic of states.
+    /// Steps in this batch: messages on the topic of states.
     pub steps: &'a [Head],
 }
 
 impl Progress<'_> {
-    /// No rows yet.
+    /// No rows.
     pub fn stamps(&self) -> Stamps {
         Stamps::new(self.epoch)
     }
 
-    /// A single row at run time `at`.
+    /// One row at run time `at`.
     pub fn stamp(&self, at: Time) -> Stamps {
         self.stamps_of([at])
     }
 
-    /// A row for each of `times`.
+    /// One row for each of `times`.
     pub fn stamps_of(&self, times: impl IntoIterator<Item = Time>) -> Stamps {
         let mut stamps = self.stamps();
         for at in times {
@@ -36,12 +36,12 @@ impl Progress<'_> {
         stamps
     }
 
-    /// A row for each of `messages`.
+    /// One row for each of `messages`.
     pub fn stamps_of_messages(&self, messages: &[Head]) -> Stamps {
         self.stamps_of(messages.iter().map(|head| head.at))
     }
 
-    /// Steps made by run time `at`, with that of `at` itself.
+    /// Number of steps by run time `at`, including `at` itself.
     pub fn step_at(&self, at: Time) -> u64 {
         let made = self.steps.partition_point(|head| head.at <= at);
         let newest = made
@@ -50,7 +50,7 @@ impl Progress<'_> {
         newest.map_or(self.before, |head| head.seq + 1)
     }
 
-    /// Steps made with this batch.
+    /// Number of steps by the end of this batch.
     pub fn step(&self) -> u64 {
         self.step_at(Time::MAX)
     }

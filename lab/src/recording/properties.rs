@@ -1,5 +1,5 @@
-//! What a recording says of itself beside its data: for people in the viewer's
-//! panel, and in one piece for readers.
+//! The description of a recording: for people in the viewer's panel, and in one piece for
+//! readers.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use rerun::{
 
 use super::schema::{JSON, ORIGIN, Origin};
 
-/// Sends what is run: a run of `system`.
+/// Sends the description of a run of `system`.
 pub fn send_origin(
     rec: &RecordingStream,
     system: &dyn System,
@@ -61,7 +61,7 @@ pub fn send_summary(
     rec.send_property("outcome", &values)
 }
 
-/// Knobs as `--knobs` reads them.
+/// Knobs as text for `--knobs`.
 fn lines(system: &dyn System, knobs: &[TimedKnob]) -> String {
     KnobText(system.aliases()).lines(knobs).join("\n")
 }

@@ -1,4 +1,4 @@
-//! From a file back to what happened.
+//! Reads a recorded run from a file.
 
 use std::{
     io,
@@ -20,11 +20,11 @@ use super::{
     schema::{Origin, RecordingEnd, SWEEP_APPLICATION},
 };
 
-/// Largest file that is read: half a day at 50 Hz. It takes some twice as much
+/// Maximum size of a file (bytes): half a day at 50 Hz. Reading takes about twice as much
 /// memory.
 const LARGEST: u64 = 1 << 30;
 
-/// Why a file is not read.
+/// The reason why a file was not read.
 #[derive(Debug, Error)]
 pub enum ReadError {
     /// It cannot be opened.
@@ -32,10 +32,10 @@ pub enum ReadError {
     File {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// The error of the operating system.
         why: io::Error,
     },
-    /// It holds curves of a sweep, and no run.
+    /// It contains curves of a sweep, and no run.
     #[error(
         "{file}: these are the curves of a sweep and no run: ratelab replay {file} opens them \
          in the rerun viewer",
@@ -45,7 +45,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// It is of another kind, or nothing of it can be read.
+    /// It is of another kind, or nothing in it is readable.
     #[error("{}: {what}", path.display())]
     Foreign {
         /// The file.
@@ -55,7 +55,7 @@ pub enum ReadError {
     },
 }
 
-/// A recorded run, or what could be read of it.
+/// A recorded run, or its readable part.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// The file.
@@ -64,26 +64,26 @@ pub struct Recording {
     pub bytes: u64,
     /// The run.
     pub origin: Origin,
-    /// The messages of the topics, in the order of the [`Topology`]; empty for those
+    /// The messages of the topics, in the order of the [`Topology`]; empty for topics
     /// that are not recorded.
     pub topics: Vec<Rows>,
     /// The ticks of the nodes, in the order of the [`Topology`].
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
-    /// Run time of the last thing in it.
+    /// Run time of the last item.
     pub until: Time,
-    /// How the recording ended; `None` if the file is torn.
+    /// The end of the recording; `None` if the file was cut off.
     pub outcome: Option<RecordingEnd>,
-    /// Why there is no more in the file, if it is damaged.
+    /// The defect at the end of the content, if the file is damaged.
     pub damage: Option<&'static str>,
 }
 
 impl Recording {
-    /// Reads the file at `path`, or what is whole of it.
+    /// Reads the file at `path`, or its intact part.
     ///
     /// # Errors
-    /// [`ReadError`] if it is no recording of ratelab, or nothing of it is whole.
+    /// [`ReadError`] if it is no recording of ratelab, or no part of it is intact.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let bytes = read_file(path).map_err(|why| ReadError::File {
             path: path.to_owned(),
@@ -132,7 +132,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// All messages of the topic called `name`, as they were published.
+    /// All messages of the topic called `name`, in order of publication.
     pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
         let messages = self.rows(name).into_iter().flat_map(|rows| {
             let indices = 0..rows.len();
@@ -158,8 +158,8 @@ impl Recording {
         self.origin.system == system.name()
     }
 
-    /// What there is to know of its system: all if that is `system`, or else no more
-    /// than is in the file.
+    /// The system of the recording: `system` if it is the same, or else a placeholder
+    /// with the data of the file.
     pub fn system(&self, system: &Arc<dyn System>) -> Arc<dyn System> {
         if self.is_of(&**system) {
             system.clone()
@@ -168,7 +168,7 @@ impl Recording {
         }
     }
 
-    /// Whether the file is as its recorder left it.
+    /// Whether the file is complete and undamaged.
     pub fn is_whole(&self) -> bool {
         self.damage.is_none() && self.outcome.is_some()
     }
@@ -186,8 +186,8 @@ impl Recording {
     }
 }
 
-/// Why nothing of a file is whole, though it begins like a recording; `begun` if
-/// it says what was run.
+/// The reason why no part of a file is intact, although it begins like a recording;
+/// `begun` if it contains the description of the run.
 fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
     match (begun, damage) {
         (true, _) => "this recording ends before anything in it is whole".to_owned(),

@@ -24,20 +24,20 @@ use super::{
     writer::{AttachedTaps, Recorded, RecordingWriter},
 };
 
-/// Wall time between two looks at the taps.
+/// Interval between two checks of the taps (wall time).
 const LOOK: Duration = Duration::from_millis(50);
 
 /// A recording that ended early.
 #[derive(Debug, Error)]
 #[error("the recording {} ended early: {why}", path.display())]
 pub struct RecordError {
-    /// The file, which is good up to its last second.
+    /// The file, which is intact up to its last second.
     pub path: PathBuf,
-    /// The error of the system.
+    /// The error of the operating system.
     pub why: io::Error,
 }
 
-/// A recording that is being made.
+/// A recording in progress.
 pub struct Recorder {
     path: PathBuf,
     reason: Sender<StopReason>,
@@ -48,24 +48,23 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Records a run that has not begun, from its first tick, to the new file
-    /// `path`.
+    /// Records a run that has not begun, from its first tick on, to the new file `path`.
     ///
     /// # Errors
-    /// The error of the system about the file.
+    /// The system's error for the file.
     pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
         let attached = AttachedTaps::new(source);
         Self::start(path, source, move |_| attached)
     }
 
-    /// Records a run that may have begun, from some moment soon. Never waits for
-    /// it.
+    /// Records a run that may have begun, from a moment soon after the call. Never waits
+    /// for the run.
     ///
     /// # Errors
-    /// The error of the system about the file.
+    /// The system's error for the file.
     pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
-        // A topic that waits for a full tap is locked, and the caller may be the one
-        // that empties the tap.
+        // A topic that waits for a full tap is locked, and the caller may be the one to
+        // empty that tap.
         Self::start(path, source, AttachedTaps::new)
     }
 
@@ -95,28 +94,28 @@ impl Recorder {
         })
     }
 
-    /// Messages and ticks that came faster than they could be recorded.
+    /// Number of messages and ticks lost because the recorder was too slow.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Asks it to end. Only the first reason counts.
+    /// Asks it to end. The first reason counts.
     pub fn end(&self, reason: StopReason) {
         self.asked.set(true);
         let _ = self.reason.try_send(reason);
     }
 
-    /// Whether it was asked to end, or has ended of itself.
+    /// Whether it was asked to end, or has ended by itself.
     pub fn is_ending(&self) -> bool {
         self.asked.get() || self.has_ended()
     }
 
-    /// Whether it has ended, by request or by an error.
+    /// Whether it has ended, by request or after an error.
     pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Waits for its end, which must have been asked for.
+    /// Waits for its end, which must have been requested.
     ///
     /// # Errors
     /// [`RecordError`] if it could not be completed.

@@ -1,4 +1,4 @@
-//! The replay of a recorded run, into the counters that the dashboard reads.
+//! The replay of a recorded run, into the counters read by the dashboard.
 
 use std::{sync::Arc, time::Duration};
 
@@ -13,7 +13,7 @@ use ratelab::{
 
 use super::{reader::Recording, schema::RunStatus};
 
-/// One thing that happened, by its place in the recording.
+/// An item of the recording, by its index.
 #[derive(Clone, Copy, Debug)]
 enum ReplayItem {
     Event(usize),
@@ -21,7 +21,7 @@ enum ReplayItem {
         node: usize,
         index: usize,
     },
-    /// What a tick did to the world, when it did it.
+    /// The action of a tick on the world, at its time.
     Push {
         node: usize,
         push: Push,
@@ -32,30 +32,30 @@ enum ReplayItem {
     },
 }
 
-/// A recording, replayed up to some run time.
+/// A recording, replayed up to a run time.
 pub struct Replay {
     recording: Arc<Recording>,
     system: Arc<dyn System>,
-    /// Everything in the order in which it happened.
+    /// All items in order of time.
     order: Vec<(Time, ReplayItem)>,
-    /// How much of it is replayed.
+    /// Number of replayed items.
     done: usize,
     counters: ReplayCounters,
-    /// Messages replayed of each topic, and those of them that were handed out.
+    /// Number of replayed messages per topic, and of those already returned.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
-    /// The topic of states, and the node that measures how old the sensing behind each
-    /// push is.
+    /// The topic of states, and the node that measures the age of the sensing behind each
+    /// push.
     state: Option<usize>,
     latency: Option<usize>,
-    /// Whether states tell what that node did, as they do in old recordings of a world
-    /// that waits for it.
+    /// Whether pushes are derived from states, as in old recordings of a world that waits
+    /// for its actuator.
     by_states: bool,
 }
 
 impl Replay {
-    /// Nothing is replayed yet. `system` is that of the program; a recording of another
-    /// system is shown without its picture and signals.
+    /// Creates a replay at the beginning. `system` is the program's system; a recording
+    /// of another system is shown without picture and signals.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
@@ -91,12 +91,12 @@ impl Replay {
         &self.recording
     }
 
-    /// Reads the counters as they stand.
+    /// Reads the current counters.
     pub fn observer(&self) -> Observer {
         self.counters.observer()
     }
 
-    /// Run time of the first thing that is recorded.
+    /// Run time of the first item.
     pub fn begins(&self) -> Time {
         let first = self
             .order
@@ -105,7 +105,7 @@ impl Replay {
         first.map_or(Time::ZERO, |(at, _)| *at)
     }
 
-    /// Whether all is replayed, and the run had ended.
+    /// Whether everything is replayed, and the run had ended.
     pub fn is_over(&self) -> bool {
         let ended = self.recording.outcome.as_ref();
         let ended = ended.is_some_and(|outcome| outcome.end != RunStatus::WentOn);
@@ -117,7 +117,7 @@ impl Replay {
         self.order.get(self.done).map(|(at, _)| *at)
     }
 
-    /// Run time of the item before the last instant.
+    /// Run time of the item before the current instant.
     pub fn previous(&self) -> Option<Time> {
         let (last, _) = self.order.get(self.done.checked_sub(1)?)?;
         let before = self.order.partition_point(|(at, _)| at < last);
@@ -137,7 +137,7 @@ impl Replay {
         self.counters.advance_to(now);
     }
 
-    /// The messages of the topic called `name` that were replayed since the last call.
+    /// The messages of the topic called `name` replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
         let mut topics = self.recording.origin.topology.topics.iter();
         let Some(topic) = topics.position(|topic| topic.name == name) else {
@@ -153,14 +153,14 @@ impl Replay {
         new
     }
 
-    /// Run time at which the recording ends.
+    /// Run time of the end of the recording.
     fn end(&self) -> Time {
         let outcome = self.recording.outcome.as_ref();
         let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
         end.max(self.recording.until)
     }
 
-    /// Goes back to the beginning.
+    /// Returns to the beginning.
     pub fn rewind(&mut self) {
         self.done = 0;
         self.replayed.fill(0);
@@ -168,7 +168,7 @@ impl Replay {
         self.counters = begin(&self.recording);
     }
 
-    /// Sets the losses of the whole run, at its end.
+    /// Sets the losses of the whole run at its end.
     fn tell_losses(&mut self, until: Time) {
         let done = self.done == self.order.len() && until >= self.recording.until;
         let outcome = self.recording.outcome.as_ref().filter(|_| done);
@@ -213,8 +213,7 @@ impl Replay {
         &self.recording.origin.config
     }
 
-    /// The summary of the run, or of the recording of it, with what is replayed so
-    /// far.
+    /// The summary of the run, or of its recording, for the part replayed so far.
     pub fn summary(&self) -> Summary {
         let at = self.recording.until;
         let (verdict, sim_time, wall_time) = match self.status() {
@@ -238,7 +237,7 @@ impl Replay {
         Summary::observed(&*self.system, self.config(), end, &self.observer())
     }
 
-    /// What the states cost that are replayed, on average until run time `end`.
+    /// The mean cost of the replayed states up to run time `end`.
     fn cost(&self, end: Time) -> Option<f64> {
         let (cost, topic) = self.system.quadratic_cost().zip(self.state)?;
         let states = self.recording.topics[topic].iter();
@@ -254,7 +253,7 @@ impl Replay {
         outcome.map(|outcome| &outcome.end)
     }
 
-    /// The newest state that is replayed; empty if there is none.
+    /// The newest replayed state; empty if there is none.
     fn newest_state(&self) -> &[f64] {
         let newest = self.state.and_then(|topic| {
             let newest = self.replayed[topic].checked_sub(1)?;
@@ -264,7 +263,7 @@ impl Replay {
     }
 }
 
-/// Counters at zero.
+/// Creates counters at zero.
 fn begin(recording: &Recording) -> ReplayCounters {
     let origin = &recording.origin;
     let status = Status {
@@ -275,9 +274,8 @@ fn begin(recording: &Recording) -> ReplayCounters {
     ReplayCounters::new(&origin.topology, status)
 }
 
-/// Everything in the order in which it happened. At one run time commands come
-/// first, then nodes by priority, each tick before what was published in it,
-/// and ends last.
+/// All items in order of time. At the same run time commands come first, then nodes by
+/// priority, each tick before its messages, and ends last.
 fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     let topology = &recording.origin.topology;
     let priority = |node: usize| {
@@ -301,7 +299,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         for (index, tick) in ticks {
             order.push(((tick.at, rank), ReplayItem::Tick { node, index }));
             if let Some(push) = tick.push {
-                // Ticks that take time end before others start.
+                // Ticks with a duration end before others start.
                 let rank = if push.at > tick.at { 1 } else { rank };
                 order.push(((push.at, rank), ReplayItem::Push { node, push }));
             }

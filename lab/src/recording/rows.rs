@@ -1,4 +1,4 @@
-//! The rows of a chunk, read to the cell: what is not there is no zero.
+//! The rows of a chunk, read cell by cell: a missing value is not zero.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use super::{
     tracks::NANOS_PER_MICRO,
 };
 
-/// Lateness that no run of 64 bits of nanoseconds has (µs).
+/// Upper bound of a lateness in 64 bits of nanoseconds (µs).
 const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
 
 /// The messages in `chunk`, each with its numbers; `None` for a damaged row.
@@ -69,7 +69,7 @@ pub fn ticks(chunk: &Chunk) -> impl Iterator<Item = Option<TickRecord>> {
     })
 }
 
-/// What each tick in `chunk` did to the world, if it did something.
+/// The action of each tick in `chunk` on the world, if it had one.
 fn pushes(chunk: &Chunk) -> impl Iterator<Item = Option<Option<Push>>> {
     let ends = numbers_if_any(chunk, tick::PUSHED)
         .into_iter()
@@ -84,8 +84,8 @@ fn pushes(chunk: &Chunk) -> impl Iterator<Item = Option<Option<Push>>> {
     })
 }
 
-/// How late a tick was, in a cell of microseconds: to the nanosecond, up to 26
-/// days. Not a number where the clock is never late.
+/// The lateness of a tick, from a cell in microseconds: exact to the nanosecond up to 26
+/// days. NaN under a clock without lateness.
 fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
     match *cell {
         [micros] if micros.is_nan() => Some(None),
@@ -97,7 +97,7 @@ fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
     }
 }
 
-/// The JSON in the rows of `chunk`; `None` where it is none.
+/// The JSON in the rows of `chunk`; `None` for an invalid row.
 pub fn json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
     let texts = texts(chunk).into_iter();
     texts.map(|text| {
@@ -107,7 +107,7 @@ pub fn json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
     })
 }
 
-/// The texts of the rows of `chunk`, if it has any; `None` for a damaged cell.
+/// The texts in the rows of `chunk`, if it has any; `None` for a damaged cell.
 fn texts(chunk: &Chunk) -> Vec<Option<String>> {
     if chunk.components().get_array(JSON.into()).is_none() {
         return Vec::new();
@@ -117,15 +117,15 @@ fn texts(chunk: &Chunk) -> Vec<Option<String>> {
     one_a_row(chunk, texts)
 }
 
-/// The component `name` of the rows of `chunk`: one number or none each, `None`
-/// where the cell is damaged.
+/// The component `name` in the rows of `chunk`: at most one number each, and `None` for a
+/// damaged cell.
 pub fn numbers(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     let rows = chunk.iter_slices::<Option<u64>>(name.into());
     one_a_row(chunk, rows.map(only))
 }
 
-/// The component `name` of the rows of `chunk`, as [`numbers`]; none in each row of a
-/// chunk without that component.
+/// The component `name` in the rows of `chunk`, as [`numbers`]; without numbers if the
+/// chunk lacks the component.
 fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>> {
     match chunk.components().get_array(name.into()) {
         Some(_) => numbers(chunk, name),
@@ -133,7 +133,7 @@ fn numbers_if_any(chunk: &Chunk, name: &'static str) -> Vec<Option<Option<u64>>>
     }
 }
 
-/// Run times of the rows of `chunk`; `None` for what is none.
+/// Run times of the rows of `chunk`; `None` for an invalid one.
 fn stamps(chunk: &Chunk) -> Vec<Option<Time>> {
     let column = chunk.timelines().get(&RUN_TIME.into());
     let times = column.map_or(&[][..], |column| column.times_raw());
@@ -145,21 +145,21 @@ fn stamps(chunk: &Chunk) -> Vec<Option<Time>> {
 fn values(chunk: &Chunk) -> Vec<Option<&[f64]>> {
     let name = Scalars::descriptor_scalars().component;
     let cells = chunk.components().get_array(name);
-    // Where a number is missing, another one is in its place.
+    // A missing number would shift the others to the wrong place.
     let whole = cells.is_some_and(|cells| cells.values().null_count() == 0);
     let rows = chunk.iter_slices::<f64>(name);
     one_a_row(chunk, rows.map(|row| whole.then_some(row)))
 }
 
-/// The only one of `items`.
+/// The single item of `items`.
 fn only<T>(items: impl IntoIterator<Item = T>) -> Option<T> {
     let mut items = items.into_iter();
     let item = items.next()?;
     items.next().is_none().then_some(item)
 }
 
-/// `cells`, if there is one for each row of `chunk`: where one is missing, nobody
-/// knows of which rows the others are.
+/// `cells`, if there is one for each row of `chunk`: with a missing one, the rows of the
+/// others are unknown.
 fn one_a_row<T: Clone>(chunk: &Chunk, cells: impl Iterator<Item = Option<T>>) -> Vec<Option<T>> {
     let cells: Vec<_> = cells.collect();
     match cells.len() == chunk.num_rows() {

@@ -10,25 +10,25 @@ use ratelab::{
 use rerun::{EntityPath, EntityPathPart};
 use serde::{Deserialize, Serialize};
 
-/// Version of what is laid down here. A reader refuses a later one.
+/// Version of this format. A reader refuses a later one.
 pub const FORMAT: u32 = 2;
 
 /// Name by which the viewer groups recordings.
 pub const APPLICATION: &str = "ratelab";
 
-/// The same for the curves of sweeps: the viewer keeps a layout for each name.
+/// The same for the curves of sweeps: the viewer stores one layout per name.
 pub const SWEEP_APPLICATION: &str = "ratelab-sweep";
 
 /// Property with the [`Origin`].
 pub const ORIGIN: &str = "origin";
 
-/// Entity of what happened to the run: text for people, [`JSON`] for readers.
+/// Entity of the events of the run: text for people, [`JSON`] for readers.
 pub const EVENTS: &str = "/events";
 
-/// Entity of the last thing written, a [`RecordingEnd`]. A file without it was torn.
+/// Entity of the last item written, a [`RecordingEnd`]. A file without it was cut off.
 pub const END: &str = "/end";
 
-/// Entity of marks up to which everything is in the file.
+/// Entity of marks up to which the file is complete.
 pub const CHECKPOINT: &str = "/checkpoint";
 
 /// Component of a checkpoint: run time (ns).
@@ -37,16 +37,16 @@ pub const UNTIL: &str = "until_ns";
 /// Component with a value as JSON.
 pub const JSON: &str = "json";
 
-/// Components of a message, beside its numbers.
+/// Components of a message, in addition to its numbers.
 pub mod message {
     /// Position in the topic's history.
     pub const SEQ: &str = "seq";
     /// Run time of the sensing it was derived from (ns).
     pub const ORIGIN: &str = "origin_ns";
-    /// Its stamp (ns), where that is not the run time of its publication.
+    /// Its stamp (ns), if different from the run time of its publication.
     pub const STAMP: &str = "stamp_ns";
-    /// Run time of its delivery (ns), where that is not that of its publication;
-    /// [`LOST`] if there is none.
+    /// Run time of its delivery (ns), if different from that of its publication; [`LOST`]
+    /// if it was lost.
     pub const ARRIVES: &str = "arrives_ns";
     /// The delivery of a lost message.
     pub const LOST: u64 = u64::MAX;
@@ -58,17 +58,17 @@ pub mod message {
 pub mod tick {
     /// Number of the tick.
     pub const NUMBER: &str = "tick";
-    /// How long it took (ns).
+    /// Duration of the tick (ns).
     pub const TOOK: &str = "took_ns";
     /// Periods skipped so far.
     pub const OVERRUNS: &str = "overruns";
-    /// Run time at which it acted on the world, where it did (ns).
+    /// Run time of its action on the world, if it had one (ns).
     pub const PUSHED: &str = "pushed_ns";
-    /// Run time of the sensing behind that (ns).
+    /// Run time of the sensing behind that action (ns).
     pub const SENSED: &str = "sensed_ns";
 }
 
-/// The entity with these parts of a path, whatever characters are in them.
+/// The entity with these parts of a path, with any characters.
 pub fn path(parts: &[&str]) -> EntityPath {
     EntityPath::new(
         parts
@@ -87,13 +87,13 @@ pub fn topic_entity(name: &str) -> EntityPath {
 /// Parent of the entities of all nodes.
 pub const NODES: &str = "nodes";
 
-/// Entity of the ticks of a node. How late they began is there as a series (µs),
-/// not a number where the clock is never late.
+/// Entity of the ticks of a node. Their lateness is a series there (µs), NaN under a
+/// clock without lateness.
 pub fn node_entity(name: &str) -> EntityPath {
     path(&[NODES, name])
 }
 
-/// The run and its software: enough to run it again.
+/// The run and its software: enough to repeat it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// [`FORMAT`] of the file.
@@ -103,21 +103,21 @@ pub struct Origin {
     /// The engine of the plant, with its version; see [`System::engine`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
-    /// Processor and operating system, such as `x86_64-linux`: mathematical
-    /// functions may differ in their last bit between them.
+    /// Processor and operating system, such as `x86_64-linux`: the last bit of
+    /// mathematical functions may differ between platforms.
     pub platform: String,
     /// Name of the system.
     pub system: String,
     /// The configuration at the start.
     #[serde(with = "ConfigRecord")]
     pub config: Config,
-    /// The graph when it was started.
+    /// The graph at the start.
     #[serde(rename = "shape")]
     pub topology: Topology,
 }
 
-/// A [`Config`] as it stands in a file: these names stay, whatever becomes of
-/// those in the code. A knob stands as it does in the event log.
+/// A [`Config`] in a file: these names stay the same when those in the code change. A
+/// knob has the same text as in the event log.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Config")]
 struct ConfigRecord {
@@ -132,7 +132,7 @@ struct ConfigRecord {
 }
 
 impl Origin {
-    /// Of a run of `system` that this program makes.
+    /// The origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
         Self {
             format: FORMAT,
@@ -145,7 +145,7 @@ impl Origin {
         }
     }
 
-    /// By what the recording was made, with versions.
+    /// The software of the recording, with versions.
     pub fn made_by(&self) -> String {
         let ratelab = format!("ratelab {}", self.ratelab);
         let parts = [Some(&ratelab), self.engine.as_ref(), Some(&self.platform)];
@@ -154,18 +154,18 @@ impl Origin {
     }
 }
 
-/// Processor and operating system of this program.
+/// Processor and operating system of this computer.
 fn platform() -> String {
     use std::env::consts::{ARCH, OS};
     format!("{ARCH}-{OS}")
 }
 
-/// How a recording ended.
+/// The end of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingEnd {
-    /// Run time then.
+    /// Run time of the end.
     pub at: Time,
-    /// The clock then.
+    /// The clock at the end.
     pub clock: ClockKind,
     /// The end of the run.
     pub end: RunStatus,
@@ -173,30 +173,30 @@ pub struct RecordingEnd {
     pub messages: Vec<u64>,
     /// Ticks in the file, per node of the [`Topology`].
     pub ticks: Vec<u64>,
-    /// Messages and ticks that came faster than they could be recorded.
+    /// Number of messages and ticks lost because the recorder was too slow.
     pub lost: u64,
-    /// Messages lost unread when the run ended, per topic of the [`Topology`]: a queue
-    /// made shallower loses some after the last message. Not known of a run that
-    /// went on.
+    /// Messages lost unread at the end of the run, per topic of the [`Topology`]: a queue
+    /// made shallower may lose some after the last message. Unknown for a run that went
+    /// on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dropped: Option<Vec<u64>>,
 }
 
-/// The end of a run that was recorded.
+/// The end of a recorded run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RunStatus {
-    /// It ended.
+    /// It ended, with a result.
     Ended(RunResult),
     /// A node failed.
     Failed {
         /// The error.
         fault: String,
     },
-    /// It went on, only its recording ended.
+    /// It went on after the end of the recording.
     WentOn,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
     /// The verdict.
@@ -205,10 +205,10 @@ pub struct RunResult {
     pub steps: u64,
     /// Run time.
     pub sim_time: Time,
-    /// Wall time that it took.
+    /// Wall time of the run.
     pub wall_time: Duration,
-    /// Figures of the last state by their names; none that is not finite. See
-    /// [`System::finals`].
+    /// Figures of the last state by their names; `None` for values that are not finite.
+    /// See [`System::finals`].
     pub finals: BTreeMap<String, Option<f64>>,
 }
 
@@ -222,7 +222,7 @@ pub struct VerdictRecord {
 }
 
 impl RunResult {
-    /// That of a run of `system` with this `summary`.
+    /// The result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
         let finals = system.finals(&summary.state).into_iter();
         let finals = finals.map(|figure| {
@@ -243,7 +243,7 @@ impl RunResult {
 }
 
 impl VerdictRecord {
-    /// The verdict of a run of `system`; one without a text if it has none of this
+    /// The verdict of a run of `system`; without a text if the system has none of this
     /// name.
     pub fn verdict(&self, system: &dyn System) -> Verdict {
         /// A verdict of another system.

@@ -1,4 +1,4 @@
-//! The input of a recorder: a run, and in the end the reason to stop.
+//! The input of a recorder: a run, and finally the reason to stop.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use ratelab::{
 
 use super::schema::{Origin, RunResult, RunStatus};
 
-/// A run as a recorder sees it.
+/// A run, for a recorder.
 #[derive(Clone)]
 pub struct Source {
     /// The system.
     pub system: Arc<dyn System>,
-    /// How it is run.
+    /// The origin of the run.
     pub origin: Origin,
     /// The graph before the run.
     pub start: Snapshot,
     /// Reads the graph.
     pub observer: Observer,
-    /// Taps it.
+    /// Access to its taps.
     pub taps: Taps,
 }
 
 impl Source {
-    /// An experiment that has not begun.
+    /// The source for an experiment that has not begun.
     pub fn of(experiment: &Experiment) -> Self {
         let (system, observer) = (experiment.system().clone(), experiment.observer());
         let config = experiment.config().clone();
@@ -39,8 +39,8 @@ impl Source {
         }
     }
 
-    /// Whether there is a picture of the plant. Before the run it is tried with a state
-    /// of zeros.
+    /// Whether the plant has a picture. Before the run this is tested with a state of
+    /// zeros.
     pub(super) fn has_picture(&self) -> bool {
         let mut topics = self.taps.topics().iter();
         let state = topics.find(|topic| Some(topic.name()) == self.system.state());
@@ -49,13 +49,13 @@ impl Source {
     }
 }
 
-/// Why a recorder is to stop.
+/// The reason for the end of a recording.
 pub enum StopReason {
     /// The run ended.
     Run(Box<Summary>),
     /// A node failed.
     Fault(String),
-    /// The run goes on without it.
+    /// The recording was switched off; the run goes on.
     Off,
 }
 
@@ -68,7 +68,7 @@ impl StopReason {
         }
     }
 
-    /// Messages lost unread by then, per topic; `None` while more may be.
+    /// Messages lost unread so far, per topic; `None` if the run goes on.
     pub(super) fn losses(&self, observer: &Observer) -> Option<Vec<u64>> {
         if matches!(self, Self::Off) {
             return None;
@@ -77,7 +77,7 @@ impl StopReason {
         Some(topics.iter().map(TopicView::dropped).collect())
     }
 
-    /// The status of the run of `system`, for the file.
+    /// The status of a run of `system`, for the file.
     pub(super) fn status(&self, system: &dyn System) -> RunStatus {
         match self {
             Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),

@@ -1,4 +1,4 @@
-//! How many ticks a node has made by some run time, as its rates have it.
+//! The number of ticks of a node by a given run time, according to its rates.
 
 use std::collections::VecDeque;
 
@@ -12,26 +12,26 @@ use ratelab::{
 
 use crate::timing::is_of_time;
 
-/// The ticks of a node under the virtual clock, followed through run time from
-/// its first rate and the changes of it. Costs the same for an hour and for a year.
+/// The ticks of a node under the virtual clock, from its first rate and all changes of
+/// it, followed through run time. The cost is independent of the length of the run.
 pub struct TickSchedule {
     rate: Rate,
-    /// Ticks that were due before the next one.
+    /// Number of ticks due before the next one.
     ticks: u64,
-    /// Changes not reached yet, in the order in which they were made.
+    /// Later changes, in order.
     ahead: VecDeque<(Time, Hz)>,
-    /// By how many ticks a count may be off: one, and one for each change of rate,
-    /// so that a recording outlives a change in how rates are changed.
+    /// Maximum error of a count: one, plus one for each change of rate, so that
+    /// recordings stay valid when the handling of changes is revised.
     slack: u64,
-    /// Whether its ticks were given a time of their own: they take, are late or are
-    /// shifted, so some that were due were missed.
+    /// Whether its ticks had a duration, lateness or offset, so that some due ticks were
+    /// missed.
     timed: bool,
-    /// Whether its clock was wrong, so that any due times passed or came again.
+    /// Whether its clock had an error, so that due times were skipped or repeated.
     wrong: bool,
 }
 
 impl TickSchedule {
-    /// That of `node` in a run with this `setup` and these `events`.
+    /// The schedule of `node` in a run with this `setup` and these `events`.
     pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
         let changes = events.iter().filter_map(|event| match event.applied()? {
             Command::Set(Knob::Rate { node: name, hz }) if *name == node.name => {
@@ -63,8 +63,8 @@ impl TickSchedule {
         }
     }
 
-    /// Whether tick `number` may have been at `at`, which is not before the last
-    /// one asked for.
+    /// Whether tick `number` is possible at `at`, which is not before the time of the
+    /// last call.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
         let (due, timed) = (self.ticks_before(at), self.timed);
         let (most, least) = (
@@ -74,13 +74,13 @@ impl TickSchedule {
         self.wrong || (number <= most && (timed || least <= number))
     }
 
-    /// Whether run time may have come to `at` without a tick after tick `last`.
+    /// Whether run time can have reached `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
         self.timed || self.wrong || due <= last.saturating_add(1)
     }
 
-    /// Whether its ticks were given a time of their own.
+    /// Whether its ticks had a duration, lateness or offset.
     pub fn is_timed(&self) -> bool {
         self.timed
     }
@@ -102,7 +102,7 @@ impl TickSchedule {
     }
 }
 
-/// Whether `knob` keeps a node from ticks that are due.
+/// Whether `knob` makes a node miss due ticks.
 fn is_fault(knob: &Knob) -> bool {
     matches!(
         knob.kind(),
@@ -130,7 +130,7 @@ mod tests {
         Time::from_nanos(ms * 1_000_000)
     }
 
-    /// 50 Hz, and 10 Hz from half a second on.
+    /// 50 Hz, then 10 Hz from 0.5 s on.
     fn schedule() -> TickSchedule {
         schedule_with(&Setup::default())
     }
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn ticks_are_where_the_rates_have_them() {
-        // Of every 20 ms before the change; then 0.58 s, 0.68 s and so on.
+        // Every 20 ms before the change; then 0.58 s, 0.68 s and so on.
         for (at, ticks) in [
             (0, 0),
             (1, 1),

@@ -1,4 +1,4 @@
-//! The timelines on which everything in a recording is placed.
+//! The timelines of a recording.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -8,13 +8,13 @@ use rerun::TimeColumn;
 /// Time since the run began.
 pub const RUN_TIME: &str = "run_time";
 
-/// Control steps that the plant had made.
+/// Number of control steps of the plant.
 pub const CONTROL_STEP: &str = "control_step";
 
 /// Wall time; under the real clock only.
 pub const WALL_TIME: &str = "wall_time";
 
-/// When the rows of a batch happened, on every timeline.
+/// The times of the rows of a batch, on every timeline.
 #[derive(Clone, Debug, Default)]
 pub struct Stamps {
     /// Wall time at which the run began (ns since 1970).
@@ -24,8 +24,8 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// No rows yet. With an `epoch`, the wall time at which run time was zero,
-    /// they are on [`WALL_TIME`] too.
+    /// Without rows. With an `epoch`, the wall time at which run time was zero, rows are
+    /// on [`WALL_TIME`] too.
     pub fn new(epoch: Option<SystemTime>) -> Self {
         let since = epoch.map(|epoch| epoch.duration_since(UNIX_EPOCH).unwrap_or_default());
         Self {
@@ -35,18 +35,18 @@ impl Stamps {
         }
     }
 
-    /// Adds a row at run time `time`, when the plant had made `step` steps.
+    /// Adds a row at run time `time`, after `step` steps of the plant.
     pub fn push(&mut self, time: Time, step: u64) {
         self.nanos.push(signed(time.as_nanos()));
         self.steps.push(signed(step));
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.nanos.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.nanos.is_empty()
     }
@@ -64,7 +64,7 @@ impl Stamps {
     }
 }
 
-/// As the viewer counts; beyond 292 years it stands still.
+/// As a signed number for the viewer; constant after 292 years.
 fn signed(count: impl TryInto<i64>) -> i64 {
     count.try_into().unwrap_or(i64::MAX)
 }

@@ -1,5 +1,5 @@
-//! What is recorded of topics and nodes for readers: every message and every
-//! tick, to the bit.
+//! The recorded data of topics and nodes for readers: every message and every tick, bit
+//! for bit.
 
 use std::time::Duration;
 
@@ -20,16 +20,16 @@ pub const NANOS_PER_MICRO: f64 = 1e3;
 
 /// Items of a tap, waiting to be written.
 pub trait Track {
-    /// Takes what is in the tap; returns how much that was.
+    /// Takes the content of the tap; returns the number of items.
     fn drain(&mut self) -> usize;
 
-    /// How much waits to be written.
+    /// Number of items waiting to be written.
     fn waiting(&self) -> usize;
 
-    /// Run time of the newest that waits.
+    /// Run time of the newest waiting item.
     fn newest(&self) -> Option<Time>;
 
-    /// How much came while the tap was full.
+    /// Number of items lost because the tap was full.
     fn lost(&self) -> u64;
 }
 
@@ -37,7 +37,7 @@ pub trait Track {
 pub struct TopicTrack {
     /// Its name.
     pub name: String,
-    /// How many messages were written.
+    /// Number of messages written.
     pub written: u64,
     fields: &'static [&'static str],
     entity: EntityPath,
@@ -46,8 +46,8 @@ pub struct TopicTrack {
 }
 
 impl TopicTrack {
-    /// Those of the topic called `name` from now on, with room for `backlog` in its
-    /// tap; `None` if it is not recorded.
+    /// The messages of the topic called `name` from now on, with a tap of capacity
+    /// `backlog`; `None` if the topic is not recorded.
     pub fn new(name: &str, taps: &Taps, backlog: usize) -> Option<Self> {
         let topic = taps.topics().iter().find(|topic| topic.name() == name)?;
         let tap = taps.rows(name, backlog)?;
@@ -61,20 +61,20 @@ impl TopicTrack {
         })
     }
 
-    /// Names the numbers of its messages.
+    /// Writes the names of the numbers in its messages.
     pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
         let names = SeriesLines::new().with_names(self.fields.iter().copied());
         rec.log_static(self.entity.clone(), &names)
     }
 
-    /// Hands out what waits and is not later than `until`, to be written.
+    /// Removes and returns the waiting messages up to run time `until`.
     pub fn take(&mut self, until: Time) -> Rows {
         let rows = self.waiting.take_until(until);
         self.written += rows.len() as u64;
         rows
     }
 
-    /// Writes `rows`, which `stamps` place.
+    /// Writes `rows` at `stamps`.
     pub fn write(
         &self,
         rec: &RecordingStream,
@@ -92,7 +92,7 @@ impl TopicTrack {
             numbers_or_none(message::ORIGIN, heads().map(origin))?,
             numbers(message::DROPPED, heads().map(|head| head.dropped))?,
         ];
-        // Most messages are stamped and delivered when they are published.
+        // Most messages are stamped and delivered at their publication.
         for (name, number) in [
             (message::STAMP, stamp as fn(&Head) -> Option<u64>),
             (message::ARRIVES, arrival),
@@ -105,12 +105,12 @@ impl TopicTrack {
     }
 }
 
-/// The stamp of a message, where that is not the run time of its publication.
+/// The stamp of a message, if different from the run time of its publication.
 fn stamp(head: &Head) -> Option<u64> {
     (head.stamp != head.at).then(|| head.stamp.as_nanos())
 }
 
-/// The delivery of a message, where that is not its publication.
+/// The delivery of a message, if different from its publication.
 fn arrival(head: &Head) -> Option<u64> {
     let arrives = head.arrives.map_or(message::LOST, Time::as_nanos);
     (head.arrives != Some(head.at)).then_some(arrives)
@@ -136,7 +136,7 @@ impl Track for TopicTrack {
 
 /// The ticks of a node.
 pub struct NodeTrack {
-    /// How many ticks were written.
+    /// Number of ticks written.
     pub written: u64,
     entity: EntityPath,
     tap: Tap<TickRecord>,
@@ -144,7 +144,7 @@ pub struct NodeTrack {
 }
 
 impl NodeTrack {
-    /// Those of the node called `name` that come out of `tap`.
+    /// The ticks from `tap` of the node called `name`.
     pub fn new(name: &str, tap: Tap<TickRecord>) -> Self {
         Self {
             written: 0,
@@ -154,7 +154,7 @@ impl NodeTrack {
         }
     }
 
-    /// Hands out what waits and is not later than `until`, to be written.
+    /// Removes and returns the waiting ticks up to run time `until`.
     pub fn take(&mut self, until: Time) -> Vec<TickRecord> {
         let count = self.waiting.partition_point(|tick| tick.at <= until);
         self.written += count as u64;
@@ -162,7 +162,7 @@ impl NodeTrack {
         std::mem::replace(&mut self.waiting, later)
     }
 
-    /// Writes `ticks`, which `stamps` place.
+    /// Writes `ticks` at `stamps`.
     pub fn write(
         &self,
         rec: &RecordingStream,
@@ -194,7 +194,8 @@ impl NodeTrack {
 
 impl Track for NodeTrack {
     fn drain(&mut self) -> usize {
-        // No more than there is now: a run without pacing fills it as fast.
+        // Only the items present now: a run without pacing fills it as fast as it is
+        // emptied.
         let there = self.tap.items().len();
         self.waiting.extend(self.tap.items().try_iter().take(there));
         there

@@ -33,21 +33,21 @@ use super::{
 /// Wall time between two batches. A kill loses the messages since the last one.
 const BATCH: Duration = Duration::from_millis(900);
 
-/// Items that make a batch at any time, for a run at full speed.
+/// Number of items that makes a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
 
-/// Items that a tap holds: minutes at 50 Hz, between two looks of 50 ms more
-/// than any real clock makes.
+/// Capacity of a tap: minutes at 50 Hz, and more than any real clock produces within the
+/// 50 ms between two checks.
 const BACKLOG: usize = 16_384;
 
-/// Taps on everything.
+/// Taps on all topics and nodes.
 pub struct AttachedTaps {
     topics: Vec<TopicTrack>,
     nodes: Vec<NodeTrack>,
 }
 
 impl AttachedTaps {
-    /// Taps `source` from now on.
+    /// Attaches taps to `source`.
     pub fn new(source: &Source) -> Self {
         let (taps, topology) = (&source.taps, &source.origin.topology);
         let topics = topology.topics.iter();
@@ -68,7 +68,7 @@ impl AttachedTaps {
         nodes.chain(topics)
     }
 
-    /// Empties the taps; returns the number of items of the fullest.
+    /// Empties the taps; returns the largest number of items in any of them.
     fn drain(&mut self) -> usize {
         let nodes = self.nodes.iter_mut().map(Track::drain).max();
         let topics = self.topics.iter_mut().map(Track::drain).max();
@@ -83,22 +83,22 @@ impl AttachedTaps {
         self.all().map(Track::lost).sum()
     }
 
-    /// Run time of the newest that waits.
+    /// Run time of the newest waiting item.
     fn newest(&self) -> Option<Time> {
         self.all().filter_map(Track::newest).max()
     }
 }
 
-/// A recording that is complete.
+/// A complete recording.
 #[derive(Clone, Debug)]
 pub struct Recorded {
     /// The file.
     pub path: PathBuf,
     /// Its size in bytes.
     pub bytes: u64,
-    /// Messages in it.
+    /// Number of messages.
     pub messages: u64,
-    /// Messages and ticks that came faster than they could be recorded.
+    /// Number of messages and ticks lost because the recorder was too slow.
     pub lost: u64,
 }
 
@@ -114,16 +114,16 @@ pub struct RecordingWriter {
     /// Wall time at which run time was zero, or would have been: pauses move it.
     epoch: Option<SystemTime>,
     events: usize,
-    /// Steps that the plant has made.
+    /// Number of steps of the plant.
     made: u64,
-    /// Run time of the newest tick that is written.
+    /// Run time of the newest tick written.
     newest: Option<Time>,
     last_batch: Instant,
     lost: Arc<AtomicU64>,
 }
 
 impl RecordingWriter {
-    /// Writes what a recording begins with.
+    /// Writes the beginning of a recording.
     pub fn start(
         file: RecordingFile,
         taps: AttachedTaps,
@@ -131,7 +131,7 @@ impl RecordingWriter {
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
         let rec = begin(&file, &taps, &source).map_err(io::Error::other)?;
-        // Without its handle to the taps, which would keep those of others open.
+        // Without its handle to the taps, which would keep other taps open.
         let Source {
             system,
             origin,
@@ -161,8 +161,8 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// Takes what the taps hold, and writes it when it is time to. Returns whether
-    /// there is so much that it should look again at once.
+    /// Empties the taps, and writes a batch when one is due. Returns whether there is so
+    /// much data that it should be called again at once.
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
         if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
@@ -175,7 +175,7 @@ impl RecordingWriter {
         Ok(fullest > BACKLOG / 8)
     }
 
-    /// Writes the rest, and the end.
+    /// Writes the remaining data, and the end.
     pub fn complete(mut self, reason: &StopReason) -> io::Result<Recorded> {
         self.drain();
         self.batch(Time::MAX)?;
@@ -193,19 +193,19 @@ impl RecordingWriter {
         self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
-        // The run does not wait for them any more.
+        // The run no longer waits for them.
         drop(self.taps);
         let bytes = self.file.complete()?;
         Ok(Recorded {
             path: self.file.path(),
-            // A file that cannot be compacted is complete as well.
+            // A file that cannot be compacted is still complete.
             bytes: compact(&self.file).unwrap_or(bytes),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
         })
     }
 
-    /// Messages written, per topic of the graph.
+    /// Number of messages written, per topic of the graph.
     fn messages(&self) -> Vec<u64> {
         let written = |name: &str| {
             let track = self.taps.topics.iter().find(|track| track.name == name);
@@ -221,7 +221,7 @@ impl RecordingWriter {
         fullest
     }
 
-    /// Writes what waits and is not later than `until`.
+    /// Writes the waiting items up to run time `until`.
     fn batch(&mut self, until: Time) -> io::Result<()> {
         self.last_batch = Instant::now();
         let events = self.observer.events(self.events);
@@ -232,8 +232,8 @@ impl RecordingWriter {
         self.flush()
     }
 
-    /// Writes what came before an event that moves the wall by the old one, and
-    /// what came after it by the new.
+    /// Writes the items before an event that shifts wall time with the old epoch, and
+    /// those after it with the new one.
     fn write_parts(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
         let mut rest = events;
         while let Some(index) = rest.iter().position(moves_the_wall) {
@@ -246,7 +246,7 @@ impl RecordingWriter {
         self.write(until, rest)
     }
 
-    /// Marks up to where everything is in the file, should it be torn later.
+    /// Marks the run time up to which the file is complete, in case it is cut off later.
     fn checkpoint(&self) -> RecordingStreamResult<()> {
         let Some(newest) = self.newest else {
             return Ok(());
@@ -256,9 +256,9 @@ impl RecordingWriter {
         self.rec.send_columns(CHECKPOINT, stamps.columns(), [until])
     }
 
-    /// Run time stands still at a pause and passes otherwise under another
-    /// clock, so after either wall time is found anew: to the time since the
-    /// last tick, some 20 ms.
+    /// A pause stops run time, and another clock changes its speed, so after either the
+    /// wall time is measured again: accurate to the time since the last tick, about 20
+    /// ms.
     fn anchor(&mut self) {
         let observer = &self.observer;
         if observer.status().clock == ClockKind::Virtual {
@@ -321,7 +321,7 @@ impl RecordingWriter {
             .send_columns(END, stamps.columns(), [columns::texts(JSON, [json])?])
     }
 
-    /// Where things are placed that happen after the last batch.
+    /// The position of items after the last batch.
     fn now(&self) -> Progress<'static> {
         Progress {
             epoch: self.epoch,
@@ -331,13 +331,13 @@ impl RecordingWriter {
     }
 
     fn flush(&self) -> io::Result<()> {
-        // The file has a better error than the stream.
+        // The error of the file is more informative than that of the stream.
         let _ = self.rec.flush_blocking();
         self.file.flush()
     }
 }
 
-/// A stream to `file` with its layout and what it is of.
+/// A stream to `file` with its layout and description.
 fn begin(
     file: &RecordingFile,
     taps: &AttachedTaps,
@@ -354,7 +354,7 @@ fn begin(
         .recording_name(name)
         .buffered()?;
     rec.set_sink(Box::new(file.clone()));
-    // Nothing can be read without this, and columns overtake what is logged.
+    // Readers need this first, and columns overtake logged messages.
     properties::send_origin(&rec, &**system, origin)?;
     let _ = rec.flush_blocking();
     let layout = Subject {

@@ -1,5 +1,5 @@
-//! A recorded run as a trace for <https://ui.perfetto.dev>: a lane for each node and
-//! each topic, messages as flows between them, and counters.
+//! A recorded run as a trace for <https://ui.perfetto.dev>: a lane per node and topic,
+//! messages as flows between them, and counters.
 
 mod perfetto;
 mod tracks;
@@ -14,7 +14,7 @@ use crate::recording::Recording;
 use perfetto::DebugAnnotation;
 use tracks::{Slice, Tracks};
 
-/// The bytes of a trace of `recording`; `acts` is the node whose push has an age.
+/// The bytes of a trace of `recording`; `acts` is the node with a push age.
 pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
     let lineage = recording.lineage();
     let topology = lineage.topology();
@@ -50,7 +50,7 @@ pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// A tick, before it the time by which it was late.
+/// A tick, with its lateness before it.
 fn tick(tracks: &mut Tracks, lane: u64, worked: &Worked, flows: Vec<u64>) {
     let tick = &worked.tick;
     if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
@@ -65,14 +65,14 @@ fn tick(tracks: &mut Tracks, lane: u64, worked: &Worked, flows: Vec<u64>) {
     tracks.slice(lane, slice);
 }
 
-/// When a tick was over; under the real clock by the wall.
+/// The end of a tick; under the real clock in wall time.
 fn end_of(worked: &Worked) -> Time {
     let tick = &worked.tick;
     let took = tick.lateness.and(tick.took).unwrap_or_default();
     tick.ends.unwrap_or(tick.at).max(tick.at + took)
 }
 
-/// The messages that a tick read for the first time, and those that it published.
+/// The messages first read in a tick, and those published by it.
 fn flows(lineage: &Lineage, node: usize, index: usize, worked: &Worked) -> Vec<u64> {
     let before = index.checked_sub(1);
     let before = before.and_then(|before| lineage.ticks(node).nth(before));
@@ -86,12 +86,12 @@ fn flows(lineage: &Lineage, node: usize, index: usize, worked: &Worked) -> Vec<u
     flows
 }
 
-/// The number of a message among those of all topics.
+/// The number of a message, unique over all topics.
 fn flow(topic: usize, seq: u64) -> u64 {
     ((topic as u64 + 1) << 48) | seq
 }
 
-/// A message where it is published, and where it arrives if that takes time.
+/// A message at its publication, and at its delivery if that is later.
 fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Sent) {
     let facts = || vec![fact("seq", sent.seq)];
     let flows = || vec![flow(topic, sent.seq)];
@@ -144,7 +144,7 @@ fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts:
     }
 }
 
-/// Run time and age (ms) at both ends of each tooth.
+/// Run time and age (ms) at both ends of each tooth of the sawtooth.
 fn saw(lineage: &Lineage, node: usize, until: Time) -> Vec<(Time, f64)> {
     let mut saw = Vec::new();
     let ms = |ns: i64| ns as f64 / 1e6;

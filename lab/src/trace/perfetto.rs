@@ -1,12 +1,12 @@
-//! The messages of a Perfetto trace, as far as a run needs them: field numbers are
-//! those of `protos/perfetto/trace` in the Perfetto repository.
+//! The messages of a Perfetto trace needed for a run: field numbers are those of
+//! `protos/perfetto/trace` in the Perfetto repository.
 
 use prost::{Enumeration, Message};
 
 /// A trace: the whole file.
 #[derive(Clone, PartialEq, Message)]
 pub struct Trace {
-    /// What is in it.
+    /// Its packets.
     #[prost(message, repeated, tag = "1")]
     pub packet: Vec<TracePacket>,
 }
@@ -17,7 +17,7 @@ pub struct TracePacket {
     /// Run time (ns).
     #[prost(uint64, optional, tag = "8")]
     pub timestamp: Option<u64>,
-    /// Who wrote it.
+    /// Number of the writer.
     #[prost(uint32, optional, tag = "10")]
     pub trusted_packet_sequence_id: Option<u32>,
     /// An event.
@@ -31,27 +31,27 @@ pub struct TracePacket {
 /// A track.
 #[derive(Clone, PartialEq, Message)]
 pub struct TrackDescriptor {
-    /// What events call it.
+    /// Its number, used by events.
     #[prost(uint64, optional, tag = "1")]
     pub uuid: Option<u64>,
-    /// What people call it.
+    /// Its name.
     #[prost(string, optional, tag = "2")]
     pub name: Option<String>,
-    /// Under which track it is.
+    /// Number of the parent track.
     #[prost(uint64, optional, tag = "5")]
     pub parent_uuid: Option<u64>,
     /// Present for a counter.
     #[prost(message, optional, tag = "8")]
     pub counter: Option<CounterDescriptor>,
-    /// The order of the tracks under it: 3 for [`sibling_order_rank`](Self).
+    /// The order of its child tracks: 3 for [`sibling_order_rank`](Self).
     #[prost(int32, optional, tag = "11")]
     pub child_ordering: Option<i32>,
-    /// Its place among those under the same track.
+    /// Its position among the children of its parent.
     #[prost(int32, optional, tag = "12")]
     pub sibling_order_rank: Option<i32>,
 }
 
-/// What a counter counts.
+/// The description of a counter.
 #[derive(Clone, PartialEq, Message)]
 pub struct CounterDescriptor {
     /// Its unit.
@@ -59,30 +59,30 @@ pub struct CounterDescriptor {
     pub unit_name: Option<String>,
 }
 
-/// Something on a track.
+/// An event on a track.
 #[derive(Clone, PartialEq, Message)]
 pub struct TrackEvent {
-    /// Facts about it.
+    /// Annotations.
     #[prost(message, repeated, tag = "4")]
     pub debug_annotations: Vec<DebugAnnotation>,
-    /// What it is.
+    /// Its type.
     #[prost(enumeration = "EventType", optional, tag = "9")]
     pub r#type: Option<i32>,
-    /// On which track.
+    /// Number of its track.
     #[prost(uint64, optional, tag = "11")]
     pub track_uuid: Option<u64>,
-    /// What people call it.
+    /// Its name.
     #[prost(string, optional, tag = "23")]
     pub name: Option<String>,
     /// The value of a counter.
     #[prost(double, optional, tag = "44")]
     pub double_counter_value: Option<f64>,
-    /// The messages that pass here.
+    /// The messages that pass through it.
     #[prost(fixed64, repeated, packed = "false", tag = "47")]
     pub flow_ids: Vec<u64>,
 }
 
-/// A fact about an event.
+/// An annotation of an event.
 #[derive(Clone, PartialEq, Message)]
 pub struct DebugAnnotation {
     /// A number.
@@ -91,12 +91,12 @@ pub struct DebugAnnotation {
     /// A text.
     #[prost(string, optional, tag = "6")]
     pub string_value: Option<String>,
-    /// What it is.
+    /// Its name.
     #[prost(string, optional, tag = "10")]
     pub name: Option<String>,
 }
 
-/// What an event is.
+/// The type of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Enumeration)]
 #[repr(i32)]
 pub enum EventType {
@@ -106,8 +106,8 @@ pub enum EventType {
     SliceBegin = 1,
     /// A slice ends.
     SliceEnd = 2,
-    /// It takes no time.
+    /// An event without duration.
     Instant = 3,
-    /// A counter has another value.
+    /// A new value of a counter.
     Counter = 4,
 }

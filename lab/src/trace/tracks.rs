@@ -1,4 +1,4 @@
-//! Tracks and what is on them, in the order in which it happened.
+//! Tracks with their events, in order of time.
 
 use ratelab::runtime::Time;
 
@@ -6,35 +6,35 @@ use super::perfetto::{
     CounterDescriptor, DebugAnnotation, EventType, Trace, TracePacket, TrackDescriptor, TrackEvent,
 };
 
-/// The one who writes all packets.
+/// The writer of all packets.
 const WRITER: u32 = 1;
 
-/// Tracks are shown in the order in which they were added.
+/// Shows tracks in the order in which they were added.
 const EXPLICIT_ORDER: i32 = 3;
 
-/// A trace that grows.
+/// A trace under construction.
 pub struct Tracks {
     tracks: Vec<TracePacket>,
-    /// Run times, what comes first at the same one, and events.
+    /// Run times, ranks within the same instant, and events.
     events: Vec<(Time, u8, TrackEvent)>,
 }
 
-/// Something that takes time.
+/// An event with a duration.
 pub struct Slice<'a> {
-    /// What people call it.
+    /// Its name.
     pub name: &'a str,
-    /// When it begins.
+    /// Begin (run time).
     pub begins: Time,
-    /// When it is over.
+    /// End (run time).
     pub ends: Time,
-    /// The messages that pass there.
+    /// The messages that pass through it.
     pub flows: Vec<u64>,
-    /// Facts about it.
+    /// Annotations.
     pub facts: Vec<DebugAnnotation>,
 }
 
 impl<'a> Slice<'a> {
-    /// One that no message passes.
+    /// Creates a slice without messages.
     pub fn new(name: &'a str, begins: Time, ends: Time) -> Self {
         Self {
             name,
@@ -47,7 +47,7 @@ impl<'a> Slice<'a> {
 }
 
 impl Tracks {
-    /// None yet.
+    /// Creates an empty trace.
     pub fn new() -> Self {
         Self {
             tracks: Vec::new(),
@@ -55,17 +55,17 @@ impl Tracks {
         }
     }
 
-    /// A track for others to be under.
+    /// Adds a parent for other tracks.
     pub fn group(&mut self, name: &str) -> u64 {
         self.track(None, name, None)
     }
 
-    /// A track for slices and instants.
+    /// Adds a track for slices and instants.
     pub fn lane(&mut self, group: u64, name: &str) -> u64 {
         self.track(Some(group), name, None)
     }
 
-    /// A track for values.
+    /// Adds a track for values.
     pub fn counter(&mut self, group: u64, name: &str, unit: Option<&str>) -> u64 {
         let unit_name = unit.map(str::to_owned);
         self.track(Some(group), name, Some(CounterDescriptor { unit_name }))
@@ -101,14 +101,15 @@ impl Tracks {
             debug_annotations: slice.facts,
             ..event(track, EventType::SliceBegin)
         };
-        // At one instant a slice ends before the next begins, unless it is the same.
+        // At the same instant a slice ends before the next one begins, unless both are
+        // the same slice.
         let rank = if slice.ends > slice.begins { 0 } else { 2 };
         self.events.push((slice.begins, 1, begin));
         self.events
             .push((slice.ends, rank, event(track, EventType::SliceEnd)));
     }
 
-    /// Adds something that takes no time.
+    /// Adds an event without duration.
     pub fn instant(
         &mut self,
         track: u64,
@@ -126,7 +127,7 @@ impl Tracks {
         self.events.push((at, 3, instant));
     }
 
-    /// A counter has another value.
+    /// Adds a new value of a counter.
     pub fn count(&mut self, track: u64, at: Time, value: f64) {
         let count = TrackEvent {
             double_counter_value: Some(value),
@@ -135,7 +136,7 @@ impl Tracks {
         self.events.push((at, 3, count));
     }
 
-    /// The trace.
+    /// Finishes the trace.
     pub fn finish(mut self) -> Trace {
         self.events.sort_by_key(|(at, rank, _)| (*at, *rank));
         let events = self.events.into_iter().map(|(at, _, event)| TracePacket {
