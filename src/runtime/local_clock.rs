@@ -28,9 +28,9 @@ const LARGEST_PPM: f64 = 500_000.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ClockError {
-    /// How far the clock is ahead (ns).
+    /// Lead of the clock (ns).
     offset: i64,
-    /// How much faster it runs (10⁻¹²).
+    /// Excess of its speed (10⁻¹²).
     drift: i64,
 }
 

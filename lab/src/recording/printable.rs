@@ -4,7 +4,8 @@ use serde_json::Value;
 
 use crate::printable::is_control;
 
-/// Replaces control characters in every text of `value`: a file may contain any.
+/// Replaces the characters that control a terminal in every text of `value`: a file may
+/// contain any.
 pub fn make_printable(value: &mut Value) {
     match value {
         Value::String(text) => *text = text.replace(is_control, "?"),

@@ -358,7 +358,7 @@ pub mod sample {
         CliffMap::around(&system, &graph, &focus, axes, config).expect("a map")
     }
 
-    /// All runs up to 15 Hz are finished: all held from 8 Hz on, every third at 6 and 7 Hz.
+    /// All runs up to 15 Hz are finished: held from 8 Hz on, and every third at 6 and 7 Hz.
     pub fn half_filled() -> CliffMap {
         let mut map = around(&Config {
             seed: 103,
