@@ -13,7 +13,7 @@ pub(super) enum Part {
     Lost(u64),
     /// The message with this number is delivered a [`UNIT`] later.
     Late(u64),
-    /// The next tick from this run time on is a [`UNIT`] longer.
+    /// The next tick from this run time on takes one [`UNIT`] per such part in the list.
     Hang(Time),
 }
 
