@@ -1,4 +1,4 @@
-//! `ratelab hunt`: a shortest list of faults that loses a run.
+//! `ratelab hunt`: a short list of faults that loses a run.
 
 use std::{fs, path::Path, sync::atomic::Ordering};
 

@@ -1,4 +1,4 @@
-//! A hunt for a shortest list of faults that loses a run: found first, then shrunk.
+//! A hunt for a short list of faults that loses a run: found first, then shrunk.
 //!
 //! ```
 //! use std::sync::Arc;

@@ -114,7 +114,7 @@ impl Facts<'_> {
         })
     }
 
-    /// The place of the age, and its cure.
+    /// The stage in which the age arose, and its cure.
     fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
         match owner {
             Owner::Rate(node) => self.blame_rate(node, explained),
