@@ -158,7 +158,7 @@ fn invalid_knobs_are_refused_with_line_value_and_expected_form() {
     let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let time = "is not a time: expected seconds, zero or more";
     let name = "is not a knob: expected control-hz, sensor-hz, queue-depth, policy, \
-                rate, depth, send, takes, offset, wakes, link, read, lose, postpone, crash, \
+                think-ms, on-stale, rate, depth, send, takes, offset, wakes, link, read, lose, postpone, crash, \
                 restart, hang or clock";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
