@@ -57,6 +57,18 @@ fn setup() -> Setup {
     }
 }
 
+/// A session whose run has no end.
+fn running() -> App {
+    let config = Config {
+        speed: Speed::REAL_TIME,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, setup()).expect("session");
+    app.sample().expect("no fault");
+    app
+}
+
 fn options() -> Options {
     Options {
         fps: 30,

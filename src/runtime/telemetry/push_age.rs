@@ -94,11 +94,6 @@ impl PushAge {
         Some(Push { at, sensed })
     }
 
-    /// Run time of the sensing behind the push in force; `None` before the first.
-    pub fn sensed(&self) -> Option<Time> {
-        self.in_force().map(|push| push.sensed)
-    }
-
     /// Reads the age at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
         let state = lock(&self.0);

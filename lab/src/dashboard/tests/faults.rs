@@ -2,17 +2,6 @@
 
 use super::*;
 
-fn running() -> App {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
-    app.sample().expect("no fault");
-    app
-}
-
 /// The knobs that are set.
 fn set(app: &App) -> Vec<String> {
     let setup = app.wanted().setup;

@@ -1,19 +1,7 @@
 //! Typing knobs: completion, history, and what is given back.
 
 use super::*;
-use ratelab::runtime::{Knob, Time};
-
-/// A run that goes on.
-fn running() -> App {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
-    app.sample().expect("no fault");
-    app
-}
+use ratelab::runtime::Knob;
 
 fn key(app: &mut App, code: KeyCode) {
     app.key(&KeyEvent::new(code, KeyModifiers::NONE))
