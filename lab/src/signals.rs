@@ -52,7 +52,7 @@ pub fn stop_flag() -> Arc<AtomicBool> {
 
 /// Ends the program immediately after a signal.
 pub fn end_at_once() -> ! {
-    remove_unfinished();
+    let _no_more = remove_unfinished();
     // Skips exit handlers, because other threads are still running.
     low_level::exit(exit_code().unwrap_or(1).into())
 }

@@ -40,8 +40,10 @@ impl Unfinished {
     pub fn create(target: &Path) -> io::Result<Self> {
         let folder = target.parent().unwrap_or(Path::new("/"));
         remove_leftovers(folder);
+        let mut names = names();
         let file = hidden(target, folder)?;
-        names().push(file.path().to_owned());
+        names.push(file.path().to_owned());
+        drop(names);
         if let Ok(about) = target.metadata() {
             file.as_file().set_permissions(about.permissions())?;
         }
@@ -75,11 +77,14 @@ impl Unfinished {
     }
 }
 
-/// Removes all unfinished files, for an immediate exit.
-pub fn remove_unfinished() {
-    for name in names().iter() {
+/// Removes all unfinished files before an immediate exit. No file is created while the
+/// caller keeps the result.
+pub fn remove_unfinished() -> impl Sized {
+    let names = names();
+    for name in names.iter() {
         let _ = fs::remove_file(name); // It may have its final name by now.
     }
+    names
 }
 
 fn names() -> std::sync::MutexGuard<'static, Vec<PathBuf>> {
