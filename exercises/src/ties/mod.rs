@@ -25,6 +25,7 @@ pub struct Ties;
 
 const BRIEF: Brief = Brief {
     number: 3,
+    part: "",
     name: "ties",
     title: "When two clocks tie",
     kind: Kind::BugHunt,
@@ -43,6 +44,7 @@ const BRIEF: Brief = Brief {
         most: 1_000.0,
         whole: false,
     },
+    choices: &[],
 };
 
 impl Exercise for Ties {
@@ -50,13 +52,14 @@ impl Exercise for Ties {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let rates = hz(&RATES)?;
         let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
         let asked = pairs.iter().find(|pair| pair.hz.get() == ASKED);
         let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
         Ok(Findings {
             table: table(&pairs),
+            refuted: Vec::new(),
             answer: Answer::Exactly(asked.exact.latency_ms),
             meaning: asked.meaning(),
             measurements: pairs.iter().flat_map(Pair::measurements).collect(),
