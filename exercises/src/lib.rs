@@ -14,12 +14,13 @@
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(exercise.check()?.iter().all(|check| check.holds()));
-//! assert_eq!(ALL.len(), 10);
+//! assert_eq!(ALL.len(), 12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! Each exercise is a module of this crate; [`framework`] is their common part.
 
+pub mod build;
 pub mod cliff;
 pub mod deep_queue;
 pub mod deeper_queue;
@@ -28,6 +29,7 @@ pub mod framework;
 pub mod hold_or_zero;
 pub mod jitter;
 pub mod limits;
+pub mod mend;
 pub mod one_law;
 pub mod rescue;
 pub mod ties;
@@ -37,7 +39,7 @@ use std::iter;
 use framework::Exercise;
 
 /// All exercises in their order. Of one with several questions this is the first.
-pub const ALL: [&dyn Exercise; 10] = [
+pub const ALL: [&dyn Exercise; 12] = [
     &cliff::Cliff,
     &deeper_queue::DeeperQueue,
     &ties::Ties,
@@ -48,6 +50,8 @@ pub const ALL: [&dyn Exercise; 10] = [
     &jitter::Jitter,
     &hold_or_zero::HOLD,
     &fault::Fault,
+    &build::Build,
+    &mend::Mend,
 ];
 
 /// The exercise with this number, counted from one: its first question.

@@ -28,7 +28,7 @@ def one_law():
 
 
 def deep_queue():
-    for depth in (1, 2, 3, 4, 5, 6, 10, 100):
+    for depth in (*range(1, 11), 100):
         for seed in range(3):
             got = run(seed, "rate policy 49", f"depth /obs {depth}", "read /obs oldest",
                       duration_s="30")

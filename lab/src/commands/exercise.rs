@@ -16,7 +16,7 @@ use crate::{
     output::print_line,
     predictions::{answers_file, predicted},
     recording::Recording,
-    rescue::{RESCUE, is_shipped, judge_recording},
+    rescue::{RESCUE, accept},
 };
 
 /// Width of the text (columns).
@@ -156,16 +156,11 @@ fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
     }
     let recording = Recording::read(file)?;
     let name = file.display();
-    let refused = match judge_recording(&recording) {
-        Ok(rescued) if is_shipped(file) => {
-            format!("comes with ratelab, record your own ({rescued})")
-        }
-        Ok(rescued) => {
-            print_line(&format!("✓ {name}: {rescued}"))?;
-            return Error::if_damaged(&recording);
-        }
-        Err(failure) => format!("not a rescue yet: {failure}"),
-    };
-    print_line(&format!("✖ {name}: {refused}"))?;
+    let (accepted, text) = accept(&recording);
+    if accepted {
+        print_line(&format!("✓ {name}: {text}"))?;
+        return Error::if_damaged(&recording);
+    }
+    print_line(&format!("✖ {name}: {text}"))?;
     Err(Error::NotRescued(name.to_string()))
 }

@@ -97,7 +97,7 @@ impl ExercisePanel {
     pub fn judging(file: &std::path::Path, seed: u64) -> Self {
         let text = match judge_file(file) {
             Ok((true, text)) => format!("✓ {text}"),
-            Ok((false, text)) => format!("✖ not a rescue yet: {text}"),
+            Ok((false, text)) => format!("✖ {text}"),
             Err(error) => error.to_string(),
         };
         Self {
