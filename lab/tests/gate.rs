@@ -81,7 +81,7 @@ fn answers() -> Vec<Vec<String>> {
         words(&["You predicted"]),
         words(&["Measured: "]),
         // 2: what the queue does not do.
-        words(&["--break", "--queue-depth"]),
+        words(&["--break --queue-depth"]),
         words(&["queue", "saves nothing"]),
         words(&["queue", "changes nothing"]),
         words(&["no depth", "helps"]),

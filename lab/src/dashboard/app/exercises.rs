@@ -77,7 +77,9 @@ impl App {
                     speed: self.config.speed,
                     end: self.config.end,
                     ..*scene
-                })
+                })?;
+                self.notify("whose fault is it? i explains the pane in focus; e, then your answer");
+                Ok(())
             }
         }
     }
