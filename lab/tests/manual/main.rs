@@ -116,6 +116,7 @@ manual! {
     ros2: "docs/ros2.md",
     chapter: "docs/chapter.md",
     exercises: "exercises/README.md",
+    answers: "docs/answers.md",
     reference_recordings: "recordings/README.md",
     policies: "policies/README.md",
     golden: "tests/golden/README.md",

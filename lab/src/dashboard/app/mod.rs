@@ -84,6 +84,8 @@ pub struct App {
     /// The first recording that ended early.
     unrecorded: Option<RecordError>,
     frame: Option<Arc<FrameData>>,
+    /// The learner's number: the seed of the first session.
+    learner: u64,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
     /// The knobs that undo the one that breaks the system, after that was turned.
@@ -143,6 +145,7 @@ impl App {
             recorded: Vec::new(),
             unrecorded: None,
             frame: None,
+            learner: config.seed,
             panel: None,
             unbroken: Vec::new(),
             by_hand: false,
