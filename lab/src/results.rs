@@ -46,6 +46,7 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
         out: args.out.as_deref(),
         metrics: METRICS,
         csv: args.csv.as_deref(),
+        svg: None,
         header: header.unwrap_or_default(),
         record: args.record.as_ref().and_then(Option::as_deref),
         inputs,

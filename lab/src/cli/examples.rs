@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 13] = [
+const OF_COMMANDS: [(&str, &str); 15] = [
     (
         "",
         "\
@@ -34,6 +34,7 @@ const OF_COMMANDS: [(&str, &str); 13] = [
   ratelab sweep --control-hz 5..10 --seeds 0..199 --theory
   ratelab sweep --control-hz 5..10 --by age
   ratelab sweep --policy scripted,lqr --queue-depth 1,100
+  ratelab sweep --control-hz 5..10 --queue-depth 1,10,100 --svg map.svg
   ratelab sweep --axis \"rate NODE\" 1,10,100 --csv runs.csv",
     ),
     (
@@ -63,6 +64,8 @@ const OF_COMMANDS: [(&str, &str); 13] = [
   ratelab exercise 1                    says what it is about, asks, measures
   ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
     ),
+    ("grade", "  ratelab grade hand-ins --csv grades.csv"),
+    ("tour", "  ratelab tour --theme light"),
     (
         "completions",
         "\

@@ -3,6 +3,7 @@
 mod examples;
 mod exercise;
 mod explain;
+mod grade;
 mod graph;
 mod hunt;
 mod picture;
@@ -27,6 +28,7 @@ pub use self::{
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
+    grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
     picture::PictureArgs,
@@ -70,9 +72,9 @@ pub enum Command {
     Trace(TraceArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
     Picture(PictureArgs),
-    /// Learn by predicting: list the exercises, do one, check what they promise.
+    /// The commands of the course.
     #[command(skip)]
-    Exercise(ExerciseArgs),
+    Course(CourseCommand),
     /// Print the keys of the lab.
     Keys,
     /// Print a completion script for a shell.
@@ -89,9 +91,19 @@ pub enum Command {
     },
 }
 
-/// Name of the command that only a course has, and its place in the help: the others have
-/// even places.
-const EXERCISE: (&str, usize) = ("exercise", 19);
+/// The commands that only a course has.
+#[derive(Debug, Subcommand)]
+pub enum CourseCommand {
+    /// Learn by predicting: list the exercises, do one, check what they promise.
+    Exercise(ExerciseArgs),
+    /// Grade the hand-ins of many learners in one table.
+    Grade(GradeArgs),
+    /// Open the lab with a guide: five minutes, step by step.
+    Tour(ScreenArgs),
+}
+
+/// Place of the commands of the course in the help: the others have even places.
+const COURSE: usize = 19;
 
 /// Parses the command line of `program`.
 ///
@@ -101,8 +113,8 @@ pub fn parse(program: &Program) -> Result<Command, clap::Error> {
     let matches = command(program).try_get_matches()?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
-        Some((name, args)) if name == EXERCISE.0 => {
-            ExerciseArgs::from_arg_matches(args).map(Command::Exercise)
+        Some((name, _)) if CourseCommand::has_subcommand(name) => {
+            CourseCommand::from_arg_matches(&matches).map(Command::Course)
         }
         Some(_) => Command::from_arg_matches(&matches),
     }
@@ -127,9 +139,7 @@ pub fn command(program: &Program) -> clap::Command {
         .version(version::short(program))
         .long_version(version::long(program));
     if program.course {
-        let exercise = ExerciseArgs::augment_args(clap::Command::new(EXERCISE.0));
-        let about = "Learn by predicting: list the exercises, do one, check what they promise";
-        command = command.subcommand(exercise.about(about));
+        command = CourseCommand::augment_subcommands(command);
     }
     let with_options = |command: clap::Command| match command.get_name() {
         "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
@@ -140,7 +150,7 @@ pub fn command(program: &Program) -> clap::Command {
     let mut places = (1..).map(|place| 2 * place);
     examples::add(command.mut_subcommands(|command| {
         let place = match command.get_name() {
-            name if name == EXERCISE.0 => Some(EXERCISE.1),
+            name if CourseCommand::has_subcommand(name) => Some(COURSE),
             _ => places.next(),
         };
         examples::add(with_options(command)).display_order(place)

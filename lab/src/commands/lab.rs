@@ -7,8 +7,9 @@ use ratelab::{
 
 use crate::{
     cli::LabArgs,
-    dashboard::{self, LabError, Setup},
+    dashboard::{self, Guide, LabError, Setup},
     error::Error,
+    first_start,
     options::{self, Defaults},
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
@@ -39,7 +40,11 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         csv: args.run.csv.clone(),
         record: args.run.record.clone().map(Destination::new),
     };
-    let left = dashboard::show(&config, setup, &screen(&args.screen));
+    let guide = match program.course && first_start::is_first() {
+        true => Guide::Offer,
+        false => Guide::Nobody,
+    };
+    let left = dashboard::show(&config, setup, &screen(&args.screen), guide);
     let left = left.map_err(|error| refusal(args, error))?;
     for recorded in &left.recorded {
         print_recorded(args.run.json, recorded)?;

@@ -3,6 +3,7 @@
 
 mod completions;
 mod exercise;
+mod grade;
 mod hunt;
 mod info;
 mod keys;
@@ -12,11 +13,13 @@ mod picture;
 mod replay;
 mod run;
 mod sweep;
+mod tour;
 mod trace;
 mod verify;
 
 pub use completions::completions;
 pub use exercise::exercise;
+pub use grade::grade;
 pub use hunt::hunt;
 pub use info::info;
 pub use keys::print_keys;
@@ -26,5 +29,6 @@ pub use picture::picture;
 pub use replay::replay;
 pub use run::run;
 pub use sweep::sweep;
+pub use tour::tour;
 pub use trace::trace;
 pub use verify::verify;

@@ -298,6 +298,7 @@ impl Model for Player {
             footer: Footer::Hints(self.hints()),
             help: self.help(),
             page: self.page(),
+            aside: None,
             notice: self.notice.as_deref(),
         })
     }

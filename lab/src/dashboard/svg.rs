@@ -8,6 +8,7 @@ use ratatui::{
 };
 
 use super::view::theme::{Look, rgb};
+use crate::xml::escaped;
 
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
@@ -89,7 +90,7 @@ fn glyph(svg: &mut String, symbol: &str, left: usize, top: u16) {
             }
         }
         Some(_) => {
-            let symbol = symbol.replace('&', "&amp;").replace('<', "&lt;");
+            let symbol = escaped(symbol);
             let y = top + 13;
             let _ = writeln!(svg, "<text x=\"{left}\" y=\"{y}\">{symbol}</text>");
         }

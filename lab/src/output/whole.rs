@@ -1,6 +1,9 @@
 //! A file that is written at one go.
 
-use std::{io::Write, path::Path};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use super::{
     paths::{is_same, resolved},
@@ -27,9 +30,35 @@ pub fn write_whole(
             path.display()
         )));
     }
-    let file = resolved(path).and_then(|target| Unfinished::create(&target));
-    let file = file.map_err(|why| Error::unwritable(option, path, &why))?;
-    let written = file.writer().and_then(|mut writer| writer.write_all(bytes));
-    let written = written.and_then(|()| file.complete());
-    written.map_err(|why| write_error(path, why))
+    Whole::create(option, path)?.write(bytes)
+}
+
+/// A file that takes its name when it is written.
+pub struct Whole {
+    file: Unfinished,
+    path: PathBuf,
+}
+
+impl Whole {
+    /// Creates the file at `path`, which `option` named.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if nothing can be written there.
+    pub fn create(option: &str, path: &Path) -> Result<Self, Error> {
+        let file = resolved(path).and_then(|target| Unfinished::create(&target));
+        let file = file.map_err(|why| Error::unwritable(option, path, &why))?;
+        let path = path.to_owned();
+        Ok(Self { file, path })
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with what went wrong.
+    pub fn write(self, bytes: &[u8]) -> Result<(), Error> {
+        let written = self.file.writer();
+        let written = written.and_then(|mut writer| writer.write_all(bytes));
+        let written = written.and_then(|()| self.file.complete());
+        written.map_err(|why| write_error(&self.path, why))
+    }
 }
