@@ -62,6 +62,7 @@ mod sweep;
 mod timing;
 mod trace;
 mod version;
+mod web;
 mod xml;
 
 use std::{process::ExitCode, sync::Arc};
@@ -111,6 +112,7 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Hunt(args)) => commands::hunt(program, &args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
+        Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),
         Ok(Command::Picture(args)) => commands::picture(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args.files),

@@ -71,14 +71,14 @@ fn thirty_hand_ins_are_graded_in_one_command_and_two_copies_are_found() {
         );
     }
     for number in 0..6 {
-        let late = f64::from(number) * 1e-3;
+        let late = f64::from(number + 1) * 1e-3;
         let knobs = knobs(0.995_434_574 + late, 2.116_662_647 + late);
         class.rescues(&format!("learner-{number:02}"), 0, &knobs);
     }
     // One copies the file, the other records the commands of another again.
     let original = fs::read(class.0.path().join("learner-02/rescue.rrd")).expect("recorded");
     class.hands_in("learner-20", "mine.rrd", original);
-    class.rescues("learner-21", 0, &knobs(0.998_434_574, 2.119_662_647));
+    class.rescues("learner-21", 0, &knobs(0.999_434_574, 2.120_662_647));
 
     let csv = path(&class.0, "grades.csv");
     let output = ratelab(&["grade", &class.dir(), "--csv", &csv]);
@@ -149,7 +149,7 @@ fn what_is_not_acceptable_is_named_with_its_reason_and_the_others_are_graded() {
         "✖ emil/own.rrd: comes with ratelab",
         "✖ fred/own.rrd: no rescue: ",
         "✖ gina/own.rrd: no rescue: ",
-        "✖ hans/cut.rrd: this file is good up to",
+        "✖ hans/cut.rrd: this recording ends before anything in it is whole",
         "✖ ida/own.rrd: this is not a rerun recording",
     ] {
         assert!(table.contains(line), "{line:?} is missing in\n{table}");

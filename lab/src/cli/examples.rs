@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 15] = [
+const OF_COMMANDS: [(&str, &str); 16] = [
     (
         "",
         "\
@@ -50,6 +50,10 @@ const OF_COMMANDS: [(&str, &str); 15] = [
   ratelab replay --terminal fall.rrd    here, in the panes of the lab",
     ),
     ("info", "  ratelab info fall.rrd"),
+    (
+        "export-web",
+        "  ratelab export-web recordings/*.rrd -o runs.html",
+    ),
     (
         "picture",
         "\

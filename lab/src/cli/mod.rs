@@ -3,6 +3,7 @@
 mod examples;
 mod exercise;
 mod explain;
+mod export_web;
 mod grade;
 mod graph;
 mod hunt;
@@ -28,6 +29,7 @@ pub use self::{
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
+    export_web::ExportWebArgs,
     grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
@@ -70,6 +72,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
+    /// Write recordings as one page for the browser, which plays them.
+    ExportWeb(ExportWebArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
     Picture(PictureArgs),
     /// The commands of the course.
@@ -103,7 +107,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 19;
+const COURSE: usize = 21;
 
 /// Parses the command line of `program`.
 ///
@@ -129,18 +133,18 @@ pub fn command(program: &Program) -> clap::Command {
     } else {
         format!("{}: a graph of nodes at fixed rates", program.system.name())
     };
-    let command = Command::augment_subcommands(LabArgs::augment_args(
+    let mut command = Command::augment_subcommands(LabArgs::augment_args(
         clap::Command::new(program::name())
             .args_conflicts_with_subcommands(true)
             .max_term_width(100),
     ));
-    let mut command = command
-        .about(about)
-        .version(version::short(program))
-        .long_version(version::long(program));
     if program.course {
         command = CourseCommand::augment_subcommands(command);
     }
+    let command = command
+        .about(about)
+        .version(version::short(program))
+        .long_version(version::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
         "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
         "sweep" => system::with_axes(command, program),

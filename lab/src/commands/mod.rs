@@ -3,6 +3,7 @@
 
 mod completions;
 mod exercise;
+mod export_web;
 mod grade;
 mod hunt;
 mod info;
@@ -19,6 +20,7 @@ mod verify;
 
 pub use completions::completions;
 pub use exercise::exercise;
+pub use export_web::export_web;
 pub use grade::grade;
 pub use hunt::hunt;
 pub use info::info;

@@ -24,13 +24,24 @@ pub fn write_whole(
     read: Option<&Path>,
     bytes: &[u8],
 ) -> Result<(), Error> {
-    if read.is_some_and(|read| is_same(path, read)) {
-        return Err(Error::BadInput(format!(
-            "{option} {}: this is the file that is read: choose another name",
-            path.display()
-        )));
+    if let Some(read) = read {
+        refuse_same(option, path, read)?;
     }
     Whole::create(option, path)?.write(bytes)
+}
+
+/// Refuses to write to the file at `path`, which `option` named, if it is `read`.
+///
+/// # Errors
+/// [`Error::BadInput`] if it is.
+pub fn refuse_same(option: &str, path: &Path, read: &Path) -> Result<(), Error> {
+    match is_same(path, read) {
+        true => Err(Error::BadInput(format!(
+            "{option} {}: this is the file that is read: choose another name",
+            path.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// A file that takes its name when it is written.
