@@ -43,7 +43,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         let number = |text: &str| text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
         runs.sort_by(|(one, _), (other, _)| {
             let [one, other] = [one, other].map(|text| number(text).unwrap_or(f64::MAX));
-            other.total_cmp(&one)
+            one.total_cmp(&other)
         });
     }
     let first = runs[0].1.clone();

@@ -13,8 +13,7 @@ use crate::{
     options::{self, Defaults},
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
-    recording::Destination,
-    results::{context, plan, print_results},
+    results::{context, destination, plan, print_results},
     screen::{need_terminal, screen},
 };
 
@@ -38,7 +37,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         course: program.course,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
-        record: args.run.record.clone().map(Destination::new),
+        record: destination(&args.run),
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,

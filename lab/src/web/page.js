@@ -35,7 +35,7 @@ function rateOf(node) {
 }
 
 function drawGraph() {
-  const step = 300, wide = 150, high = 54, top = 60;
+  const step = 340, wide = 150, high = 54, top = 60;
   const x = (node) => 20 + node * step;
   const width = 40 + (run.nodes.length - 1) * step + wide;
   let out = "", words = [];
@@ -72,7 +72,7 @@ function drawGraph() {
 
 // A shape of the plant; up is up.
 function shape([style, kind, ...n], thin) {
-  const line = { class: style, "stroke-width": (style === "subject" ? 5 : 2) * thin };
+  const line = { class: style };
   if (kind === "line") return element("line", { ...line, x1: n[0], y1: -n[1], x2: n[2], y2: -n[3] });
   if (kind === "circle") return element("circle", { ...line, cx: n[0], cy: -n[1], r: n[2] });
   if (kind === "box") {
@@ -91,7 +91,7 @@ function drawPlant() {
   const [width, height] = [right - left, top - bottom];
   const thin = width / 500;
   const place = Math.max(0, upTo(at, now));
-  plant.setAttribute("viewBox", `${left} ${-top - 0.05 * height} ${width} ${height * 1.2}`);
+  plant.setAttribute("viewBox", `${left - 0.06 * width} ${-top - 0.05 * height} ${1.12 * width} ${height * 1.25}`);
   plant.setAttribute("class", run.lost && now >= run.end ? "lost" : "");
   plant.innerHTML = [...still, ...(moving[place] ?? [])].map((part) => shape(part, thin)).join("");
   plant.setAttribute("aria-label", "the plant, drawn to scale");
@@ -101,7 +101,7 @@ function drawPlant() {
 function drawCurve(id, times, values, limits, unit) {
   const [width, height, left] = [560, 170, 64];
   const known = values.filter((value) => value !== null);
-  const shown = [...known, ...(limits ?? []), 0];
+  const shown = [...known, ...(limits ?? [20]), 0];
   const [least, most] = [Math.min(...shown), Math.max(...shown)];
   const span = most - least || 1;
   const x = (at) => left + (at / Math.max(run.end, 1)) * (width - left - 10);
@@ -112,7 +112,7 @@ function drawCurve(id, times, values, limits, unit) {
   let out = element("line", { class: "axis", x1: left, x2: width, y1: y(0), y2: y(0) });
   for (const limit of limits ?? []) {
     out += element("line", { class: "limit", x1: left, x2: width, y1: y(limit), y2: y(limit) });
-    out += label(left - 6, y(limit) + 5, limit, { "text-anchor": "end" });
+    out += label(left - 6, y(limit) + 5, Number(limit.toPrecision(4)), { "text-anchor": "end" });
   }
   out += label(left - 6, y(0) + 5, 0, { "text-anchor": "end" });
   if (!limits) out += label(left - 6, y(most) + 5, Math.round(most), { "text-anchor": "end" });
@@ -194,7 +194,8 @@ clock.addEventListener("change", () => tell(now >= run.end));
 button.addEventListener("click", () => { play(!playing); if (!playing) tell(false); });
 find("picture").hidden = true;
 find("player").hidden = false;
-choose(0);
+slider.value = runs.length - 1;
+choose(runs.length - 1);
 // A picture at rest shows more than the first instant.
 now = run.end;
 draw();

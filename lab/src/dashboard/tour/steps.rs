@@ -21,8 +21,8 @@ pub const STEPS: [Step; 7] = [
         keys: "",
         ask: "",
         look: "Sensor, policy and actuator each tick 50 times a second and meet in two topics \
-               only, /obs and /action. Nothing is dropped, and sense→act is 0 ms: a reading is \
-               acted on in its own instant.",
+               only, /obs and /action. Nothing is dropped, and each push is based on a fresh \
+               reading.",
     },
     Step {
         title: "a slower policy",
@@ -30,8 +30,8 @@ pub const STEPS: [Step; 7] = [
         ask: "Slow the policy down to 20 decisions a second: press [ four times. The sensor \
               keeps its 50 readings. What will /obs do with the others?",
         look: "The graph counts what /obs drops: readings that the policy never sees. Actions \
-               rest on older readings now: look at sense→act. And the pole stays up: a drop \
-               alone harms nobody.",
+               rest on older readings now: the age above. And the pole stays up: a drop alone \
+               harms nobody.",
     },
     Step {
         title: "too slow",
