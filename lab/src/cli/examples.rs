@@ -58,6 +58,7 @@ const OF_COMMANDS: [(&str, &str); 16] = [
         "picture",
         "\
   ratelab picture fall.rrd --at 0.8 --theme light -o fall.svg
+  ratelab picture fall.rrd --animate 0.2 --size 80x24 -o fall.svg
   ratelab picture --control-hz 8 --at 5 --size 80x24",
     ),
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),

@@ -109,7 +109,7 @@ impl Player {
     }
 
     /// Shows the moment `at`, limited to the range of the recording.
-    fn go(&mut self, at: Time) {
+    pub fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
         if at < self.playhead.at {
             self.playhead.rewind();

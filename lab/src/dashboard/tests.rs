@@ -7,6 +7,7 @@ mod prompt;
 mod sessions;
 mod stuck;
 mod systems;
+mod tour;
 
 use std::{
     collections::VecDeque,

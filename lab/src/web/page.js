@@ -105,7 +105,7 @@ function drawCurve(id, times, values, limits, unit) {
   const [least, most] = [Math.min(...shown), Math.max(...shown)];
   const span = most - least || 1;
   const x = (at) => left + (at / Math.max(run.end, 1)) * (width - left - 10);
-  const y = (value) => 12 + ((most - value) / span) * (height - 40);
+  const y = (value) => 28 + ((most - value) / span) * (height - 56);
   const points = (until) => times.slice(0, until).map((at, place) => [at, values[place]])
     .filter(([, value]) => value !== null).map(([at, value]) => `${x(at).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
   const place = upTo(times, now);
@@ -118,10 +118,10 @@ function drawCurve(id, times, values, limits, unit) {
   if (!limits) out += label(left - 6, y(most) + 5, Math.round(most), { "text-anchor": "end" });
   out += element("polyline", { class: "all", points: points(times.length) });
   out += element("polyline", { class: "past", points: points(place + 1) });
-  out += element("line", { class: "axis", x1: x(now), x2: x(now), y1: 8, y2: height - 24 });
+  out += element("line", { class: "axis", x1: x(now), x2: x(now), y1: 20, y2: height - 24 });
   out += label(width - 10, height - 6, `${(run.end / 1000).toFixed(2)} s`, { "text-anchor": "end" });
   const value = place < 0 || values[place] === null ? "-" : values[place].toFixed(1);
-  out += label(Math.min(Math.max(x(now), left + 50), width - 60), 12, `${value} ${unit}`, { "font-weight": "bold" });
+  out += label(Math.min(Math.max(x(now), left + 50), width - 60), 14, `${value} ${unit}`, { "font-weight": "bold" });
   const chart = find(id);
   chart.setAttribute("viewBox", `0 0 ${width} ${height}`);
   chart.setAttribute("aria-label", `${value} ${unit} at ${(now / 1000).toFixed(2)} s, between ${least.toFixed(1)} and ${most.toFixed(1)} over the run`);
