@@ -49,18 +49,3 @@ fn the_tour_is_offered_in_a_notice_and_begun_by_a_key() {
     assert!(screen(&app, &PLAIN, 80, 24).contains("tour 1 of 7"));
     app.finish().ended.expect("no fault");
 }
-
-#[test]
-fn a_moving_picture_has_a_row_that_stays_once() {
-    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/fall-5hz.rrd");
-    let recording = crate::recording::Recording::read(recording.as_ref()).expect("read");
-    let (at, size) = (recording.until, Size::new(80, 24));
-    let system = setup().system;
-    let drawn =
-        super::super::picture::moving(Arc::new(recording), &system, (at, 1.0), size, &PLAIN);
-    let drawn = drawn.expect("a picture");
-    // The box around the graph never changes, the run time does in each frame.
-    assert_eq!(drawn.matches("y=\"123\">g</text>").count(), 1, "{drawn}");
-    assert!(drawn.matches("@keyframes").count() > 7, "{drawn}");
-    assert!(drawn.contains("prefers-reduced-motion"), "{drawn}");
-}
