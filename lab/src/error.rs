@@ -74,6 +74,14 @@ pub enum Error {
     /// A session that does not count as the learner's rescue.
     #[error("{0} is not accepted as your rescue")]
     NotRescued(String),
+    /// Hand-ins that are not acceptable.
+    #[error("{refused} of {of} hand-ins are not acceptable")]
+    NotAccepted {
+        /// Number of these hand-ins.
+        refused: usize,
+        /// Number of all hand-ins.
+        of: usize,
+    },
     /// An exercise that could not be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),

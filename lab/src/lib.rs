@@ -42,6 +42,7 @@ mod commands;
 mod csv;
 mod dashboard;
 mod error;
+mod first_start;
 mod hunt;
 mod like;
 mod metrics;
@@ -61,6 +62,8 @@ mod sweep;
 mod timing;
 mod trace;
 mod version;
+mod web;
+mod xml;
 
 use std::{process::ExitCode, sync::Arc};
 
@@ -101,7 +104,7 @@ fn exit(program: &Program) -> ExitCode {
 }
 
 fn execute(program: &Program) -> Result<(), Error> {
-    use cli::Command;
+    use cli::{Command, CourseCommand};
     match cli::parse(program) {
         Ok(Command::Lab(args)) => commands::lab(program, &args),
         Ok(Command::Run(args)) => commands::run(program, &args),
@@ -109,10 +112,13 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Hunt(args)) => commands::hunt(program, &args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
+        Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),
         Ok(Command::Picture(args)) => commands::picture(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args.files),
-        Ok(Command::Exercise(args)) => commands::exercise(&args),
+        Ok(Command::Course(CourseCommand::Exercise(args))) => commands::exercise(&args),
+        Ok(Command::Course(CourseCommand::Grade(args))) => commands::grade(program, &args),
+        Ok(Command::Course(CourseCommand::Tour(args))) => commands::tour(program, &args),
         Ok(Command::Keys) => commands::print_keys(program),
         Ok(Command::Completions { shell }) => commands::completions(program, shell),
         Ok(Command::Man { folder }) => commands::man(program, folder.as_deref()),

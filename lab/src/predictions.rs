@@ -9,7 +9,7 @@ use directories::ProjectDirs;
 use exercises::framework::{Answers, Brief};
 
 /// Name of the file.
-const FILE: &str = "answers.toml";
+pub const FILE: &str = "answers.toml";
 
 /// Folder of the exercises in a clone.
 const FOLDER: &str = "exercises";

@@ -14,8 +14,9 @@ use crate::{
     error::Error,
     like::{self, Like},
     metrics,
-    output::{OutputPlan, Outputs, print_line},
+    output::{OutputPlan, Outputs, note, print_line},
     program::Program,
+    recording::{Destination, Viewer},
     report::{self, ReportContext},
 };
 
@@ -46,10 +47,24 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
         out: args.out.as_deref(),
         metrics: METRICS,
         csv: args.csv.as_deref(),
+        svg: None,
         header: header.unwrap_or_default(),
         record: args.record.as_ref().and_then(Option::as_deref),
         inputs,
     })
+}
+
+/// The destination of recordings according to `args`, if there is one. Without the viewer
+/// of `--rerun` there is a note, and the run goes on without it.
+pub fn destination(args: &RunArgs) -> Option<Destination> {
+    let viewer = args.rerun.as_deref().map(Viewer::find);
+    if let Some(Err(why)) = &viewer {
+        note(&format!("--rerun: {why}; the run goes on without"));
+    }
+    let viewer = viewer.and_then(Result::ok);
+    let asked = args.record.is_some() || viewer.is_some();
+    let destination = Destination::new(args.record.clone().flatten());
+    asked.then(|| destination.shown_by(viewer))
 }
 
 /// The files named by `knobs`, by option.

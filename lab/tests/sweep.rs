@@ -429,3 +429,50 @@ fn a_knob_of_a_sweep_that_cannot_be_meant_is_refused_in_one_line() {
         assert!(said.contains(part), "{knob} {list}: {said}");
     }
 }
+
+#[test]
+fn a_sweep_is_a_table_in_markdown() {
+    let one = sweep(&["--control-hz", "5,50", "--seeds", "0..2", "--markdown"]);
+    for line in [
+        "| control Hz | balanced | latency ms | lost at s | cost |",
+        "| ---: | ---: | ---: | ---: | ---: |",
+        "| 5 | 0 of 3 | 85.0 | 0.84 | - |",
+    ] {
+        assert!(
+            one.lines().any(|l| l == line),
+            "{line:?} is missing in\n{one}"
+        );
+    }
+    let axes = [
+        "--control-hz",
+        "5,50",
+        "--queue-depth",
+        "1,100",
+        "--seeds",
+        "0..2",
+    ];
+    let two = sweep(&[&axes[..], &["--markdown"]].concat());
+    assert!(two.contains("| depth 100 | 0 of 3 | 3 of 3 |"), "{two}");
+}
+
+#[test]
+fn a_sweep_is_a_heat_map_with_a_number_in_each_cell() {
+    let folder = TempDir::new().expect("folder");
+    let file = path(&folder, "map.svg");
+    let axes = [
+        "--axis",
+        "link /action delay:{}",
+        "0,90",
+        "--control-hz",
+        "5,50",
+    ];
+    sweep(&[&axes[..], &["--seeds", "0..2", "--svg", &file]].concat());
+    let svg = fs::read_to_string(&file).expect("written");
+    assert_eq!(svg.matches("<title>").count(), 4, "{svg}");
+    assert!(
+        svg.contains("<title>/action delay 90 control 50 Hz: 0 of 3</title>"),
+        "{svg}"
+    );
+    let output = ratelab(&["sweep", "--svg", &file, "--csv", &file]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}

@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 13] = [
+const OF_COMMANDS: [(&str, &str); 16] = [
     (
         "",
         "\
@@ -34,6 +34,7 @@ const OF_COMMANDS: [(&str, &str); 13] = [
   ratelab sweep --control-hz 5,10,20,50 --seeds 0..199 --theory
   ratelab sweep --control-hz 5,10,20,50 --by age
   ratelab sweep --policy scripted,lqr --queue-depth 1,100
+  ratelab sweep --control-hz 5,10,20,50 --queue-depth 1,10,100 --svg map.svg
   ratelab sweep --axis \"rate NODE\" 1,10,100 --csv runs.csv",
     ),
     (
@@ -50,9 +51,14 @@ const OF_COMMANDS: [(&str, &str); 13] = [
     ),
     ("info", "  ratelab info fall.rrd"),
     (
+        "export-web",
+        "  ratelab export-web recordings/*.rrd -o runs.html",
+    ),
+    (
         "picture",
         "\
   ratelab picture fall.rrd --at 0.8 --theme light -o fall.svg
+  ratelab picture fall.rrd --animate 0.2 --size 80x24 -o fall.svg
   ratelab picture --control-hz 15 --at 5 --size 80x24",
     ),
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
@@ -63,6 +69,8 @@ const OF_COMMANDS: [(&str, &str); 13] = [
   ratelab exercise 1                    says what it is about, asks, measures
   ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
     ),
+    ("grade", "  ratelab grade hand-ins --csv grades.csv"),
+    ("tour", "  ratelab tour --theme light"),
     (
         "completions",
         "\

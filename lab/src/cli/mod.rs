@@ -3,6 +3,8 @@
 mod examples;
 mod exercise;
 mod explain;
+mod export_web;
+mod grade;
 mod graph;
 mod hunt;
 mod picture;
@@ -27,6 +29,8 @@ pub use self::{
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
+    export_web::ExportWebArgs,
+    grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
     picture::PictureArgs,
@@ -68,11 +72,13 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
+    /// Write recordings as one page for the browser, which plays them.
+    ExportWeb(ExportWebArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
     Picture(PictureArgs),
-    /// Learn by predicting: list the exercises, do one, check what they promise.
+    /// The commands of the course.
     #[command(skip)]
-    Exercise(ExerciseArgs),
+    Course(CourseCommand),
     /// Print the keys of the lab.
     Keys,
     /// Print a completion script for a shell.
@@ -89,9 +95,19 @@ pub enum Command {
     },
 }
 
-/// Name of the command that only a course has, and its place in the help: the others have
-/// even places.
-const EXERCISE: (&str, usize) = ("exercise", 19);
+/// The commands that only a course has.
+#[derive(Debug, Subcommand)]
+pub enum CourseCommand {
+    /// Learn by predicting: list the exercises, do one, check what they promise.
+    Exercise(ExerciseArgs),
+    /// Grade the hand-ins of many learners in one table.
+    Grade(GradeArgs),
+    /// Open the lab with a guide: five minutes, step by step.
+    Tour(ScreenArgs),
+}
+
+/// Place of the commands of the course in the help: the others have even places.
+const COURSE: usize = 21;
 
 /// Parses the command line of `program`.
 ///
@@ -101,8 +117,8 @@ pub fn parse(program: &Program) -> Result<Command, clap::Error> {
     let matches = command(program).try_get_matches()?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
-        Some((name, args)) if name == EXERCISE.0 => {
-            ExerciseArgs::from_arg_matches(args).map(Command::Exercise)
+        Some((name, _)) if CourseCommand::has_subcommand(name) => {
+            CourseCommand::from_arg_matches(&matches).map(Command::Course)
         }
         Some(_) => Command::from_arg_matches(&matches),
     }
@@ -117,20 +133,18 @@ pub fn command(program: &Program) -> clap::Command {
     } else {
         format!("{}: a graph of nodes at fixed rates", program.system.name())
     };
-    let command = Command::augment_subcommands(LabArgs::augment_args(
+    let mut command = Command::augment_subcommands(LabArgs::augment_args(
         clap::Command::new(program::name())
             .args_conflicts_with_subcommands(true)
             .max_term_width(100),
     ));
-    let mut command = command
+    if program.course {
+        command = CourseCommand::augment_subcommands(command);
+    }
+    let command = command
         .about(about)
         .version(version::short(program))
         .long_version(version::long(program));
-    if program.course {
-        let exercise = ExerciseArgs::augment_args(clap::Command::new(EXERCISE.0));
-        let about = "Learn by predicting: list the exercises, do one, check what they promise";
-        command = command.subcommand(exercise.about(about));
-    }
     let with_options = |command: clap::Command| match command.get_name() {
         "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
         "sweep" => system::with_axes(command, program),
@@ -140,7 +154,7 @@ pub fn command(program: &Program) -> clap::Command {
     let mut places = (1..).map(|place| 2 * place);
     examples::add(command.mut_subcommands(|command| {
         let place = match command.get_name() {
-            name if name == EXERCISE.0 => Some(EXERCISE.1),
+            name if CourseCommand::has_subcommand(name) => Some(COURSE),
             _ => places.next(),
         };
         examples::add(with_options(command)).display_order(place)

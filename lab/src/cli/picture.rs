@@ -21,6 +21,11 @@ pub struct PictureArgs {
     #[arg(long, value_name = "S", value_parser = values::duration, allow_hyphen_values = true, help_heading = heading::SCREEN)]
     pub at: Option<Time>,
 
+    /// Draw the recording up to that moment as a moving picture, at this speed of its run
+    /// time, such as 0.2.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", requires = "file", value_parser = values::pace, allow_hyphen_values = true, help_heading = heading::SCREEN)]
+    pub animate: Option<f64>,
+
     /// Colours for a dark background, a light one, or of high contrast.
     #[arg(long, value_enum, value_name = "THEME", default_value_t, help_heading = heading::SCREEN)]
     pub theme: Look,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{GraphArgs, heading, values};
-use crate::dashboard::view::theme::Look;
+use crate::{dashboard::view::theme::Look, recording::VIEWER};
 
 /// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]
@@ -30,6 +30,11 @@ pub struct RunArgs {
     /// after the run, in ./recordings.
     #[arg(long, value_name = "FILE", num_args = 0..=1, help_heading = heading::OUTPUT)]
     pub record: Option<Option<PathBuf>>,
+
+    /// Record, and send the same to a running rerun viewer, at this address or the usual
+    /// one.
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = VIEWER, help_heading = heading::OUTPUT)]
+    pub rerun: Option<String>,
 
     /// Print the metrics as JSON and nothing else.
     #[arg(long, help_heading = heading::OUTPUT)]

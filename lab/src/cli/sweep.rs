@@ -77,6 +77,14 @@ pub struct SweepArgs {
     #[arg(long, help_heading = heading::OUTPUT)]
     pub json: bool,
 
+    /// Print the result as a table in Markdown.
+    #[arg(long, conflicts_with_all = ["json", "by"], help_heading = heading::OUTPUT)]
+    pub markdown: bool,
+
+    /// Draw a heat map into this file.
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    pub svg: Option<PathBuf>,
+
     /// Draw with ASCII characters only.
     #[arg(long, help_heading = heading::OUTPUT)]
     pub ascii: bool,

@@ -80,6 +80,14 @@ pub fn speed(text: &str) -> Result<Speed, String> {
     Speed::times(factor).map_err(|_| expected.to_owned())
 }
 
+/// A speed, for what has to have one.
+pub fn pace(text: &str) -> Result<f64, String> {
+    match speed(text) {
+        Ok(Speed::Times(pace)) => Ok(pace.get()),
+        _ => Err("expected 0.1 to 100 times wall time".to_owned()),
+    }
+}
+
 pub fn fps(text: &str) -> Result<u32, String> {
     within(text, "frames per second", 1..=120)
 }

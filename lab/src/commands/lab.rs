@@ -7,13 +7,13 @@ use ratelab::{
 
 use crate::{
     cli::LabArgs,
-    dashboard::{self, LabError, Setup},
+    dashboard::{self, Guide, LabError, Setup},
     error::Error,
+    first_start,
     options::{self, Defaults},
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
-    recording::Destination,
-    results::{context, plan, print_results},
+    results::{context, destination, plan, print_results},
     screen::{need_terminal, screen},
 };
 
@@ -37,9 +37,13 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         course: program.course,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
-        record: args.run.record.clone().map(Destination::new),
+        record: destination(&args.run),
     };
-    let left = dashboard::show(&config, setup, &screen(&args.screen));
+    let guide = match program.course && first_start::is_first() {
+        true => Guide::Offer,
+        false => Guide::Nobody,
+    };
+    let left = dashboard::show(&config, setup, &screen(&args.screen), guide);
     let left = left.map_err(|error| refusal(args, error))?;
     for recorded in &left.recorded {
         print_recorded(args.run.json, recorded)?;

@@ -3,6 +3,8 @@
 
 mod completions;
 mod exercise;
+mod export_web;
+mod grade;
 mod hunt;
 mod info;
 mod keys;
@@ -12,11 +14,14 @@ mod picture;
 mod replay;
 mod run;
 mod sweep;
+mod tour;
 mod trace;
 mod verify;
 
 pub use completions::completions;
 pub use exercise::exercise;
+pub use export_web::export_web;
+pub use grade::grade;
 pub use hunt::hunt;
 pub use info::info;
 pub use keys::print_keys;
@@ -26,5 +31,6 @@ pub use picture::picture;
 pub use replay::replay;
 pub use run::run;
 pub use sweep::sweep;
+pub use tour::tour;
 pub use trace::trace;
 pub use verify::verify;

@@ -32,7 +32,11 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         let recording = Arc::new(Recording::read(file)?);
         let at = args.at.unwrap_or(recording.until);
         let system = &program.system;
-        let picture = pictures::of_recording(recording.clone(), system, at, args.size, &theme)?;
+        let size = args.size;
+        let picture = match args.animate {
+            None => pictures::of_recording(recording.clone(), system, at, size, &theme),
+            Some(speed) => pictures::moving(recording.clone(), system, (at, speed), size, &theme),
+        }?;
         output(&picture, Some(file.as_path()))?;
         return Error::if_damaged(&recording);
     }

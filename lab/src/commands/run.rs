@@ -14,8 +14,8 @@ use crate::{
     options::{self, Defaults},
     output::{self, Outputs, print_recorded, record_error},
     program::Program,
-    recording::{Destination, Recorder, Source, StopReason},
-    results::{context, plan, print_results},
+    recording::{Recorder, Source, StopReason},
+    results::{context, destination, plan, print_results},
     signals,
 };
 
@@ -67,12 +67,15 @@ fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error
 
 /// Starts a recording, if it is requested.
 fn record(args: &RunArgs, experiment: &Experiment) -> Result<Option<Recorder>, Error> {
-    let Some(file) = &args.record else {
+    let Some(mut destination) = destination(args) else {
         return Ok(None);
     };
-    let source = Source::of(experiment);
+    let source = Source {
+        viewer: destination.viewer.clone(),
+        ..Source::of(experiment)
+    };
     let begin = |path: &Path| Recorder::from_the_start(path, &source);
-    let begun = Destination::new(file.clone()).claim(&source.origin, begin);
+    let begun = destination.claim(&source.origin, begin);
     let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
     Ok(Some(recorder))
 }

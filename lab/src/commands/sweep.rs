@@ -20,9 +20,11 @@ use crate::{
         by_age::AgeTable,
         csv, json,
         map::{self, MapStyle},
+        markdown,
         progress::Bar,
         record::Record,
         summary::SweepSummary,
+        svg,
     },
 };
 
@@ -72,6 +74,7 @@ fn plan<'a>(args: &'a SweepArgs, sweep: &Sweep, header: &str) -> OutputPlan<'a> 
         out: args.out.as_deref(),
         metrics: FILE,
         csv: args.csv.as_deref(),
+        svg: args.svg.as_deref(),
         header: header.to_owned(),
         record: args.record.as_deref(),
         inputs: input_files(&*sweep.system, knobs),
@@ -95,6 +98,9 @@ fn print_results(
         let header = csv::header(swept.sweep(), topics);
         csv.complete(csv::write(file, &header, swept))?;
     }
+    if let Some(file) = outputs.take_svg() {
+        file.write(svg::svg(&summary).as_bytes())?;
+    }
     let by_age = args.by.map(|ByArg::Age| AgeTable::of(swept, &summary));
     let json = json::text(&summary, swept, topics, theory, by_age.as_ref());
     outputs.write(&json)?;
@@ -104,6 +110,7 @@ fn print_results(
         let style = style(args);
         print_line(&match by_age {
             Some(table) => map::by_age(&summary, &table, &style),
+            None if args.markdown => markdown::text(&summary, theory, &style.theme),
             None => map::text(&summary, theory, &style),
         })?;
     }

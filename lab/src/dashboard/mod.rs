@@ -39,6 +39,7 @@ mod terminal;
 #[cfg(test)]
 mod tests;
 mod timeline;
+mod tour;
 pub mod view;
 
 use std::{
@@ -63,6 +64,7 @@ use player::Player;
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
+pub use tour::Guide;
 use view::theme::Theme;
 
 use crate::{output, recording::Recording, signals};
@@ -77,12 +79,18 @@ pub struct Options {
 }
 
 /// Shows sessions, beginning with one of `config`, until the person leaves; returns
-/// their results, with the terminal given back.
+/// their results, with the terminal given back. The `guide` waits in the first.
 ///
 /// # Errors
 /// [`LabError`] if the first session cannot be started.
-pub fn show(config: &Config, setup: Setup, options: &Options) -> Result<LabOutcome, LabError> {
+pub fn show(
+    config: &Config,
+    setup: Setup,
+    options: &Options,
+    guide: Guide,
+) -> Result<LabOutcome, LabError> {
     let mut app = App::new(config, setup)?;
+    app.guide(guide);
     let end = on_screen(&mut app, options);
     let outcome = app.finish();
     Ok(LabOutcome {

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, thread, time::Duration};
 
-use ratatui::{Terminal, backend::TestBackend, layout::Size};
+use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
 use ratelab::{experiment::Config, runtime::Time, system::System};
 
 use super::{
@@ -11,7 +11,7 @@ use super::{
     model::Model,
     player::Player,
     session::Setup,
-    svg::svg,
+    svg::{moving_svg, svg},
     view::{self, theme::Theme},
 };
 use crate::recording::Recording;
@@ -55,7 +55,46 @@ pub fn of_recording(
     drawn(&mut Player::still(recording, system, at), size, theme)
 }
 
+/// Frames per second of a moving picture, and the most that it has.
+const FPS: f64 = 8.0;
+const MOST_FRAMES: f64 = 400.0;
+
+/// Frames for which a moving picture rests at its end.
+const REST: usize = 16;
+
+/// A recording up to run time `until` as a moving picture, at `speed` times the pace of
+/// run time.
+///
+/// # Errors
+/// [`LabError`] if it cannot be drawn.
+pub fn moving(
+    recording: Arc<Recording>,
+    system: &Arc<dyn System>,
+    (until, speed): (Time, f64),
+    size: Size,
+    theme: &Theme,
+) -> Result<String, LabError> {
+    let until = until.as_secs_f64();
+    let count = (until / speed * FPS).ceil().clamp(1.0, MOST_FRAMES);
+    let mut player = Player::still(recording, system, Time::ZERO);
+    let mut frames = Vec::new();
+    for number in 0..=count as u32 {
+        let at = until * f64::from(number) / count;
+        player.go(Time::from_secs_f64(at).unwrap_or(Time::MAX));
+        frames.push(buffer(&mut player, size, theme)?);
+    }
+    let last = frames.last().cloned();
+    frames.extend(last.into_iter().cycle().take(REST));
+    let frame_s = until / speed / count;
+    Ok(moving_svg(&frames, theme.look, frame_s))
+}
+
 fn drawn(model: &mut impl Model, size: Size, theme: &Theme) -> Result<String, LabError> {
+    Ok(svg(&buffer(model, size, theme)?, theme.look))
+}
+
+/// The screen, once the background computations for it are done.
+fn buffer(model: &mut impl Model, size: Size, theme: &Theme) -> Result<Buffer, LabError> {
     model.sample()?;
     let limited = |model: &_| {
         let screen = Model::screen(model);
@@ -70,5 +109,5 @@ fn drawn(model: &mut impl Model, size: Size, theme: &Theme) -> Result<String, La
     }
     let Ok(mut terminal) = Terminal::new(TestBackend::new(size.width, size.height));
     let Ok(drawn) = terminal.draw(|frame| view::render(model.screen().as_ref(), theme, frame));
-    Ok(svg(drawn.buffer, theme.look))
+    Ok(drawn.buffer.clone())
 }

@@ -109,7 +109,7 @@ impl Player {
     }
 
     /// Shows the moment `at`, limited to the range of the recording.
-    fn go(&mut self, at: Time) {
+    pub fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
         if at < self.playhead.at {
             self.playhead.rewind();
@@ -298,6 +298,7 @@ impl Model for Player {
             footer: Footer::Hints(self.hints()),
             help: self.help(),
             page: self.page(),
+            aside: None,
             notice: self.notice.as_deref(),
         })
     }

@@ -85,8 +85,12 @@ impl Prepared {
     /// # Errors
     /// [`LabError::Record`] with the system's error for the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
-        let begun = destination.claim(&self.source.origin, |path| {
-            Recorder::from_the_start(path, &self.source)
+        let source = Source {
+            viewer: destination.viewer.clone(),
+            ..self.source.clone()
+        };
+        let begun = destination.claim(&source.origin, |path| {
+            Recorder::from_the_start(path, &source)
         });
         let begun = begun.map_err(|(path, why)| LabError::Record { path, why });
         begun.map(|(_, recorder)| recorder)
@@ -269,8 +273,11 @@ impl Session {
     /// # Errors
     /// The system's error for the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
-        let source = self.source.as_ref().ok_or(LabError::Panicked)?;
-        let begun = destination.claim(&source.origin, |path| Recorder::midway(path, source));
+        let source = Source {
+            viewer: destination.viewer.clone(),
+            ..self.source.clone().ok_or(LabError::Panicked)?
+        };
+        let begun = destination.claim(&source.origin, |path| Recorder::midway(path, &source));
         let (path, recorder) = begun.map_err(|(path, why)| LabError::Record { path, why })?;
         self.recorder = Some(recorder);
         Ok(path)

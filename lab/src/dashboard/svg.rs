@@ -1,6 +1,6 @@
 //! A screen as an SVG file.
 
-use std::fmt::Write;
+use std::{collections::BTreeSet, fmt::Write};
 
 use ratatui::{
     buffer::{Buffer, Cell},
@@ -8,29 +8,88 @@ use ratatui::{
 };
 
 use super::view::theme::{Look, rgb};
+use crate::xml::escaped;
 
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
 
 /// `buffer` as on a terminal with the background of `look`.
 pub fn svg(buffer: &Buffer, look: Look) -> String {
-    let [ink, paper] = sheet(look);
-    let (width, height) = (buffer.area.width, buffer.area.height);
-    let (w, h) = (width * CELL.0 + 16, height * CELL.1 + 16);
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" \
-         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"13\">\n\
-         <rect width=\"{w}\" height=\"{h}\" rx=\"6\" fill=\"{paper}\"/>\n"
-    );
-    for y in 0..height {
-        let row: Vec<&Cell> = (0..width).filter_map(|x| buffer.cell((x, y))).collect();
-        let mut x = 0;
-        for run in row.chunk_by(|a, b| a.style() == b.style()) {
-            run_of_one_style(&mut svg, run, (x, y), [ink, paper]);
-            x += run.len();
+    let rows = (0..buffer.area.height).map(|y| row(buffer, y, look));
+    sheet(buffer, look, "", &rows.collect::<String>())
+}
+
+/// `frames` one after the other, each for `frame_s` seconds, again and again. A row that
+/// stays the same over some frames is in the file once. For readers who prefer no motion it
+/// is the last frame.
+pub fn moving_svg(frames: &[Buffer], look: Look, frame_s: f64) -> String {
+    let Some(last) = frames.last() else {
+        return String::new();
+    };
+    let (count, mut rows, mut spans) = (frames.len(), String::new(), BTreeSet::new());
+    for y in 0..last.area.height {
+        let drawn: Vec<String> = frames.iter().map(|frame| row(frame, y, look)).collect();
+        let mut from = 0;
+        for same in drawn.chunk_by(|one, next| one == next) {
+            let to = from + same.len();
+            let text = &same[0];
+            if same.len() == count {
+                rows.push_str(text);
+            } else if !text.is_empty() {
+                let class = if to == count { "f l" } else { "f" };
+                let _ = writeln!(
+                    rows,
+                    "<g class=\"{class}\" style=\"animation-name:f{from}-{to}\">\n{text}</g>"
+                );
+                spans.insert((from, to));
+            }
+            from = to;
         }
     }
-    svg.push_str("</svg>\n");
+    let share = |frame: usize| 100.0 * frame as f64 / count as f64;
+    let steps = spans.iter().map(|(from, to)| {
+        let before = if *from == 0 { "visible" } else { "hidden" };
+        let (begin, end) = (share(*from), share(*to));
+        let end = match to < &count {
+            true => format!("{end:.3}%{{visibility:hidden}}"),
+            false => String::new(),
+        };
+        format!(
+            "@keyframes f{from}-{to}{{0%{{visibility:{before}}}\
+             {begin:.3}%{{visibility:visible}}{end}}}\n"
+        )
+    });
+    let style = format!(
+        "<style>\n.f{{visibility:hidden;animation:{:.2}s step-end infinite}}\n{}\
+         @media (prefers-reduced-motion:reduce){{.f{{animation:none}}.l{{visibility:visible}}}}\n\
+         </style>\n",
+        frame_s * count as f64,
+        steps.collect::<String>(),
+    );
+    sheet(last, look, &style, &rows)
+}
+
+/// The file around the rows of a screen of the size of `buffer`.
+fn sheet(buffer: &Buffer, look: Look, style: &str, rows: &str) -> String {
+    let [_, paper] = inks(look);
+    let (width, height) = (buffer.area.width, buffer.area.height);
+    let (w, h) = (width * CELL.0 + 16, height * CELL.1 + 16);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" \
+         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"13\">\n{style}\
+         <rect width=\"{w}\" height=\"{h}\" rx=\"6\" fill=\"{paper}\"/>\n{rows}</svg>\n"
+    )
+}
+
+/// Row `y` of a screen.
+fn row(buffer: &Buffer, y: u16, look: Look) -> String {
+    let cells = (0..buffer.area.width).filter_map(|x| buffer.cell((x, y)));
+    let cells: Vec<&Cell> = cells.collect();
+    let (mut svg, mut x) = (String::new(), 0);
+    for run in cells.chunk_by(|a, b| a.style() == b.style()) {
+        run_of_one_style(&mut svg, run, (x, y), inks(look));
+        x += run.len();
+    }
     svg
 }
 
@@ -89,7 +148,7 @@ fn glyph(svg: &mut String, symbol: &str, left: usize, top: u16) {
             }
         }
         Some(_) => {
-            let symbol = symbol.replace('&', "&amp;").replace('<', "&lt;");
+            let symbol = escaped(symbol);
             let y = top + 13;
             let _ = writeln!(svg, "<text x=\"{left}\" y=\"{y}\">{symbol}</text>");
         }
@@ -109,7 +168,7 @@ const BRAILLE: [(usize, usize); 8] = [
 ];
 
 /// Colours of text and background.
-fn sheet(look: Look) -> [&'static str; 2] {
+fn inks(look: Look) -> [&'static str; 2] {
     match look {
         Look::Dark => ["#d8dbe0", "#16181d"],
         Look::Light => ["#1f2328", "#ffffff"],

@@ -7,10 +7,12 @@ mod prompt;
 mod sessions;
 mod stuck;
 mod systems;
+mod tour;
 
 use std::{
     collections::VecDeque,
     io,
+    path::Path,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -39,6 +41,7 @@ use super::{
         theme::{Look, Theme},
     },
 };
+use crate::recording::Recording;
 
 const PLAIN: Theme = Theme {
     colour: true,
@@ -163,14 +166,34 @@ fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     };
     let size = Size::new(120, 40);
     let drawn = super::picture::of_run(&config, setup(), size, &PLAIN).expect("a picture");
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/picture.svg");
+    is_kept("picture.svg", &drawn);
+}
+
+/// The moving picture of the README.
+#[test]
+fn the_moving_picture_in_the_manual_is_the_recording_as_it_is_drawn() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/fall-5hz.rrd");
+    let recording = Arc::new(Recording::read(file.as_ref()).expect("a recording"));
+    let (size, span) = (Size::new(80, 24), (recording.until, 0.2));
+    let drawn = super::picture::moving(recording, &setup().system, span, size, &PLAIN);
+    let drawn = drawn.expect("a picture");
+    // The title of the graph is in the file once, the run time for each frame.
+    assert_eq!(drawn.matches("y=\"123\">g<").count(), 1);
+    assert!(drawn.matches("@keyframes").count() > 30);
+    assert!(drawn.contains("prefers-reduced-motion"));
+    is_kept("moving.svg", &drawn);
+}
+
+/// Compares a drawing with the file of the manual, or updates that.
+fn is_kept(name: &str, drawn: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     if std::env::var_os("RATELAB_UPDATE").is_some() {
-        std::fs::write(path, &drawn).expect("written");
+        std::fs::write(&path, drawn).expect("written");
     }
-    let kept = std::fs::read_to_string(path).expect("lab/picture.svg");
+    let kept = std::fs::read_to_string(&path).expect(name);
     assert!(
         kept == drawn,
-        "lab/picture.svg is out of date: RATELAB_UPDATE=1 cargo test manual"
+        "lab/{name} is out of date: RATELAB_UPDATE=1 cargo test manual"
     );
 }
 

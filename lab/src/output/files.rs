@@ -11,6 +11,7 @@ use super::{
     paths::{is_same, resolved},
     print::write_error,
     unfinished::Unfinished,
+    whole::Whole,
 };
 use crate::error::Error;
 
@@ -22,6 +23,8 @@ pub struct OutputPlan<'a> {
     pub metrics: &'static str,
     /// The file of `--csv`.
     pub csv: Option<&'a Path>,
+    /// The file of `--svg`.
+    pub svg: Option<&'a Path>,
     /// The first line of the CSV file.
     pub header: String,
     /// The file of `--record`, if it has a name.
@@ -38,6 +41,7 @@ impl OutputPlan<'_> {
         let outputs = [
             ("--out", "writes", metrics.as_deref()),
             ("--csv", "writes", self.csv),
+            ("--svg", "writes", self.svg),
             ("--record", "writes", self.record),
         ];
         let inputs = self.inputs.iter();
@@ -68,6 +72,7 @@ impl OutputPlan<'_> {
 pub struct Outputs {
     metrics: Option<(Unfinished, PathBuf)>,
     csv: Option<CsvFile>,
+    svg: Option<Whole>,
     /// Dropped last, because the other files are in these folders.
     _folders: NewFolders,
 }
@@ -99,9 +104,11 @@ impl Outputs {
             file.map(|file| (file, path))
                 .map_err(|why| unwritable(folder, why))
         });
+        let svg = plan.svg.map(|path| Whole::create("--svg", path));
         Ok(Self {
             metrics: metrics.transpose()?,
             csv: None,
+            svg: svg.transpose()?,
             _folders: folders,
         })
     }
@@ -109,6 +116,11 @@ impl Outputs {
     /// The file for rows; `None` on later calls.
     pub fn take_csv(&mut self) -> Option<CsvFile> {
         self.csv.take()
+    }
+
+    /// The file for a drawing; `None` on later calls.
+    pub fn take_svg(&mut self) -> Option<Whole> {
+        self.svg.take()
     }
 
     /// Writes `metrics`, if there is a file for them.

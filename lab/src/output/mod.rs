@@ -16,4 +16,4 @@ pub use files::{OutputPlan, Outputs};
 pub use live::Live;
 pub use print::{error, note, print_line, print_recorded, printed, record_error, write_error};
 pub use unfinished::remove_unfinished;
-pub use whole::write_whole;
+pub use whole::{refuse_same, write_whole};

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::schema::Origin;
+use super::{schema::Origin, viewer::Viewer};
 
 /// Default folder of recordings.
 const FOLDER: &str = "recordings";
@@ -17,6 +17,8 @@ pub struct Destination {
     named: Option<PathBuf>,
     /// Whether the name has been used.
     used: bool,
+    /// The viewer that gets the recordings as well, if there is one.
+    pub viewer: Option<Viewer>,
 }
 
 impl Destination {
@@ -26,7 +28,13 @@ impl Destination {
         Self {
             named: place,
             used: false,
+            viewer: None,
         }
+    }
+
+    /// The same, with a viewer.
+    pub fn shown_by(self, viewer: Option<Viewer>) -> Self {
+        Self { viewer, ..self }
     }
 
     /// Calls `begin` to create the file for a recording of the run of `origin`. A default

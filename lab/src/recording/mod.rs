@@ -52,6 +52,7 @@ mod tick_schedule;
 mod timeline;
 mod tracks;
 mod verify;
+mod viewer;
 mod writer;
 
 pub use destination::Destination;
@@ -63,4 +64,5 @@ pub use replay::Replay;
 pub use schema::RecordingEnd;
 pub use source::{Source, StopReason};
 pub use verify::{VerifyError, verify};
+pub use viewer::{VIEWER, Viewer};
 pub use writer::Recorded;

@@ -8,7 +8,10 @@ use ratelab::{
     system::System,
 };
 
-use super::schema::{Origin, RunResult, RunStatus};
+use super::{
+    schema::{Origin, RunResult, RunStatus},
+    viewer::Viewer,
+};
 
 /// A run, for a recorder.
 #[derive(Clone)]
@@ -23,6 +26,8 @@ pub struct Source {
     pub observer: Observer,
     /// Access to its taps.
     pub taps: Taps,
+    /// The viewer that gets the recording as well, if there is one.
+    pub viewer: Option<Viewer>,
 }
 
 impl Source {
@@ -36,6 +41,7 @@ impl Source {
             taps: experiment.taps(),
             observer,
             system,
+            viewer: None,
         }
     }
 

@@ -28,6 +28,7 @@ use super::{
     schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
     tracks::{NodeTrack, TopicTrack, Track},
+    viewer::Live,
 };
 
 /// Wall time between two batches. A kill loses the messages since the last one.
@@ -353,7 +354,10 @@ fn begin(
         .enabled(true)
         .recording_name(name)
         .buffered()?;
-    rec.set_sink(Box::new(file.clone()));
+    match &source.viewer {
+        None => rec.set_sink(Box::new(file.clone())),
+        Some(viewer) => rec.set_sink(Box::new(Live::new(file.clone(), viewer))),
+    }
     // Readers need this first, and columns overtake logged messages.
     properties::send_origin(&rec, &**system, origin)?;
     let _ = rec.flush_blocking();

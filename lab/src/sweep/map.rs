@@ -33,7 +33,7 @@ const SURE: &str = "deviations shrink whatever the pattern of the delays, by the
 /// The map: a list if one knob is swept, otherwise a line for each combination of the
 /// slower knobs.
 pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
-    let mut lines = head(summary, &style.theme);
+    let mut lines = head_lines(summary, &style.theme);
     lines.push(String::new());
     let mut groups = summary.groups();
     match (groups.len(), groups.next()) {
@@ -93,14 +93,19 @@ fn quadratic_cost(summary: &SweepSummary) -> Option<String> {
 
 /// The runs of all rows by age.
 pub fn by_age(summary: &SweepSummary, table: &AgeTable, style: &MapStyle) -> String {
-    let mut lines = head(summary, &style.theme);
+    let mut lines = head_lines(summary, &style.theme);
     lines.push(String::new());
     lines.extend(table.lines(&style.theme));
     lines.join("\n")
 }
 
-/// The axes of the sweep, and its progress.
-fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
+fn head_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
+    let head = head(summary, theme).into_iter();
+    head.map(|(name, text)| line(name, &text)).collect()
+}
+
+/// The axes of the sweep, and its progress, each with a name.
+pub fn head(summary: &SweepSummary, theme: &Theme) -> Vec<(&'static str, String)> {
     let sweep = &summary.sweep;
     let runs = format!(
         "{} of {} s: {}",
@@ -108,14 +113,14 @@ fn head(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
         sweep.base.end.as_secs_f64(),
         factors(sweep).join(theme.glyph(" × ", " x "))
     );
-    let mut lines = vec![line("runs", &runs)];
+    let mut lines = vec![("runs", runs)];
     let fixed = fixed(sweep);
     if !fixed.is_empty() {
-        lines.insert(0, line("graph", &fixed));
+        lines.insert(0, ("graph", fixed));
     }
     if summary.runs < summary.cells {
         let done = format!("only {} of these runs finished", summary.runs);
-        lines.push(line("stopped", &done));
+        lines.push(("stopped", done));
     }
     lines
 }
@@ -166,13 +171,36 @@ fn level(row: &RowSummary) -> SurvivalLevel {
 }
 
 /// A growth rate (1/s), or whether deviations shrink for sure.
-fn growth_text(theory: RowTheory) -> String {
+pub fn growth_text(theory: RowTheory) -> String {
     match (theory.growth, theory.sure) {
         (Some(growth), _) => format!("{growth:+.2}"),
         (None, Some(true)) => "sure".to_owned(),
         (None, Some(false)) => "?".to_owned(),
         (None, None) => "-".to_owned(),
     }
+}
+
+/// How many runs were successful.
+pub fn figure(row: &RowSummary) -> String {
+    match row.runs {
+        0 => "-".to_owned(),
+        runs => format!("{} of {runs}", row.held),
+    }
+}
+
+/// Three digits that count.
+pub fn cost_text(cost: Option<f64>) -> String {
+    let places = match cost {
+        Some(cost) if cost < 0.1 => 4,
+        Some(cost) if cost < 1.0 => 3,
+        _ => 2,
+    };
+    decimals(cost, places)
+}
+
+/// A figure that may be unknown.
+pub fn decimals(value: Option<f64>, places: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.places$}"))
 }
 
 /// What an edge that theory draws is made of, in a list.

@@ -1,7 +1,7 @@
 //! Many runs at once, and their survival.
 //!
 //! ```text
-//! options ──► Sweep ──► cells on all cores ──► summary ──► map, JSON, .rrd
+//! options ──► Sweep ──► cells on all cores ──► summary ──► map, Markdown, SVG, JSON, .rrd
 //!                                        └──────────────► CSV
 //! ```
 
@@ -11,9 +11,11 @@ pub mod columns;
 pub mod csv;
 pub mod json;
 pub mod map;
+pub mod markdown;
 pub mod options;
 pub mod progress;
 pub mod record;
 pub mod summary;
 pub mod survival_level;
+pub mod svg;
 pub mod theory;

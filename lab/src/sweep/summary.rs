@@ -106,6 +106,19 @@ impl SweepSummary {
         several.filter(|axis| axis.name != self.main.name).count() == 1
     }
 
+    /// The values that distinguish a group from the others.
+    pub fn group_name(&self, rows: &[RowSummary]) -> String {
+        let sweep = &self.sweep;
+        let Some(cell) = rows.first().map(|row| &row.cell) else {
+            return String::new();
+        };
+        let columns = columns::of(sweep).into_iter();
+        let several =
+            columns.filter(|column| column.name != self.main.name && column.count(sweep) > 1);
+        let parts = several.map(|column| column.tag(&column.short(sweep, cell)));
+        parts.collect::<Vec<_>>().join(" ")
+    }
+
     /// Groups of rows that differ only in the fastest knob.
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &[RowSummary]> {
         self.rows.chunks(self.main.count(&self.sweep).max(1))

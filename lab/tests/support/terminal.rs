@@ -5,6 +5,7 @@
 mod outside;
 
 use std::{
+    fs,
     io::{self, Read, Write},
     path::Path,
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
@@ -43,6 +44,8 @@ impl Lab {
         // Protects the predictions of the user who runs the test.
         command.env("HOME", folder);
         command.env_remove("XDG_DATA_HOME");
+        command.env_remove("XDG_STATE_HOME");
+        started_before(folder);
         Self::start(command, rows, cols)
     }
 
@@ -186,4 +189,12 @@ impl Drop for Lab {
     fn drop(&mut self) {
         let _ = self.child.kill();
     }
+}
+
+/// Makes it not the first start of the user with the home folder `home`, to whom a tour is
+/// offered.
+fn started_before(home: &Path) {
+    let folder = home.join(".local/state/ratelab");
+    fs::create_dir_all(&folder).expect("folder");
+    fs::write(folder.join("started"), "").expect("written");
 }

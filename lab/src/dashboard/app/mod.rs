@@ -9,6 +9,7 @@ mod probe;
 mod recording;
 mod restart;
 mod time;
+mod tour;
 
 use std::{sync::Arc, time::Duration};
 
@@ -41,6 +42,7 @@ use super::{
     sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, Setup},
     timeline::TimelineView,
+    tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
@@ -88,6 +90,8 @@ pub struct App {
     learner: u64,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
+    /// The position in the guided tour, during one.
+    tour: Option<Tour>,
     /// The knobs that undo the one that breaks the system, after that was turned.
     unbroken: Vec<Knob>,
     /// Whether the session is a rescue by hand, which will be judged.
@@ -147,6 +151,7 @@ impl App {
             frame: None,
             learner: config.seed,
             panel: None,
+            tour: None,
             unbroken: Vec::new(),
             by_hand: false,
             map: None,
@@ -253,6 +258,7 @@ impl Model for App {
             footer: self.footer(),
             help: self.help(),
             page: self.page(frame),
+            aside: self.tour.map(Tour::page),
             notice: self.notice.as_deref(),
         })
     }
@@ -275,6 +281,9 @@ impl Model for App {
         }
         if self.panel.is_some() && !is_chord(key) {
             return self.panel_key(key);
+        }
+        if self.is_for_the_tour(key) {
+            return Ok(());
         }
         let on_map = MAP.action(key).filter(|_| self.mapping);
         let done = match (on_map, action) {
@@ -341,6 +350,7 @@ impl App {
             LabAction::Map => self.open_map(),
             LabAction::Record => self.toggle_recording(),
             LabAction::Exercises => self.open_exercises(),
+            LabAction::Tour => self.toggle_tour(),
             LabAction::Restart => return self.restart(self.wanted()),
             LabAction::OtherWorld => return self.other_world(),
             LabAction::Seed(direction) => return self.change_seed(direction),
@@ -400,7 +410,7 @@ impl App {
     /// Whether `action` has any use in this session.
     fn knows(&self, action: LabAction) -> bool {
         match action {
-            LabAction::Exercises => self.setup.course,
+            LabAction::Exercises | LabAction::Tour => self.setup.course,
             LabAction::Break => self.system().broken().is_some(),
             LabAction::Choice(_) => !self.choices.is_empty(),
             LabAction::SecondRate(_) => self.second_node().is_some(),

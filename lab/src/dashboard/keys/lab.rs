@@ -69,6 +69,8 @@ pub enum LabAction {
     Record,
     /// Open the exercises.
     Exercises,
+    /// Begin the guided tour, or end it.
+    Tour,
     /// Give the focused pane the whole screen, or take it back.
     Zoom,
     /// Select the next push in the timeline, or the one before.
@@ -112,6 +114,8 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         "record to a file in the folder recordings, or stop recording", Some("record")),
     row(&[(Char('e'), Exercises)],
         "open the exercises: predict, then see", Some("exercises")),
+    row(&[(Char('g'), Tour)],
+        "begin the guided tour of five minutes, or leave it", None),
     row(&[(Char('c'), OtherClock)],
         "hand the running graph to the other clock", Some("clock")),
     row(&[(Char('+'), Speed(Up)), (Char('-'), Speed(Down)), (Char('0'), SpeedOne)],

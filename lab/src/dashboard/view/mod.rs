@@ -33,6 +33,8 @@ use ratatui::{
 use ratelab::{runtime::telemetry::Event, system::System};
 
 #[cfg(test)]
+pub use self::page::aside;
+#[cfg(test)]
 pub use self::pane::testing;
 pub use self::{help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra};
 use self::{layout::ScreenLayout, theme::Theme};
@@ -74,6 +76,8 @@ pub struct ScreenState<'a> {
     pub help: Option<HelpPage>,
     /// A page of text over everything but the help.
     pub page: Option<TextPage>,
+    /// A page of text beside the panes to look at: a step of the tour.
+    pub aside: Option<TextPage>,
     /// The latest notice of the dashboard.
     pub notice: Option<&'a str>,
 }
@@ -206,6 +210,14 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
                 status::render_footer(&hints, theme, layout.footer, buf);
             }
         },
+    }
+    if let Some(page) = &shown.aside {
+        let signal = layout.panes.iter().find(|(pane, _)| *pane == Pane::Signal);
+        let several = layout.panes.len() > 1;
+        let place = signal
+            .filter(|_| several)
+            .map_or(layout.body, |(_, area)| *area);
+        page::aside(page, theme, place, buf);
     }
     if let Some(map) = shown.map {
         cliff::render(map, theme, layout.body, buf);

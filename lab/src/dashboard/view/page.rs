@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    pane::{border, broken, centred, clip, plain, put, row, tail},
+    pane::{border, broken, centred, clamp, clip, plain, put, row, tail},
     theme::Theme,
 };
 
@@ -43,14 +43,50 @@ pub fn render(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     if room == 0 {
         return;
     }
+    let lines = lines(page, room, theme);
+    let place = centred(room + EDGES, height(page, &lines), area);
+    draw(page, &lines, theme, place, buf);
+}
+
+/// Draws `page` at the bottom of `area`, so that something of the area stays in sight.
+pub fn aside(page: &TextPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let area = area.intersection(buf.area);
+    let room = usize::from(area.width).saturating_sub(EDGES).min(WIDEST);
+    if room == 0 {
+        return;
+    }
+    let lines = lines(page, room, theme);
+    let height = clamp(height(page, &lines)).min(area.height);
+    let place = Rect {
+        y: area.bottom() - height,
+        height,
+        width: clamp(room + EDGES),
+        ..area
+    };
+    draw(page, &lines, theme, place, buf);
+}
+
+/// The text in lines of `room` columns.
+fn lines(page: &TextPage, room: usize, theme: &Theme) -> Vec<String> {
     let text = plain(&page.text, theme);
-    let lines: Vec<_> = text.lines().flat_map(|line| broken(line, room)).collect();
-    let typed = usize::from(page.typed.is_some()) * 2;
-    let place = centred(room + EDGES, lines.len() + typed + HINT + 1 + BORDERS, area);
+    text.lines().flat_map(|line| broken(line, room)).collect()
+}
+
+/// Rows below the text.
+fn below(page: &TextPage) -> usize {
+    usize::from(page.typed.is_some()) * 2 + HINT + 1
+}
+
+/// Rows of the whole box.
+fn height(page: &TextPage, lines: &[String]) -> usize {
+    lines.len() + below(page) + BORDERS
+}
+
+fn draw(page: &TextPage, lines: &[String], theme: &Theme, place: Rect, buf: &mut Buffer) {
+    let room = usize::from(place.width).saturating_sub(EDGES);
     Clear.render(place, buf);
     let inner = border(&page.title, Span::default(), theme, true, place, buf);
-    let below = typed + HINT + 1;
-    let shown = usize::from(inner.height).saturating_sub(below);
+    let shown = usize::from(inner.height).saturating_sub(below(page));
     // Scrolling ends at the last lines.
     let first = page.scroll.min(lines.len().saturating_sub(shown));
     let mut draw = |text: &str, style, at| put(text, style, 1, row(inner, at), buf);

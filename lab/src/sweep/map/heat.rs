@@ -4,7 +4,6 @@ use super::{MapStyle, cell_mark, edge_mark, growth_text, level};
 use crate::{
     dashboard::view::theme::Theme,
     sweep::{
-        columns,
         summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
@@ -64,7 +63,10 @@ fn pieces(
     cell: usize,
     text: impl Fn(&[RowSummary], usize) -> String,
 ) -> Vec<String> {
-    let names: Vec<String> = summary.groups().map(|rows| name(summary, rows)).collect();
+    let names: Vec<String> = summary
+        .groups()
+        .map(|rows| summary.group_name(rows))
+        .collect();
     let heading = summary.main.heading();
     let wide = names.iter().map(String::len).max().unwrap_or(0);
     let wide = wide.max(heading.len());
@@ -149,17 +151,4 @@ fn aligned(labels: &[&str]) -> Vec<String> {
     let most = labels.iter().map(|label| whole(label)).max().unwrap_or(0);
     let pad = |label: &&str| " ".repeat(most - whole(label)) + label;
     labels.iter().map(pad).collect()
-}
-
-/// The values that distinguish a group from the others.
-fn name(summary: &SweepSummary, rows: &[RowSummary]) -> String {
-    let sweep = &summary.sweep;
-    let Some(cell) = rows.first().map(|row| &row.cell) else {
-        return String::new();
-    };
-    let columns = columns::of(sweep).into_iter();
-    let several =
-        columns.filter(|column| column.name != summary.main.name && column.count(sweep) > 1);
-    let parts = several.map(|column| column.tag(&column.short(sweep, cell)));
-    parts.collect::<Vec<_>>().join(" ")
 }

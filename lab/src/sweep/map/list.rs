@@ -1,6 +1,6 @@
 //! A line per value, with a bar and figures.
 
-use super::{edge_mark, growth_text};
+use super::{cost_text, decimals, edge_mark, figure, growth_text};
 use crate::{
     dashboard::view::theme::Theme,
     sweep::{
@@ -63,25 +63,4 @@ pub fn lines(
         }
     }
     lines
-}
-
-fn figure(row: &RowSummary) -> String {
-    match row.runs {
-        0 => "-".to_owned(),
-        runs => format!("{} of {runs}", row.held),
-    }
-}
-
-/// Three digits that count.
-fn cost_text(cost: Option<f64>) -> String {
-    let places = match cost {
-        Some(cost) if cost < 0.1 => 4,
-        Some(cost) if cost < 1.0 => 3,
-        _ => 2,
-    };
-    decimals(cost, places)
-}
-
-fn decimals(value: Option<f64>, places: usize) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.places$}"))
 }

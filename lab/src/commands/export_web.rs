@@ -1,0 +1,80 @@
+//! `ratelab export-web`: recordings as a page for the browser.
+
+use std::sync::Arc;
+
+use ratatui::layout::Size;
+use ratelab::system::{Alias, System};
+
+use crate::{
+    cli::ExportWebArgs,
+    dashboard::{picture, view::theme::Look},
+    error::Error,
+    names,
+    output::{print_line, refuse_same, write_whole},
+    program::Program,
+    recording::Recording,
+    screen::theme,
+    web::{self, RunData},
+};
+
+/// Size of the picture for readers without JavaScript.
+const SIZE: Size = Size::new(120, 35);
+
+/// Writes the page; of damaged recordings with their intact part.
+pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
+    let mut recordings = Vec::new();
+    for file in &args.files {
+        refuse_same("--output", &args.output, file)?;
+        recordings.push(Arc::new(Recording::read(file)?));
+    }
+    if let Some(stranger) = recordings.iter().find(|one| !one.is_of(&*program.system)) {
+        let (file, system) = (stranger.path.display(), &stranger.origin.system);
+        return Err(Error::BadInput(format!(
+            "{file}: this is a recording of {system:?}: use the program that has it"
+        )));
+    }
+    let system = &*program.system;
+    let differs = differing(system, &recordings);
+    let mut runs: Vec<(String, Arc<Recording>)> = recordings
+        .iter()
+        .map(|recording| (setting(system, differs, recording), recording.clone()))
+        .collect();
+    if differs.is_some() {
+        let number = |text: &str| text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+        runs.sort_by(|(one, _), (other, _)| {
+            let [one, other] = [one, other].map(|text| number(text).unwrap_or(f64::MAX));
+            one.total_cmp(&other)
+        });
+    }
+    let first = runs[0].1.clone();
+    let (at, theme) = (first.until, theme(false, Some(Look::Light)));
+    let poster = picture::of_recording(first, &program.system, at, SIZE, &theme)?;
+    let runs = runs.iter();
+    let runs = runs.map(|(setting, recording)| RunData::of(recording, program, setting));
+    let runs: Vec<RunData> = runs.collect();
+    let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
+    let page = web::page(system.name(), &quantity, &runs, &poster);
+    write_whole("--output", &args.output, None, page.as_bytes())?;
+    let file = args.output.display();
+    print_line(&format!("{file}: open it in a browser"))?;
+    recordings.iter().try_for_each(|one| Error::if_damaged(one))
+}
+
+/// The first of the system's settings in which the recordings differ.
+fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'static Alias> {
+    let value = |alias: &Alias, of: &Recording| alias.value(&of.origin.config.setup);
+    let mut aliases = system.aliases().iter();
+    aliases.find(|alias| {
+        let mut values = recordings.iter().map(|recording| value(alias, recording));
+        let first = values.next();
+        values.any(|other| Some(other) != first)
+    })
+}
+
+/// The value of that setting in a recording, with its unit.
+fn setting(system: &dyn System, alias: Option<&Alias>, of: &Recording) -> String {
+    alias.map_or_else(String::new, |alias| {
+        let value = names::short_value(system, alias, &of.origin.config.setup);
+        format!("{value}{}", names::unit(alias.name, alias.kind()))
+    })
+}

@@ -1,0 +1,94 @@
+//! `ratelab grade`: the hand-ins of many learners in one table.
+//!
+//! ```text
+//! folders ──► hand-ins ──► predictions against measurements ──► table, CSV, JSON
+//!                    └───► sessions: rescued? verified? a copy? ──┘
+//! ```
+
+mod files;
+mod marks;
+mod rows;
+mod session;
+mod table;
+
+use std::path::Path;
+
+use crate::{
+    cli::GradeArgs,
+    error::Error,
+    output::{print_line, write_whole},
+    program::Program,
+    signals,
+};
+use marks::{Mark, Measured};
+use session::Session;
+
+/// Grades every hand-in in a folder, and prints and writes the result. Ctrl-C ends it
+/// without one.
+pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
+    let hand_ins = files::hand_ins(&args.dir)?;
+    let asked = signals::stop_flag();
+    let mut measured = Measured::default();
+    let mut graded = Vec::new();
+    for hand_in in hand_ins {
+        let marks = measured.marks(&hand_in.answers)?;
+        let recordings = hand_in.recordings.iter();
+        let sessions = recordings.map(|file| Session::of(file, program, &asked));
+        graded.push(Graded {
+            marks,
+            sessions: sessions.collect::<Result<_, _>>()?,
+            refused: hand_in.refused(),
+            learner: hand_in.learner,
+        });
+    }
+    session::find_copies(program, &mut graded)?;
+    if let Some(file) = &args.csv {
+        write_whole("--csv", file, None, rows::csv(&graded).as_bytes())?;
+    }
+    print_line(&match args.json {
+        true => format!("{:#}", rows::json(&graded)),
+        false => table::text(&graded, &measured),
+    })?;
+    let of = graded.len();
+    match graded.iter().filter(|graded| !graded.is_accepted()).count() {
+        0 => Ok(()),
+        refused => Err(Error::NotAccepted { refused, of }),
+    }
+}
+
+/// A graded hand-in.
+struct Graded {
+    /// Name of the learner's folder.
+    learner: String,
+    /// The predictions, by exercise.
+    marks: Vec<Mark>,
+    /// The recordings, by file name.
+    sessions: Vec<Session>,
+    /// Why the hand-in as a whole is not acceptable, if it is not.
+    refused: Option<String>,
+}
+
+impl Graded {
+    /// Whether everything in it is acceptable. A wrong prediction is.
+    fn is_accepted(&self) -> bool {
+        self.refusals().is_empty()
+    }
+
+    /// What is not acceptable: the file or folder, and the reason.
+    fn refusals(&self) -> Vec<(String, String)> {
+        let whole = self.refused.iter();
+        let whole = whole.map(|why| (self.learner.clone(), why.clone()));
+        let sessions = self.sessions.iter().flat_map(|session| {
+            let name = session.name(&self.learner);
+            let refused = session.refused.iter();
+            refused.map(move |why| (name.clone(), why.clone()))
+        });
+        whole.chain(sessions).collect()
+    }
+}
+
+/// The last part of a path, as text.
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}

@@ -1,0 +1,86 @@
+//! The files of the learners.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use exercises::framework::{Answers, AnswersError};
+
+use super::file_name;
+use crate::{error::Error, predictions};
+
+/// Maximum size of a file of predictions (bytes).
+const LARGEST: u64 = 1 << 20;
+
+/// What a learner handed in.
+pub struct HandIn {
+    /// Name of the folder.
+    pub learner: String,
+    /// The predictions; none without a file.
+    pub answers: Answers,
+    /// The recordings, by name.
+    pub recordings: Vec<PathBuf>,
+    /// Why the predictions are unusable, if they are.
+    unusable: Option<String>,
+}
+
+/// The hand-ins in `dir`, by name. Hidden folders and loose files are none.
+pub fn hand_ins(dir: &Path) -> Result<Vec<HandIn>, Error> {
+    let bad = |why: io::Error| Error::BadInput(format!("{}: {why}", dir.display()));
+    let folders = sorted(dir).map_err(bad)?.into_iter();
+    let folders = folders.filter(|path| path.is_dir() && !file_name(path).starts_with('.'));
+    let hand_ins: Vec<HandIn> = folders.map(|folder| HandIn::read(&folder)).collect();
+    if hand_ins.is_empty() {
+        let why = "there is no hand-in: expected one folder per learner, with answers.toml in it";
+        return Err(Error::BadInput(format!("{}: {why}", dir.display())));
+    }
+    Ok(hand_ins)
+}
+
+impl HandIn {
+    fn read(folder: &Path) -> Self {
+        let (recordings, listed) = match sorted(folder) {
+            Ok(files) => (files, None),
+            Err(why) => (Vec::new(), Some(why.to_string())),
+        };
+        let (answers, invalid) = match answers(&folder.join(predictions::FILE)) {
+            Ok(answers) => (answers, None),
+            Err(why) => (Answers::default(), Some(why)),
+        };
+        let is_recording = |path: &PathBuf| path.extension().is_some_and(|end| end == "rrd");
+        Self {
+            learner: file_name(folder),
+            answers,
+            recordings: recordings.into_iter().filter(is_recording).collect(),
+            unusable: listed.or(invalid),
+        }
+    }
+
+    /// Why it is not acceptable, if it is not.
+    pub fn refused(&self) -> Option<String> {
+        let empty = self.answers == Answers::default() && self.recordings.is_empty();
+        let nothing = || "nothing is handed in: neither predictions nor a recording".to_owned();
+        self.unusable.clone().or_else(|| empty.then(nothing))
+    }
+}
+
+/// The predictions in `file`, which a learner wrote.
+fn answers(file: &Path) -> Result<Answers, String> {
+    let about = fs::metadata(file);
+    if about.is_ok_and(|about| !about.is_file() || about.len() > LARGEST) {
+        return Err(format!("{} is no file of predictions", predictions::FILE));
+    }
+    Answers::load(file).map_err(|error| match error {
+        AnswersError::Content { cause, .. } => format!("{}: {cause}", predictions::FILE),
+        AnswersError::Unusable { cause, .. } => format!("{}: {cause}", predictions::FILE),
+    })
+}
+
+/// The content of a folder, by name.
+fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
+    let mut paths = entries.collect::<io::Result<Vec<PathBuf>>>()?;
+    paths.sort();
+    Ok(paths)
+}

@@ -1,0 +1,38 @@
+//! The guided tour over a running session.
+
+use crossterm::event::KeyEvent;
+
+use super::App;
+use crate::dashboard::tour::{Guide, OFFER, Tour, Walk};
+
+impl App {
+    /// Offers the tour, or begins it.
+    pub fn guide(&mut self, guide: Guide) {
+        match guide {
+            Guide::Nobody => {}
+            Guide::Offer => self.notify(OFFER),
+            Guide::Tour => self.tour = Some(Tour::default()),
+        }
+    }
+
+    /// Begins the tour, or ends it.
+    pub(super) fn toggle_tour(&mut self) {
+        self.tour = match self.tour {
+            None => Some(Tour::default()),
+            Some(_) => None,
+        };
+    }
+
+    /// Shows `key` to the tour; returns whether it was for the tour alone.
+    pub(super) fn is_for_the_tour(&mut self, key: &KeyEvent) -> bool {
+        let Some(tour) = self.tour.filter(|_| !self.mapping) else {
+            return false;
+        };
+        let walk = tour.take(key);
+        self.tour = match walk {
+            Walk::Lab(tour) | Walk::On(tour) => Some(tour),
+            Walk::Over => None,
+        };
+        !matches!(walk, Walk::Lab(_))
+    }
+}

@@ -1,0 +1,150 @@
+//! The sweep as a heat map in an SVG file: a row per combination of the slower knobs, a
+//! column per value of the fastest. A cell has the number of successful runs, and a bar as
+//! high as their share.
+
+use std::fmt::Write;
+
+use super::{
+    map,
+    summary::{RowSummary, SweepSummary},
+};
+use crate::{
+    dashboard::view::theme::{Look, Theme},
+    xml::escaped,
+};
+
+/// Height of a cell and of a line of text, width of a character (pixels).
+const ROW: usize = 30;
+const LINE: usize = 20;
+const CHARACTER: usize = 8;
+
+/// Space around the map (pixels).
+const EDGE: usize = 12;
+
+/// Successful runs, lost runs, runs that did not finish, text: the same text can be read on
+/// the first three.
+const GOOD: &str = "#8cc4f0";
+const LOST: &str = "#f7dcae";
+const OPEN: &str = "#ffffff";
+const INK: &str = "#1f2328";
+
+/// A map for papers and pages.
+const THEME: Theme = Theme {
+    colour: true,
+    ascii: false,
+    look: Look::Light,
+};
+
+/// The heat map of a sweep.
+pub fn svg(summary: &SweepSummary) -> String {
+    let map = HeatMap::of(summary);
+    let head = map::head(summary, &THEME).into_iter();
+    let mut lines: Vec<String> = head.map(|(name, text)| format!("{name}: {text}")).collect();
+    let most = summary.sweep.seeds.len();
+    lines.push(format!("number of runs of {most} that {}", summary.good));
+    let top = EDGE + lines.len() * LINE;
+    let texts = lines.iter().map(|line| line.chars().count() * CHARACTER);
+    let map_width = map.left + map.cell * map.values.len();
+    let width = map_width.max(texts.max().unwrap_or(0)) + 2 * EDGE;
+    let height = top + LINE + map.groups.len() * ROW + LINE + EDGE;
+    let label = escaped(&lines.join("; "));
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
+         width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{label}\" \
+         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"13\" \
+         fill=\"{INK}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
+    );
+    for (number, line) in lines.iter().enumerate() {
+        text(&mut svg, (EDGE, EDGE + 14 + number * LINE), "start", line);
+    }
+    map.draw(&mut svg, top);
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// The cells and their labels.
+struct HeatMap<'s> {
+    summary: &'s SweepSummary,
+    groups: Vec<(String, &'s [RowSummary])>,
+    values: Vec<&'s str>,
+    /// Where the cells begin, and the width of one (pixels).
+    left: usize,
+    cell: usize,
+}
+
+impl<'s> HeatMap<'s> {
+    fn of(summary: &'s SweepSummary) -> Self {
+        let groups = summary.groups();
+        let groups: Vec<_> = groups
+            .map(|rows| (summary.group_name(rows), rows))
+            .collect();
+        let values = groups.first().map_or(&[][..], |(_, rows)| rows).iter();
+        let values: Vec<&str> = values.map(|row| row.value.as_str()).collect();
+        let widest = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
+        let names = widest(&mut groups.iter().map(|(name, _)| name.chars().count()));
+        let names = names.max(summary.main.heading().chars().count());
+        let counts = summary.rows().iter().map(|row| row.held.to_string().len());
+        let labels = values.iter().map(|value| value.chars().count());
+        let cell = widest(&mut counts.chain(labels)).max(3) + 1;
+        Self {
+            left: EDGE + names * CHARACTER + EDGE,
+            cell: cell * CHARACTER,
+            summary,
+            groups,
+            values,
+        }
+    }
+
+    fn draw(&self, svg: &mut String, top: usize) {
+        let above = top + 14;
+        let end = self.left - EDGE;
+        text(svg, (end, above), "end", &self.summary.main.heading());
+        for (place, value) in self.values.iter().enumerate() {
+            text(svg, (self.middle(place), above), "middle", value);
+        }
+        for (number, (name, rows)) in self.groups.iter().enumerate() {
+            let y = top + LINE + number * ROW;
+            text(svg, (end, y + 20), "end", name);
+            for (place, row) in rows.iter().enumerate() {
+                self.cell(svg, (place, y), name, row);
+            }
+        }
+    }
+
+    fn middle(&self, place: usize) -> usize {
+        self.left + place * self.cell + self.cell / 2
+    }
+
+    fn cell(&self, svg: &mut String, (place, y): (usize, usize), name: &str, row: &RowSummary) {
+        let (x, width) = (self.left + place * self.cell + 1, self.cell - 2);
+        let height = ROW - 2;
+        let fill = if row.runs == 0 { OPEN } else { LOST };
+        let bar = (row.share().unwrap_or(0.0) * height as f64).round() as usize;
+        let value = self.summary.main.with_unit(&row.value);
+        let value = format!("{} {value}", self.summary.main.label());
+        let place_name = [name, &value].join(" ");
+        let told = format!("{}: {}", place_name.trim(), map::figure(row));
+        let told = escaped(&told);
+        let _ = writeln!(
+            svg,
+            "<g><title>{told}</title>\
+             <rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{fill}\"/>\
+             <rect x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{bar}\" fill=\"{GOOD}\"/>",
+            y + height - bar,
+        );
+        let figure = match row.runs {
+            0 => "-".to_owned(),
+            _ => row.held.to_string(),
+        };
+        text(svg, (self.middle(place), y + 19), "middle", &figure);
+        svg.push_str("</g>\n");
+    }
+}
+
+fn text(svg: &mut String, (x, y): (usize, usize), anchor: &str, text: &str) {
+    let text = escaped(text);
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\">{text}</text>"
+    );
+}

@@ -1,0 +1,218 @@
+//! A recorded run as numbers for the page: what moves, at each step of the plant.
+
+use std::sync::Arc;
+
+use ratelab::{
+    runtime::{Command, Head, Knob, Rows, Time, telemetry::Event},
+    system::{Picture, Shape, Style, System},
+};
+use serde_json::{Value, json};
+
+use crate::{
+    program::Program,
+    recording::{Recording, Replay},
+    report::{self, ReportContext},
+};
+
+/// Maximum number of steps on the page: those of a minute at 50 Hz. Of a longer run it
+/// shows every second, third … step.
+const MOST_FRAMES: usize = 3_000;
+
+/// A run on the page.
+pub struct RunData {
+    /// Its name and its place on the slider.
+    pub title: String,
+    /// Its summary in a few lines.
+    pub summary: String,
+    /// What the script of the page reads.
+    pub data: Value,
+}
+
+impl RunData {
+    /// The run in `recording`, which is called `setting` on the slider.
+    pub fn of(recording: &Arc<Recording>, program: &Program, setting: &str) -> Self {
+        let mut replay = Replay::new(recording.clone(), &program.system);
+        replay.advance_to(Time::MAX);
+        let system = replay.system().clone();
+        let summary = replay.summary();
+        let verdict = summary.verdict.to_string();
+        let text = report::text(&*system, &summary, &ReportContext::default());
+        let name = recording.path.file_stem().unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        let title = match setting.is_empty() {
+            true => name,
+            false => format!("{setting} ({name})"),
+        };
+        let data = json!({
+            "title": title,
+            "setting": setting,
+            "verdict": verdict,
+            "lost": summary.verdict.is_lost(),
+            "summary": text,
+            "end": ms(recording.until),
+            "nodes": nodes(recording),
+            "topics": topics(recording),
+            "plant": plant(recording, &*system),
+            "signal": signal(recording, &*system),
+            "events": events(recording),
+        });
+        Self {
+            title,
+            summary: text,
+            data,
+        }
+    }
+}
+
+/// Run time in milliseconds.
+fn ms(at: Time) -> f64 {
+    (at.as_secs_f64() * 1e4).round() / 10.0
+}
+
+/// Three decimals, a millimetre or a milliradian, are enough for a screen.
+fn short(value: f64) -> Value {
+    json!((value * 1e3).round() / 1e3)
+}
+
+/// The nodes with their ticks and their rates over time.
+fn nodes(recording: &Recording) -> Value {
+    let nodes = recording.origin.topology.nodes.iter();
+    let nodes = nodes.zip(&recording.ticks).map(|(node, ticks)| {
+        let turned = recording.events.iter().filter_map(Event::knob);
+        let rates = turned.filter_map(|timed| match timed.knob {
+            Knob::Rate { node: of, hz } if of == node.name => Some(json!([ms(timed.at), hz.get()])),
+            _ => None,
+        });
+        let first = [json!([0, node.hz.get()])];
+        json!({
+            "name": node.name,
+            "rates": first.into_iter().chain(rates).collect::<Vec<_>>(),
+            "ticks": thinned(ticks).map(|tick| ms(tick.at)).collect::<Vec<_>>(),
+        })
+    });
+    nodes.collect()
+}
+
+/// The topics that are read: messages and drops over time.
+fn topics(recording: &Recording) -> Value {
+    let topics = recording.origin.topology.topics.iter();
+    let topics = topics.zip(&recording.topics);
+    let topics = topics.filter(|(topic, _)| !topic.readers.is_empty());
+    let topics = topics.map(|(topic, rows)| {
+        let heads: Vec<&Head> = thinned(rows.heads()).collect();
+        json!({
+            "name": topic.name,
+            "depth": topic.depth.get(),
+            "from": topic.publishers,
+            "to": topic.readers,
+            "at": heads.iter().map(|head| ms(head.at)).collect::<Vec<_>>(),
+            "published": heads.iter().map(|head| head.seq + 1).collect::<Vec<_>>(),
+            "dropped": heads.iter().map(|head| head.dropped).collect::<Vec<_>>(),
+        })
+    });
+    topics.collect()
+}
+
+/// The picture and the age of the sensing at each step of the plant.
+fn plant(recording: &Recording, system: &dyn System) -> Value {
+    let empty = Rows::default();
+    let rows = system.state().and_then(|state| recording.rows(state));
+    let rows = rows.unwrap_or(&empty);
+    let steps: Vec<usize> = thinned(&(0..rows.len()).collect::<Vec<_>>())
+        .copied()
+        .collect();
+    let pictures: Vec<Picture> = steps
+        .iter()
+        .filter_map(|step| system.picture(rows.row(*step)))
+        .collect();
+    let heads = steps.iter().map(|step| rows.heads()[*step]);
+    let ages = heads.clone().map(|head| {
+        let age = head.origin.map(|origin| ms(head.at) - ms(origin));
+        age.map(|age| (age * 10.0).round() / 10.0)
+    });
+    let view = pictures.first().map(|picture| picture.view);
+    let still = still(&pictures);
+    let moving = pictures.iter().map(|picture| {
+        let shapes = picture.shapes.iter();
+        let moving = shapes.filter(|shape| !still.contains(shape));
+        moving.map(shape).collect::<Vec<_>>()
+    });
+    json!({
+        "at": heads.clone().map(|head| ms(head.at)).collect::<Vec<_>>(),
+        "age": ages.collect::<Vec<_>>(),
+        "view": view,
+        "still": still.iter().copied().map(shape).collect::<Vec<_>>(),
+        "moving": moving.collect::<Vec<_>>(),
+    })
+}
+
+/// The shapes that are the same in all pictures.
+fn still(pictures: &[Picture]) -> Vec<&(Style, Shape)> {
+    let Some((first, rest)) = pictures.split_first() else {
+        return Vec::new();
+    };
+    let shapes = first.shapes.iter();
+    shapes
+        .filter(|shape| rest.iter().all(|picture| picture.shapes.contains(shape)))
+        .collect()
+}
+
+/// A shape as a list: style, kind, numbers.
+fn shape((style, shape): &(Style, Shape)) -> Value {
+    let style = match style {
+        Style::Scenery => "scenery",
+        Style::Limit => "limit",
+        Style::Body => "body",
+        Style::Subject => "subject",
+        Style::Action => "action",
+    };
+    let numbers = |kind: &str, numbers: &[f64]| {
+        let head = [json!(style), json!(kind)].into_iter();
+        head.chain(numbers.iter().map(|number| short(*number)))
+            .collect()
+    };
+    match shape {
+        Shape::Segment { from, to } => numbers("line", &[from[0], from[1], to[0], to[1]]),
+        Shape::Box {
+            centre,
+            half,
+            angle,
+        } => numbers("box", &[centre[0], centre[1], half[0], half[1], *angle]),
+        Shape::Circle { centre, radius } => numbers("circle", &[centre[0], centre[1], *radius]),
+        Shape::Label { at, text } => json!([style, "label", short(at[0]), short(at[1]), text]),
+    }
+}
+
+/// The first signal of the system over time.
+fn signal(recording: &Recording, system: &dyn System) -> Value {
+    let signal = system.signals().first();
+    let rows = signal.and_then(|signal| Some((signal, recording.rows(signal.topic)?)));
+    let Some((signal, rows)) = rows else {
+        return Value::Null;
+    };
+    let steps: Vec<(&Head, &[f64])> = rows.iter().collect();
+    let values = thinned(&steps).map(|(_, row)| short((signal.value)(row)));
+    json!({
+        "name": signal.name,
+        "unit": signal.unit,
+        "limits": signal.limits,
+        "at": thinned(&steps).map(|(head, _)| ms(head.at)).collect::<Vec<_>>(),
+        "value": values.collect::<Vec<_>>(),
+    })
+}
+
+/// What was done during the run, in words.
+fn events(recording: &Recording) -> Value {
+    let events = recording.events.iter();
+    let events = events.filter(|event| !matches!(event.applied(), Some(Command::Resume)));
+    events
+        .map(|event| json!([ms(event.at), event.to_string()]))
+        .collect()
+}
+
+/// Not more than [`MOST_FRAMES`] of `items`, evenly.
+fn thinned<T>(items: &[T]) -> impl Iterator<Item = &T> {
+    items
+        .iter()
+        .step_by(items.len().div_ceil(MOST_FRAMES).max(1))
+}

@@ -1,0 +1,201 @@
+"use strict";
+// Plays the runs: everything is drawn from the numbers of the recordings.
+const { quantity, runs } = JSON.parse(document.getElementById("data").textContent);
+const find = (id) => document.getElementById(id);
+const [slider, clock, button, told] = ["run", "time", "play", "told"].map(find);
+let run = runs[0], now = 0, playing = false, last = 0;
+
+// An element of SVG with attributes, as text.
+function element(name, attributes, content = "") {
+  const list = Object.entries(attributes).map(([key, value]) => ` ${key}="${value}"`);
+  return `<${name}${list.join("")}>${content}</${name}>`;
+}
+
+function safe(text) {
+  const signs = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
+  return String(text).replace(/[&<>"]/g, (sign) => signs[sign]);
+}
+
+function label(x, y, text, more = {}) {
+  return element("text", { x, y, "font-size": 14, "text-anchor": "middle", ...more }, safe(text));
+}
+
+// The index of the last time up to now; -1 before the first.
+function upTo(times, at) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= at) low = middle + 1; else high = middle;
+  }
+  return low - 1;
+}
+
+function rateOf(node) {
+  return node.rates.filter(([at]) => at <= now).at(-1)[1];
+}
+
+function drawGraph() {
+  const step = 340, wide = 150, high = 54, top = 60;
+  const x = (node) => 20 + node * step;
+  const width = 40 + (run.nodes.length - 1) * step + wide;
+  let out = "", words = [];
+  run.topics.forEach((topic, row) => {
+    const place = upTo(topic.at, now);
+    const [sent, dropped] = place < 0 ? [0, 0] : [topic.published[place], topic.dropped[place]];
+    const [from, to] = [topic.from[0] ?? 0, topic.to[0]];
+    const near = to === from + 1;
+    const [x1, x2] = [x(from) + wide, x(to)];
+    const middle = (x(from) + x(to) + wide) / 2;
+    const y = near ? top + high / 2 : top + high + 26 + 30 * row;
+    const path = near ? `M${x1} ${y}H${x2 - 4}`
+      : `M${x(from) + wide / 2} ${top + high}V${y}H${x(to) + wide / 2}V${top + high + 4}`;
+    out += element("path", { class: "wire", d: path, "marker-end": "url(#tip)" });
+    const line = near ? top : y - 8;
+    out += label(middle, line - 2, topic.name, { "font-weight": "bold" });
+    out += label(middle, line + 52, `${sent} sent, queue ${topic.depth}`);
+    if (dropped > 0) out += label(middle, line + 72, `✖ ${dropped} dropped`, { class: "drops" });
+    words.push(`${topic.name}: ${sent} sent, ${dropped} dropped`);
+  });
+  run.nodes.forEach((node, number) => {
+    const tick = upTo(node.ticks, now);
+    const lit = tick >= 0 && now - node.ticks[tick] < (playing ? 60 : 1);
+    out += element("rect", { class: lit ? "node lit" : "node", x: x(number), y: top, width: wide, height: high, rx: 8 });
+    out += label(x(number) + wide / 2, top + 24, node.name, { "font-weight": "bold" });
+    out += label(x(number) + wide / 2, top + 44, `${rateOf(node)} Hz`);
+  });
+  const tip = element("marker", { id: "tip", viewBox: "0 0 8 8", refX: 6, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto-start-reverse" }, element("path", { d: "M0 0L8 4L0 8z", fill: "currentColor" }));
+  const graph = find("graph");
+  graph.setAttribute("viewBox", `0 0 ${width} ${top + high + 50}`);
+  graph.setAttribute("aria-label", `the graph: ${run.nodes.map((node) => node.name + " at " + rateOf(node) + " Hz").join(", ")}; ${words.join("; ")}`);
+  graph.innerHTML = element("defs", {}, tip) + out;
+}
+
+// A shape of the plant; up is up.
+function shape([style, kind, ...n], thin) {
+  const line = { class: style };
+  if (kind === "line") return element("line", { ...line, x1: n[0], y1: -n[1], x2: n[2], y2: -n[3] });
+  if (kind === "circle") return element("circle", { ...line, cx: n[0], cy: -n[1], r: n[2] });
+  if (kind === "box") {
+    const turn = `rotate(${-n[4] * 180 / Math.PI} ${n[0]} ${-n[1]})`;
+    return element("rect", { ...line, x: n[0] - n[2], y: -n[1] - n[3], width: 2 * n[2], height: 2 * n[3], transform: turn });
+  }
+  return label(n[0], -n[1] + 12 * thin, n[2], { "font-size": 13 * thin });
+}
+
+function drawPlant() {
+  const { view, still, moving, at } = run.plant;
+  const plant = find("plant");
+  plant.parentElement.hidden = !view;
+  if (!view) return;
+  const [left, bottom, right, top] = view;
+  const [width, height] = [right - left, top - bottom];
+  const thin = width / 500;
+  const place = Math.max(0, upTo(at, now));
+  plant.setAttribute("viewBox", `${left - 0.06 * width} ${-top - 0.05 * height} ${1.12 * width} ${height * 1.25}`);
+  plant.setAttribute("class", run.lost && now >= run.end ? "lost" : "");
+  plant.innerHTML = [...still, ...(moving[place] ?? [])].map((part) => shape(part, thin)).join("");
+  plant.setAttribute("aria-label", "the plant, drawn to scale");
+}
+
+// A curve over the whole run, with the part up to now in colour.
+function drawCurve(id, times, values, limits, unit) {
+  const [width, height, left] = [560, 170, 64];
+  const known = values.filter((value) => value !== null);
+  const shown = [...known, ...(limits ?? [20]), 0];
+  const [least, most] = [Math.min(...shown), Math.max(...shown)];
+  const span = most - least || 1;
+  const x = (at) => left + (at / Math.max(run.end, 1)) * (width - left - 10);
+  const y = (value) => 28 + ((most - value) / span) * (height - 56);
+  const points = (until) => times.slice(0, until).map((at, place) => [at, values[place]])
+    .filter(([, value]) => value !== null).map(([at, value]) => `${x(at).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
+  const place = upTo(times, now);
+  let out = element("line", { class: "axis", x1: left, x2: width, y1: y(0), y2: y(0) });
+  for (const limit of limits ?? []) {
+    out += element("line", { class: "limit", x1: left, x2: width, y1: y(limit), y2: y(limit) });
+    out += label(left - 6, y(limit) + 5, Number(limit.toPrecision(4)), { "text-anchor": "end" });
+  }
+  out += label(left - 6, y(0) + 5, 0, { "text-anchor": "end" });
+  if (!limits) out += label(left - 6, y(most) + 5, Math.round(most), { "text-anchor": "end" });
+  out += element("polyline", { class: "all", points: points(times.length) });
+  out += element("polyline", { class: "past", points: points(place + 1) });
+  out += element("line", { class: "axis", x1: x(now), x2: x(now), y1: 20, y2: height - 24 });
+  out += label(width - 10, height - 6, `${(run.end / 1000).toFixed(2)} s`, { "text-anchor": "end" });
+  const value = place < 0 || values[place] === null ? "-" : values[place].toFixed(1);
+  out += label(Math.min(Math.max(x(now), left + 50), width - 60), 14, `${value} ${unit}`, { "font-weight": "bold" });
+  const chart = find(id);
+  chart.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  chart.setAttribute("aria-label", `${value} ${unit} at ${(now / 1000).toFixed(2)} s, between ${least.toFixed(1)} and ${most.toFixed(1)} over the run`);
+  chart.innerHTML = out;
+}
+
+function draw() {
+  drawGraph();
+  drawPlant();
+  const { signal, plant } = run;
+  find("signal").parentElement.hidden = !signal;
+  if (signal) {
+    find("signal").nextElementSibling.textContent = `${signal.name} (${signal.unit})`;
+    drawCurve("signal", signal.at, signal.value, signal.limits, signal.unit);
+  }
+  const aged = plant.age.some((age) => age !== null);
+  find("age").parentElement.hidden = !aged;
+  if (aged) drawCurve("age", plant.at, plant.age, null, "ms");
+  clock.value = now;
+  clock.setAttribute("aria-valuetext", `${(now / 1000).toFixed(2)} seconds`);
+  find("now").textContent = `${(now / 1000).toFixed(2)} s`;
+}
+
+// Read out by a screen reader: at a new run, at a pause and at the end only.
+function tell(over) {
+  const name = quantity && run.setting ? `${quantity} ${run.setting}: ` : "";
+  const drops = run.topics.map((topic) => {
+    const place = upTo(topic.at, over ? Infinity : now);
+    return `${topic.name} ${place < 0 ? 0 : topic.dropped[place]} dropped`;
+  });
+  const ages = run.plant.age.filter((age) => age !== null);
+  const mean = ages.length ? ` An action rests on a reading ${(ages.reduce((sum, age) => sum + age, 0) / ages.length).toFixed(1)} ms old on average.` : "";
+  const state = over ? run.verdict : `at ${(now / 1000).toFixed(2)} s`;
+  told.textContent = `${name}${state}. ${drops.join(", ")}.${over ? mean : ""}`;
+  told.className = over && run.lost ? "lost" : "";
+}
+
+function play(on) {
+  playing = on;
+  button.textContent = on ? "Pause" : "Play";
+  if (on && now >= run.end) now = 0;
+  if (on) requestAnimationFrame((at) => { last = at; requestAnimationFrame(frame); });
+}
+
+function frame(at) {
+  if (!playing) return;
+  now = Math.min(run.end, now + (at - last) * Number(find("speed").value));
+  last = at;
+  if (now >= run.end) { play(false); tell(true); }
+  draw();
+  if (playing) requestAnimationFrame(frame);
+}
+
+function choose(number) {
+  run = runs[number];
+  now = 0;
+  clock.max = run.end;
+  find("choice").querySelector("output").textContent = run.setting || run.title;
+  slider.setAttribute("aria-valuetext", run.setting || run.title);
+  tell(true);
+  draw();
+}
+
+slider.max = runs.length - 1;
+find("choice").hidden = runs.length < 2;
+find("choice").querySelector("label").textContent = quantity || "run";
+slider.addEventListener("input", () => choose(Number(slider.value)));
+clock.addEventListener("input", () => { play(false); now = Number(clock.value); draw(); });
+clock.addEventListener("change", () => tell(now >= run.end));
+button.addEventListener("click", () => { play(!playing); if (!playing) tell(false); });
+find("picture").hidden = true;
+find("player").hidden = false;
+slider.value = runs.length - 1;
+choose(runs.length - 1);
+// A picture at rest shows more than the first instant.
+now = run.end;
+draw();
