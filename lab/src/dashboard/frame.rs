@@ -351,6 +351,8 @@ pub struct SignalTrace {
     pub ages: Vec<(f64, f64)>,
     /// The limits of the push age.
     pub limits: AgeLimits,
+    /// The range of the signal to stay in, if there is a task.
+    pub safe: Option<[f64; 2]>,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
     /// The previous run, if there was one.

@@ -141,12 +141,12 @@ struct LastRun {
 }
 
 impl Sampler {
-    /// A frame of `session` as of now.
-    pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
+    /// A frame of `session` as of now, with its new `rows`.
+    pub fn frame_data(&mut self, session: &mut impl RunSource, rows: &[WatchedRows]) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
         self.push_ages.meet(system, || observer.read_counters());
-        for (topic, rows) in session.new_rows() {
-            self.remember(session.system(), topic, &rows);
+        for (topic, rows) in rows {
+            self.remember(session.system(), topic, rows);
         }
         self.follow_knobs(session.observer());
         let counters = session.observer().read_counters();
@@ -226,6 +226,7 @@ impl Sampler {
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(end - span, end),
             limits: self.limits.known(),
+            safe: None,
             marks: Vec::new(),
             ghost: self
                 .last

@@ -6,7 +6,7 @@ use ratelab::runtime::{Knob, telemetry::Event};
 
 use super::App;
 use crate::{
-    dashboard::{frame::FrameData, knob_focus::KnobFocus, session::Session},
+    dashboard::{frame::FrameData, knob_focus::KnobFocus, sampler::RunSource, session::Session},
     recording::Destination,
 };
 
@@ -49,7 +49,8 @@ impl App {
 
     /// A frame of the session.
     pub fn picture_now(&mut self) -> FrameData {
-        self.sampler.frame_data(&mut self.session)
+        let rows = self.session.new_rows();
+        self.sampler.frame_data(&mut self.session, &rows)
     }
 
     /// Sends recordings to `folder`.

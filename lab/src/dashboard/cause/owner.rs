@@ -161,9 +161,16 @@ impl Explained<'_> {
     }
 
     /// Recent time in ticks of a node. A tick in progress counts from one period after
-    /// the end of the previous one.
+    /// the end of the previous one. Under the real clock a tick may act at its start and
+    /// be busy for longer.
     pub fn busy(&self, node: usize) -> Duration {
-        let ends = |worked: &Worked| worked.tick.ends.unwrap_or(self.to).min(self.to);
+        let ends = |worked: &Worked| {
+            let tick = &worked.tick;
+            let acted = tick.ends.unwrap_or(self.to);
+            acted
+                .max(tick.at + tick.took.unwrap_or_default())
+                .min(self.to)
+        };
         let ticks = self.ticks(node);
         let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
         let last = self.ticks(node).next().map(ends);

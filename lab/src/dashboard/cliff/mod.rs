@@ -83,7 +83,7 @@ impl CliffMap {
         axes: MapAxes,
         config: &Config,
     ) -> Result<Self, AxisError> {
-        let quantity = |number| Quantity::number(&**system, graph, focus, number);
+        let quantity = |number| Quantity::number(&**system, graph, focus, &config.setup, number);
         let (x, y) = (quantity(axes.x), axes.y.map(quantity));
         let now = x.value(graph, &config.setup);
         let over_x = x.axis(&**system)?;
@@ -92,19 +92,15 @@ impl CliffMap {
         let rows = over_y
             .as_ref()
             .map_or(Vec::new(), |axis| axis.values.clone());
-        let nearest = nearest(over_x, now);
-        let first = nearest.values.first();
-        let column = columns.iter().position(|value| Some(value) == first);
         let seeds = match over_y {
             Some(_) => vec![config.seed],
             None => seeds(config.seed),
         };
-        let row = match &y {
-            None => seeds.iter().position(|seed| *seed == config.seed),
-            Some(y) => row_of(&rows, y.value(graph, &config.setup)),
-        };
         let sweep = Sweep {
-            axes: [Some(nearest), over_y].into_iter().flatten().collect(),
+            axes: [Some(nearest(over_x, now)), over_y]
+                .into_iter()
+                .flatten()
+                .collect(),
             seeds,
             ..Sweep::of(
                 system.clone(),
@@ -116,7 +112,7 @@ impl CliffMap {
             )
         };
         let count = rows.len().max(sweep.seeds.len());
-        Ok(Self {
+        let mut map = Self {
             outcomes: vec![None; columns.len() * count],
             axes,
             x,
@@ -124,10 +120,12 @@ impl CliffMap {
             columns,
             rows,
             done: 0,
-            at: (column.unwrap_or(0), row.unwrap_or(0)),
+            at: (0, 0),
             fill: Fill::start(sweep.clone()),
             sweep,
-        })
+        };
+        map.go_to(graph, config);
+        Ok(map)
     }
 
     /// Whether the map has the conditions of `config`, apart from the seed's place in its
@@ -142,6 +140,21 @@ impl CliffMap {
             && self.covers(mine, theirs)
             && self.covers(theirs, mine)
             && self.sweep.seeds.contains(&config.seed)
+    }
+
+    /// Moves the cursor to the run of `config`; returns whether its rate is on the map.
+    pub fn go_to(&mut self, graph: &Snapshot, config: &Config) -> bool {
+        let now = self.x.value(graph, &config.setup);
+        let row = match &self.y {
+            None => self
+                .sweep
+                .seeds
+                .iter()
+                .position(|seed| *seed == config.seed),
+            Some(y) => index_of(&self.rows, y.value(graph, &config.setup)),
+        };
+        self.at = (index_of(&self.columns, now).unwrap_or(0), row.unwrap_or(0));
+        self.x.covers(now)
     }
 
     /// Whether `setup` has all settings of `other`, apart from those on the axes.
@@ -300,13 +313,13 @@ fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     axis
 }
 
-/// The row with the value nearest to `now`.
-fn row_of(rows: &[Arc<SweepValue>], now: f64) -> Option<usize> {
-    let distances = rows.iter().map(|value| (number(value) - now).abs());
+/// Index of the value nearest to `now`.
+fn index_of(values: &[Arc<SweepValue>], now: f64) -> Option<usize> {
+    let distances = values.iter().map(|value| (number(value) - now).abs());
     let nearest = distances
         .enumerate()
         .min_by(|(_, a), (_, b)| a.total_cmp(b));
-    nearest.map(|(row, _)| row)
+    nearest.map(|(index, _)| index)
 }
 
 fn number(value: &SweepValue) -> f64 {

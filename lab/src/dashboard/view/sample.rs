@@ -155,6 +155,7 @@ pub fn trace() -> SignalTrace {
                 [(0.0, 0.0), (0.2, 200.0)].map(|(at, ms)| (0.2 * f64::from(tooth) + at, ms))
             })
             .collect(),
+        safe: None,
         marks: vec![
             (0.2, "policy 5 Hz".to_owned()),
             (0.6, "/obs depth 100".to_owned()),
