@@ -8,6 +8,7 @@ use super::App;
 use crate::{
     dashboard::{frame::FrameData, knob_focus::KnobFocus, sampler::RunSource, session::Session},
     recording::Destination,
+    rescue::RescueTry,
 };
 
 impl App {
@@ -51,6 +52,16 @@ impl App {
     pub fn picture_now(&mut self) -> FrameData {
         let rows = self.session.new_rows();
         self.sampler.frame_data(&mut self.session, &rows)
+    }
+
+    /// Begins a rescue by hand.
+    pub fn rescue_by_hand(&mut self) {
+        self.try_by_hand().expect("a session");
+    }
+
+    /// The rescue by hand, if the session is one.
+    pub fn by_hand(&self) -> Option<&RescueTry> {
+        self.by_hand.as_ref()
     }
 
     /// Sends recordings to `folder`.

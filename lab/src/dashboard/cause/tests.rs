@@ -302,7 +302,7 @@ fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
     let (summary, _, cause) = with(&network());
     assert!(summary.verdict.is_lost());
     assert_eq!(cause.owners, []);
-    let text = "age is not to blame (9 ms of 104): policy patient.safetensors does not balance it";
+    let text = "age is not to blame (10 ms of 104): policy patient.safetensors does not balance it";
     assert_eq!(cause.lines, [text]);
     for linear in ["scripted", "lqr"] {
         assert!(!with(linear).0.verdict.is_lost(), "{linear}");

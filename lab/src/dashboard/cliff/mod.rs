@@ -375,7 +375,7 @@ pub mod sample {
     pub fn half_filled() -> CliffMap {
         let mut map = around(&Config {
             seed: 103,
-            ..CartPole::config("control-hz 7.5").expect("a knob")
+            ..CartPole::config("control-hz 7").expect("a knob")
         });
         map.fill = Fill::nobody();
         map.outcomes.fill(None);
@@ -464,6 +464,20 @@ mod tests {
     }
 
     #[test]
+    fn it_begins_at_the_rate_in_force_which_has_a_column() {
+        for (hz, columns) in [(50.0, 31), (7.0, 30), (7.5, 31), (200.0, 31)] {
+            let config = CartPole::config(&format!("control-hz {hz}")).expect("a knob");
+            let map = around(&config);
+            assert_eq!(map.place().0, format!("{hz} Hz"));
+            assert_eq!(map.columns().len(), columns, "{hz} Hz");
+            assert!(map.columns().is_sorted_by(|a, b| number(a) < number(b)));
+        }
+        // The digits of a rate are rows of the map.
+        let long = around(&CartPole::config("control-hz 7.654321").expect("a knob"));
+        assert_eq!(long.place().0, "8 Hz");
+    }
+
+    #[test]
     fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
         let map = around(&Config::default());
         let axes = MapAxes::default();
@@ -521,6 +535,6 @@ mod tests {
             map.move_rate(Direction::Up);
             map.move_seed(Direction::Down);
         }
-        assert_eq!(map.at(), (29, 0));
+        assert_eq!(map.at(), (map.columns().len() - 1, 0));
     }
 }

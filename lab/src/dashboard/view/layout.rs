@@ -15,7 +15,7 @@ const ROOMY: Size = Size::new(120, 36);
 
 /// Minimum height of a body with a separate timeline, and the height of that timeline.
 const TALL: u16 = 40;
-const LANES: u16 = 9;
+const LANES: u16 = 11;
 
 /// The parts of the screen.
 #[derive(Debug)]

@@ -182,6 +182,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
 pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
     NodeData {
         name: name.into(),
+        caption: None,
         hz: Hz::new(hz).expect("a valid rate"),
         ticks,
         overruns: 0,
