@@ -44,7 +44,7 @@ const MOMENTS: &[Moment] = &[
     // Step 3.
     Moment {
         keys: "[[[[[[[[",
-        sees: &["● 5 Hz", "FELL at", "decides every 200 ms. ] raises control-hz", "readings up to 200 ms old"],
+        sees: &["● 5 Hz", "FELL at", "decides every 200 ms. ] raises control-hz", "readings up to"],
         gone: &[],
     },
     // Step 4.

@@ -213,10 +213,10 @@ impl Facts<'_> {
     }
 
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
-        let (name, every) = (self.node(node), explained.interval(node));
+        let name = self.node(node);
         let every = match self.graph.nodes[node].overruns {
-            0 => self.graph.nodes[node].hz.period(),
-            _ => every,
+            0 => explained.pace(node),
+            _ => explained.interval(node),
         };
         let (setting, key) = rate_setting(self.system, name);
         let cure = match key.filter(|_| self.live) {
@@ -282,8 +282,8 @@ fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
     let Owner::Rate(slowest) = first else {
         return vec![first];
     };
-    let period = |node: usize| explained.graph.nodes[node].hz.period();
-    let as_slow = |node: &usize| period(*node) >= period(slowest).mul_f64(AS_SLOW);
+    let slow = explained.pace(slowest).mul_f64(AS_SLOW);
+    let as_slow = |node: &usize| explained.pace(*node) >= slow;
     let path = upstream(explained.graph, acts).into_iter();
     let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
     if !slow.contains(&first) {

@@ -152,6 +152,17 @@ impl Explained<'_> {
         self.time() / u32::try_from(ticks.max(1)).unwrap_or(u32::MAX)
     }
 
+    /// The period of a node, or the recent mean interval between its ticks if that is much
+    /// longer, as just after a change of its rate.
+    pub fn pace(&self, node: usize) -> Duration {
+        let (period, interval) = (self.graph.nodes[node].hz.period(), self.interval(node));
+        if interval > period * 2 {
+            interval
+        } else {
+            period
+        }
+    }
+
     /// The recent ticks of a node.
     fn ticks(&self, node: usize) -> impl Iterator<Item = &Worked> {
         let ticks = self.lineage.ticks(node).rev();

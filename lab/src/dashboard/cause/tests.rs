@@ -47,7 +47,7 @@ const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
 
 /// Ways to lose the pole.
-const WAYS: [Way; 25] = [
+const WAYS: [Way; 26] = [
     way(COURSE, &["rate policy 5"], &["Rate policy"]),
     way(
         COURSE,
@@ -97,6 +97,11 @@ const WAYS: [Way; 25] = [
     fault(&[(1.0, "crash policy")], &["Crash policy"]),
     fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
     fault(&[(0.1, "hang policy 900")], &["Cost policy"]),
+    // Restored, but too late.
+    fault(
+        &[(0.1, "rate policy 4"), (0.95, "rate policy 50")],
+        &["Rate policy"],
+    ),
 ];
 
 fn knob(text: &str) -> Knob {

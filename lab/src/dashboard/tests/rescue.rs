@@ -22,9 +22,22 @@ fn until(app: &mut App, text: &str) {
             "{text:?}:\n{}",
             screen(app, &PLAIN, 80, 24)
         );
-        press(app, ".");
+        step(app);
+    }
+}
+
+/// Runs one tick of one node, and waits for it.
+fn step(app: &mut App) {
+    let ticks = |app: &App| -> u64 {
+        let nodes = app.session().observer().read_counters().nodes;
+        nodes.iter().map(|node| node.ticks).sum()
+    };
+    let before = ticks(app);
+    press(app, ".");
+    while ticks(app) == before && !app.ended() {
         app.sample().expect("no fault");
     }
+    app.sample().expect("no fault");
 }
 
 fn shows(app: &mut App, text: &str) {
@@ -38,7 +51,9 @@ fn a_rescue_shows_each_step_and_is_judged_when_it_is_over() {
     let folder = tempfile::TempDir::new().expect("a folder");
     let mut app = begun(folder.path());
     until(&mut app, "rescue: b slows the policy to 5 Hz");
-    shows(&mut app, "+4°");
+    for level in ["+12°", "+4°", "−4°", "−12°"] {
+        shows(&mut app, level);
+    }
     press(&mut app, "b");
     until(&mut app, "wait until the pole is beyond ±4°");
     until(&mut app, "now! ] ] ] brings 50 Hz back");

@@ -67,7 +67,9 @@ pub fn render(
     if inner.is_empty() {
         return;
     }
-    let two = !ages.is_empty() && inner.height >= TALL;
+    // A task is about the signal.
+    let least = if trace.safe.is_some() { 2 * TALL } else { TALL };
+    let two = !ages.is_empty() && inner.height >= least;
     let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
     let lower = usize::from(inner.height) / 2;
     let upper = usize::from(inner.height) - if two { lower } else { 0 };
@@ -184,7 +186,7 @@ fn safe_levels(trace: &SignalTrace, theme: &Theme) -> impl Iterator<Item = Level
     let ends = trace.safe.into_iter().flatten();
     ends.map(|at| Level {
         at,
-        line: Some((3, 4, '=')),
+        line: Some((1, 2, '=')),
         label: label(trace.signal, at, theme),
     })
 }
