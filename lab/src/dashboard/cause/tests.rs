@@ -99,7 +99,7 @@ const WAYS: [Way; 26] = [
     fault(&[(0.1, "hang policy 900")], &["Cost policy"]),
     // Restored, but too late.
     fault(
-        &[(0.1, "rate policy 4"), (0.95, "rate policy 50")],
+        &[(0.1, "rate policy 4"), (0.6, "rate policy 50")],
         &["Rate policy"],
     ),
 ];
