@@ -1,6 +1,7 @@
 //! A rescue by hand.
 
 use super::*;
+use crate::dashboard::sampler::RunSource;
 
 /// Begins a rescue by hand, in steps, recorded to `folder`.
 fn begun(folder: &std::path::Path) -> App {
