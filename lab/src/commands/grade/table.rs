@@ -94,6 +94,9 @@ fn sessions(graded: &Graded) -> String {
 /// Title and result of an exercise.
 fn title(brief: &Brief, findings: &Findings) -> String {
     let measured = match findings.answer {
+        Answer::About { number, within } => {
+            format!("{} ± {within}", brief.in_unit((number * 1e4).round() / 1e4))
+        }
         Answer::Exactly(number) => brief.in_unit((number * 1e4).round() / 1e4),
         Answer::Between { held, failed } => {
             format!(
