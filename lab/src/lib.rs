@@ -111,7 +111,7 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::Picture(args)) => commands::picture(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
-        Ok(Command::Verify(args)) => commands::verify(program, &args.files),
+        Ok(Command::Verify(args)) => commands::verify(program, &args),
         Ok(Command::Exercise(args)) => commands::exercise(&args),
         Ok(Command::Keys) => commands::print_keys(program),
         Ok(Command::Completions { shell }) => commands::completions(program, shell),

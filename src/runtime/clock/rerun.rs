@@ -60,6 +60,8 @@ pub struct Rerun {
     events: Vec<Event>,
     /// Positions of the events that happened under the real clock.
     known: BTreeSet<usize>,
+    /// Of these, commands that are refused again without a try.
+    refused: BTreeSet<usize>,
     whole: bool,
     /// The moment at which to leave the recorded run.
     branch: Option<Branch>,
@@ -111,6 +113,7 @@ impl Rerun {
             sections: sections.all.into(),
             events: events.to_vec(),
             known: sections.events,
+            refused: BTreeSet::new(),
             whole,
             branch: None,
             watch: Arc::new(Watch::new(supervisor.chain(names))),
@@ -136,6 +139,19 @@ impl Rerun {
                 }
                 _ => None,
             })
+    }
+
+    /// Refuses those commands again, for the recorded reason, that were refused and that
+    /// `of` selects: a file that was missing may be there now.
+    pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
+        let events = self
+            .known
+            .iter()
+            .filter(|index| match &self.events[**index].what {
+                EventKind::Refused { command, .. } => of(command),
+                _ => false,
+            });
+        self.refused = events.copied().collect();
     }
 
     /// Gives every node a thread of its own, which pauses for a random time before each
@@ -245,8 +261,13 @@ impl Rerun {
     }
 
     fn rest(&self, graph: &mut Graph, event: usize) -> Option<ClockExit> {
-        let command = command(&self.events[event])?;
         let now = graph.now();
+        let events = Events {
+            all: &self.events,
+            refused: &self.refused,
+        };
+        let state = graph.control.state.clone();
+        let command = events.command(event as u64, now, &state)?;
         obey_at_rest(graph, ClockKind::Real, command, now).exit
     }
 
@@ -261,7 +282,10 @@ impl Rerun {
             .map(|(thread, entries)| (thread, entries.len()))
             .collect();
         let mut players = Players {
-            events: &self.events,
+            events: Events {
+                all: &self.events,
+                refused: &self.refused,
+            },
             watch: &self.watch,
             state: graph.control.state.clone(),
             threads: stretch.threads.iter().map(Player::new).collect(),
@@ -313,9 +337,32 @@ fn command(event: &Event) -> Option<&Command> {
     }
 }
 
+/// The events of the recorded run.
+#[derive(Clone, Copy)]
+struct Events<'a> {
+    all: &'a [Event],
+    refused: &'a BTreeSet<usize>,
+}
+
+impl<'a> Events<'a> {
+    /// The command of an event, unless it is to be refused as recorded: that is done here.
+    fn command(self, index: u64, at: Time, state: &RunState) -> Option<&'a Command> {
+        let index = usize::try_from(index).ok()?;
+        let event = self.all.get(index)?;
+        if let EventKind::Refused { command, reason } = &event.what
+            && self.refused.contains(&index)
+        {
+            state.advance_to(at);
+            state.log.refused(at, command, reason.as_str());
+            return None;
+        }
+        command(event)
+    }
+}
+
 /// All threads of a stretch.
 struct Players<'a> {
-    events: &'a [Event],
+    events: Events<'a>,
     watch: &'a Arc<Watch>,
     state: Arc<RunState>,
     threads: Vec<Player<'a>>,
@@ -471,7 +518,7 @@ impl Players<'_> {
 fn supervise(
     player: &mut Player<'_>,
     control: &mut ControlPlane,
-    events: &[Event],
+    events: Events<'_>,
     watch: &Watch,
     entries: usize,
     exit: &mut Option<ClockExit>,
@@ -482,7 +529,7 @@ fn supervise(
         };
         expect(0, operations);
         if let Entry::Obey { at, event } = entry
-            && let Some(command) = events.get(*event as usize).and_then(command)
+            && let Some(command) = events.command(*event, *at, &control.state.clone())
         {
             *exit = steps::supervise(control, command, *at).exit;
         }
@@ -495,7 +542,7 @@ fn supervise(
 /// Has a node do again what its thread did.
 #[derive(Clone, Copy)]
 struct NodeAgain<'a> {
-    events: &'a [Event],
+    events: Events<'a>,
     watch: &'a Watch,
     state: &'a RunState,
     thread: usize,
@@ -548,8 +595,7 @@ impl NodeAgain<'_> {
             }),
             Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
             Entry::Obey { at, event } => {
-                let event = self.events.get(event as usize);
-                if let Some(command) = event.and_then(command) {
+                if let Some(command) = self.events.command(event, at, self.state) {
                     steps::obey_node(node, self.state, command, at);
                 }
                 None

@@ -31,6 +31,10 @@ pub enum LogError {
 }
 
 impl Log {
+    /// The most memory for the log of a run (bytes): half a day of a default run. What
+    /// comes later is not logged.
+    pub(super) const MOST: usize = 64 << 20;
+
     /// Adds bytes of a thread: 0 is the thread that supervises, then come the nodes in the
     /// order of their addition.
     pub fn add(&mut self, thread: usize, bytes: &[u8]) {
@@ -43,6 +47,11 @@ impl Log {
     /// Whether the run was never under the real clock, or has no log.
     pub fn is_empty(&self) -> bool {
         self.threads.is_empty()
+    }
+
+    /// Whether the log was too long, so that it ends before the run.
+    pub fn is_full(&self) -> bool {
+        self.threads.iter().map(Vec::len).sum::<usize>() > Self::MOST
     }
 
     /// The bytes of the threads.

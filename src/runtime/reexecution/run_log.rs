@@ -2,7 +2,7 @@
 
 use super::{
     entry::{Coder, Entry},
-    log::LogPosition,
+    log::{Log, LogPosition},
     turns::{Noter, Operation},
 };
 use crate::runtime::sync::{
@@ -10,9 +10,6 @@ use crate::runtime::sync::{
     atomic::{AtomicUsize, Ordering},
     lock,
 };
-
-/// The most memory for the log of a run (bytes): half a day of a default run.
-const MOST: usize = 64 << 20;
 
 /// The log of a run, as far as it was under the real clock: the supervisor's, then one per
 /// node. Beyond a limit the rest of the run is not logged.
@@ -84,7 +81,7 @@ impl Stream {
     }
 
     fn add(&self, entry: &Entry, operations: &[Operation]) {
-        if self.size.load(Ordering::Relaxed) > MOST {
+        if self.size.load(Ordering::Relaxed) > Log::MOST {
             return;
         }
         let mut content = lock(&self.content);

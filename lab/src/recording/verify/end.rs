@@ -8,12 +8,14 @@ use ratelab::runtime::{
 use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};
 
-/// The first part of the end that is not the same: all of it but the wall's time.
+/// The first part of the end that is not the same: all of it but the wall's time. What came
+/// too fast for the recorder has been `lost`, and came again.
 pub fn compare(
     outcome: &RecordingEnd,
     topology: &Topology,
     computed: &Result<RunResult, Fault>,
     observer: &Observer,
+    lost: u64,
 ) -> Option<Difference> {
     let differs = |what: &str, recorded: String, computed: String| {
         (recorded != computed).then(|| Difference {
@@ -53,7 +55,7 @@ pub fn compare(
             differs(
                 "what came too fast",
                 outcome.lost.to_string(),
-                "0".to_owned(),
+                lost.to_string(),
             )
         })
         .or_else(|| {
