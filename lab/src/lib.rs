@@ -112,6 +112,7 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Picture(args)) => commands::picture(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args),
+        Ok(Command::Branch(args)) => commands::branch(program, &args),
         Ok(Command::Exercise(args)) => commands::exercise(&args),
         Ok(Command::Keys) => commands::print_keys(program),
         Ok(Command::Completions { shell }) => commands::completions(program, shell),

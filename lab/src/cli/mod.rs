@@ -1,5 +1,6 @@
 //! The command line.
 
+mod branch;
 mod examples;
 mod exercise;
 mod explain;
@@ -24,6 +25,7 @@ use crate::{
 };
 
 pub use self::{
+    branch::BranchArgs,
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
@@ -64,8 +66,10 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Print the content of a recording.
     Info(InfoArgs),
-    /// Run recordings of the virtual clock again and compare every bit.
+    /// Run recordings again and compare every bit.
     Verify(VerifyArgs),
+    /// Leave a recorded run at a moment with something changed, and compare the results.
+    Branch(BranchArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
@@ -91,7 +95,7 @@ pub enum Command {
 
 /// Name of the command that only a course has, and its place in the help: the others have
 /// even places.
-const EXERCISE: (&str, usize) = ("exercise", 19);
+const EXERCISE: (&str, usize) = ("exercise", 21);
 
 /// Parses the command line of `program`.
 ///

@@ -1,6 +1,7 @@
 //! The commands, a file each. Code that several of them share is outside of this folder:
 //! none imports another.
 
+mod branch;
 mod completions;
 mod exercise;
 mod hunt;
@@ -15,6 +16,7 @@ mod sweep;
 mod trace;
 mod verify;
 
+pub use branch::branch;
 pub use completions::completions;
 pub use exercise::exercise;
 pub use hunt::hunt;

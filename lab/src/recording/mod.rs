@@ -64,5 +64,5 @@ pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
 pub use schema::RecordingEnd;
 pub use source::{Source, StopReason};
-pub use verify::{VerifyError, verify};
+pub use verify::{Branch, VerifyError, branch, verify};
 pub use writer::Recorded;

@@ -191,6 +191,28 @@ impl Rerun {
         rests
     }
 
+    /// The last of these at or before `at`; `None` if the run, which began under the clock
+    /// `first`, was under the virtual clock then.
+    pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
+        let (mut now, mut clock) = (Time::ZERO, first);
+        for section in &self.sections {
+            let Section::Stretch(stretch) = section else {
+                continue;
+            };
+            for planned in stretch.plan.parts() {
+                if planned.at > at {
+                    return (clock == ClockKind::Real).then_some(now);
+                }
+                now = now.max(planned.at);
+                clock = ClockKind::Real;
+            }
+            if stretch.end == Some(End::HandedOver) {
+                clock = ClockKind::Virtual;
+            }
+        }
+        (clock == ClockKind::Real).then_some(now)
+    }
+
     /// The number of entries of all threads, and of those in knots.
     pub fn entries(&self) -> (usize, usize) {
         let (mut all, mut knotted) = (0, 0);

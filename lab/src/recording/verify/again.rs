@@ -149,7 +149,9 @@ pub fn run_again(
     if differences.is_empty() && same_so_far && complete {
         let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
         let lost = comparison.lacks();
-        let end = whole.and_then(|end| end::compare(end, topology, &ended, &observer, lost));
+        let newest = newest_tick(recording);
+        let end =
+            whole.and_then(|end| end::compare(end, topology, &ended, &observer, (newest, lost)));
         differences.extend(end);
     }
     let (messages, ticks) = comparison.same();
@@ -169,6 +171,12 @@ pub fn run_again(
         diverged,
         identical,
     })
+}
+
+/// Run time of the last tick: under the real clock it may be late, and begin after the end.
+fn newest_tick(recording: &Recording) -> Time {
+    let last = recording.ticks.iter().filter_map(|ticks| ticks.last());
+    last.map(|tick| tick.at).max().unwrap_or_default()
 }
 
 /// Looks on.
@@ -199,7 +207,7 @@ impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
 
 /// The knobs that the recorded run took: those of its setup, and those that were
 /// `turned` while it ran.
-fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
+pub fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
     let before = config.setup.iter().cloned();
     let at = Time::ZERO;
     turned.extend(before.map(|knob| TimedKnob { at, knob }));
@@ -207,7 +215,7 @@ fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
 }
 
 /// `config` with the measured durations that its knobs draw from.
-fn with_tables(mut config: Config) -> Result<Config, BuildError> {
+pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     let knobs = config.setup.iter().cloned().map(with_durations);
     let knobs = knobs.collect::<Result<_, _>>();
     config.setup = knobs.map_err(BuildError::Setting)?;
@@ -253,7 +261,7 @@ fn found(check: Check<'_>) -> Option<Difference> {
 
 /// The configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
-fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
+pub fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
     let messages = recording
         .topics

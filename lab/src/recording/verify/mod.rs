@@ -1,6 +1,7 @@
 //! Runs a recorded run again and compares, bit for bit.
 
 mod again;
+mod branch;
 mod compare;
 mod difference;
 mod end;
@@ -18,6 +19,7 @@ use ratelab::{
 use thiserror::Error;
 
 pub use self::again::Look;
+pub use self::branch::{Branch, branch};
 use self::{
     again::{Outcome, run_again},
     difference::Difference,
@@ -138,12 +140,7 @@ pub fn verify(
     perturb: bool,
     watch: impl FnMut(&Look) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
-    if !recording.is_of(&**system) {
-        return Err(VerifyError::OtherSystem {
-            recorded: recording.origin.system.clone(),
-            known: system.name(),
-        });
-    }
+    refuse_other_system(recording, system)?;
     refuse_nothing(recording, &**system)?;
     let mut rerun = order::rerun(recording, &**system)?;
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
@@ -163,6 +160,16 @@ pub fn verify(
         }),
         (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
         (None, None) => Ok(identical),
+    }
+}
+
+fn refuse_other_system(recording: &Recording, system: &Arc<dyn System>) -> Result<(), VerifyError> {
+    match recording.is_of(&**system) {
+        true => Ok(()),
+        false => Err(VerifyError::OtherSystem {
+            recorded: recording.origin.system.clone(),
+            known: system.name(),
+        }),
     }
 }
 
