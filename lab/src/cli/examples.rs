@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 16] = [
+const OF_COMMANDS: [(&str, &str); 17] = [
     (
         "",
         "\
@@ -63,6 +63,10 @@ const OF_COMMANDS: [(&str, &str); 16] = [
     ),
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),
+    (
+        "branch",
+        "  ratelab branch real.rrd --at 0.4 --knob \"takes policy 0\"",
+    ),
     (
         "exercise",
         "\
