@@ -19,8 +19,7 @@ use crossbeam_channel::Sender;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
-        ClockKind, Command, Log, Observer, Rerun, RowTap, Rows, Tap, TickRecord, Time,
-        TimedCommand,
+        ClockKind, Command, Log, Observer, Rerun, RowTap, Rows, Tap, TickRecord, TimedCommand,
         telemetry::{Distribution, Event, EventKind, Topology},
     },
     system::WorldKind,
