@@ -61,6 +61,7 @@ const OF_COMMANDS: [(&str, &str); 13] = [
         "exercise",
         "\
   ratelab exercise 1                    says what it is about, asks, measures
+  ratelab exercise 10 --seed 17         a fault to find, drawn from your number
   ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
     ),
     (
