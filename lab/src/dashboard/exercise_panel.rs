@@ -303,7 +303,11 @@ impl ExercisePanel {
                 _ => None,
             },
             hint,
-            scroll: self.scroll,
+            scroll: match self.page {
+                // The marked line stays in view.
+                PanelPage::List(marked) => marked.saturating_sub(JUMP),
+                _ => self.scroll,
+            },
         }
     }
 
