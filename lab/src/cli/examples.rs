@@ -71,6 +71,7 @@ const OF_COMMANDS: [(&str, &str); 17] = [
         "exercise",
         "\
   ratelab exercise 1                    says what it is about, asks, measures
+  ratelab exercise 10 --seed 17         a fault to find, drawn from your number
   ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
     ),
     ("grade", "  ratelab grade hand-ins --csv grades.csv"),
