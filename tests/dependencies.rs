@@ -14,7 +14,7 @@ fn read(file: &str) -> String {
 
 /// The external crates in the sections called `kinds` of a manifest, for all platforms.
 fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
-    const OURS: [&str; 3] = ["exercises", "ratelab", "xtask"];
+    const OURS: [&str; 4] = ["exercises", "mend-it", "ratelab", "xtask"];
     let manifest: Table = read(manifest).parse().expect("TOML");
     let platforms = manifest.get("target").and_then(Value::as_table);
     let platforms = platforms.into_iter().flat_map(Table::values);

@@ -11,8 +11,8 @@ use std::{
 
 use proptest::prelude::*;
 use ratelab::runtime::{
-    Depth, GO_ON, Graph, Time, Topic,
-    telemetry::{Distribution, Meter},
+    Depth, GO_ON, Graph, TickRecord, Time, Topic,
+    telemetry::{Distribution, Meter, ReplayCounters},
 };
 use support::{at, depth, hz, run_virtual, secs, set_depth};
 
@@ -169,6 +169,28 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
     assert_eq!(latency.count(), summary.latency.count());
     assert_eq!(latency.sum(), summary.latency.sum());
     assert_eq!(observer.events(0), summary.events);
+}
+
+#[test]
+fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
+    let mut graph = Graph::new();
+    graph
+        .node("late", hz(50.0), 0, |_| |_| GO_ON)
+        .expect("a node");
+    let observer = graph.observer();
+    let mut replay = ReplayCounters::new(&observer.topology(), observer.status());
+    let late = TickRecord {
+        number: 50,
+        at: secs(1.000_25),
+        ends: None,
+        lateness: None,
+        took: None,
+        overruns: 0,
+        push: None,
+    };
+    replay.tick(0, &late);
+    replay.set_now(secs(1.0));
+    assert_eq!(replay.observer().now(), secs(1.0));
 }
 
 #[test]

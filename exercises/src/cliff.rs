@@ -13,7 +13,7 @@ use crate::framework::{
 };
 
 /// The rates of the policy, downwards (Hz).
-const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
+const RATES: [f64; 10] = [50.0, 25.0, 20.0, 15.0, 10.0, 9.0, 8.0, 7.0, 6.0, 5.0];
 
 /// Seeds of the starts.
 pub(crate) const SEEDS: [u64; 3] = [0, 1, 2];
@@ -23,13 +23,15 @@ pub struct Cliff;
 
 const BRIEF: Brief = Brief {
     number: 1,
+    part: "",
     name: "cliff",
     title: "The control-rate cliff",
     kind: Kind::PredictThenRun,
     objective: "Sensor and plant keep their 50 Hz; only the policy is slowed, through 50, 25, 20, \
-                15, 10 and 5 Hz. Between its decisions the actuator holds the last one. Each rate \
-                runs for ten seconds from three starts, and for each you see whether the pole \
-                stayed up and how old, on average, the reading behind an applied action was.",
+                15, 10, 9, 8, 7, 6 and 5 Hz. Between its decisions the actuator holds the last \
+                one. Each rate runs for ten seconds from three starts, and for each you see \
+                whether the pole stayed up and how old, on average, the reading behind an applied \
+                action was.",
     question: "At which control rate does the pole first fail to stay up?",
     unit: "Hz",
     range: Range {
@@ -37,6 +39,7 @@ const BRIEF: Brief = Brief {
         most: RATES[0],
         whole: false,
     },
+    choices: &[],
 };
 
 impl Exercise for Cliff {
@@ -44,7 +47,7 @@ impl Exercise for Cliff {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let sweep = Sweep {
             axes: vec![axis("control-hz", &RATES)?],
             seeds: SEEDS.to_vec(),
@@ -57,6 +60,7 @@ impl Exercise for Cliff {
         let turn = turn(&rates)?;
         Ok(Findings {
             table: table(&rates),
+            refuted: Vec::new(),
             answer: Answer::Between {
                 held: turn.held.hz,
                 failed: turn.fell.hz,

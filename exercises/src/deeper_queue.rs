@@ -26,6 +26,7 @@ pub struct DeeperQueue;
 
 const BRIEF: Brief = Brief {
     number: 2,
+    part: "",
     name: "deeper-queue",
     title: "A deeper queue",
     kind: Kind::Investigation,
@@ -40,6 +41,7 @@ const BRIEF: Brief = Brief {
         most: SEEDS.len() as f64,
         whole: true,
     },
+    choices: &[],
 };
 
 impl Exercise for DeeperQueue {
@@ -47,7 +49,7 @@ impl Exercise for DeeperQueue {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let broken = CartPole::config(&format!("control-hz {BROKEN_HZ}"))?;
         let sweep = Sweep {
             axes: vec![axis(DEPTH, &DEPTHS)?],
@@ -60,6 +62,7 @@ impl Exercise for DeeperQueue {
         let balanced = deep.iter().filter(|(_, o)| !o.verdict.is_lost()).count();
         Ok(Findings {
             table: table(&runs),
+            refuted: Vec::new(),
             answer: Answer::Exactly(balanced as f64),
             meaning: meaning(shallow, deep),
             measurements: measurements(shallow, deep),

@@ -14,32 +14,58 @@
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(exercise.check()?.iter().all(|check| check.holds()));
-//! assert_eq!(ALL.len(), 5);
+//! assert_eq!(ALL.len(), 12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The five exercises are modules of this crate; [`framework`] is their common part.
+//! Each exercise is a module of this crate; [`framework`] is their common part.
 
+pub mod build;
 pub mod cliff;
+pub mod deep_queue;
 pub mod deeper_queue;
+pub mod fault;
 pub mod framework;
+pub mod hold_or_zero;
+pub mod jitter;
 pub mod limits;
+pub mod mend;
+pub mod one_law;
 pub mod rescue;
 pub mod ties;
 
+use std::iter;
+
 use framework::Exercise;
 
-/// All exercises in their order.
-pub const ALL: [&dyn Exercise; 5] = [
+/// All exercises in their order. Of one with several questions this is the first.
+pub const ALL: [&dyn Exercise; 12] = [
     &cliff::Cliff,
     &deeper_queue::DeeperQueue,
     &ties::Ties,
     &limits::Limits,
     &rescue::Rescue,
+    &one_law::AT_50_HZ,
+    &deep_queue::TIME,
+    &jitter::Jitter,
+    &hold_or_zero::HOLD,
+    &fault::Fault,
+    &build::Build,
+    &mend::Mend,
 ];
 
-/// The exercise with this number, counted from one.
+/// The exercise with this number, counted from one: its first question.
 pub fn find(number: u32) -> Option<&'static dyn Exercise> {
     let mut all = ALL.into_iter();
     all.find(|exercise| exercise.brief().number == number)
+}
+
+/// All questions of `exercise`, from this one on.
+pub fn parts(exercise: &'static dyn Exercise) -> impl Iterator<Item = &'static dyn Exercise> {
+    iter::successors(Some(exercise), |exercise| exercise.next_part())
+}
+
+/// The questions of all exercises in their order.
+pub fn questions() -> impl Iterator<Item = &'static dyn Exercise> {
+    ALL.into_iter().flat_map(parts)
 }

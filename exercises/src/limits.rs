@@ -36,6 +36,7 @@ pub struct Limits;
 
 const BRIEF: Brief = Brief {
     number: 4,
+    part: "",
     name: "limits",
     title: "Where the theory stops",
     kind: Kind::PredictThenRun,
@@ -53,6 +54,7 @@ const BRIEF: Brief = Brief {
         most: RATES[RATES.len() - 1],
         whole: true,
     },
+    choices: &[],
 };
 
 impl Exercise for Limits {
@@ -60,7 +62,7 @@ impl Exercise for Limits {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let rates = hz(&RATES)?;
         let trials: Vec<Trial> = rates
             .into_iter()
@@ -70,6 +72,7 @@ impl Exercise for Limits {
         let stable = stable.ok_or_else(|| Failure::Unmeasured("no rate is stable".to_owned()))?;
         Ok(Findings {
             table: table(&trials),
+            refuted: Vec::new(),
             answer: Answer::Exactly(stable.hz.get()),
             meaning: meaning(&trials),
             measurements: trials.iter().flat_map(Trial::measurements).collect(),

@@ -6,10 +6,12 @@ use exercises::{
         Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings, Kind,
         Measurement, Prediction, Range, Table,
     },
+    questions,
 };
 
 const BRIEF: Brief = Brief {
     number: 9,
+    part: "",
     name: "nine",
     title: "Nine",
     kind: Kind::Investigation,
@@ -21,6 +23,7 @@ const BRIEF: Brief = Brief {
         most: 100.0,
         whole: false,
     },
+    choices: &[],
 };
 
 fn predict(text: &str) -> Prediction {
@@ -201,7 +204,8 @@ fn an_impossible_number_is_refused() {
 
 #[test]
 fn every_exercise_reads_a_number_in_its_own_unit() {
-    for exercise in ALL {
+    let numeric = questions().filter(|exercise| exercise.brief().choices.is_empty());
+    for exercise in numeric {
         let brief = exercise.brief();
         for number in [brief.range.least, brief.range.most] {
             let text = format!("{number} {} because so", brief.unit);
@@ -322,6 +326,7 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
 fn findings(answer: Answer) -> Findings {
     Findings {
         table: Table::default(),
+        refuted: Vec::new(),
         answer,
         meaning: "So it is.".to_owned(),
         measurements: Vec::new(),
@@ -371,11 +376,107 @@ fn a_table_is_as_wide_as_its_widest_cells() {
 
 #[test]
 fn every_table_has_a_cell_for_each_of_its_headers() {
-    for exercise in ALL {
+    for exercise in questions() {
         let table = exercise.run().expect("measured").table;
         assert!(!table.rows.is_empty());
         for row in &table.rows {
             assert_eq!(row.len(), table.headers.len());
         }
+    }
+}
+
+const CHOICE: Brief = Brief {
+    unit: "",
+    range: Range::of(&["policy slow", "policy", "/obs loses"]),
+    choices: &["policy slow", "policy", "/obs loses"],
+    ..BRIEF
+};
+
+#[test]
+fn a_choice_is_named_in_words_and_needs_a_reason_too() {
+    for (text, number, reason) in [
+        ("policy slow because it is", 1.0, "it is"),
+        ("Policy Slow: it decides twice", 1.0, "it decides twice"),
+        ("policy because of it", 2.0, "of it"),
+        (
+            "/obs loses, look at the figures",
+            3.0,
+            "look at the figures",
+        ),
+    ] {
+        let read = Prediction::read(text, &CHOICE).expect(text);
+        let reason = reason.to_owned();
+        assert_eq!((read.number(), read.reason().to_owned()), (number, reason));
+    }
+    let asked = "expected one of policy slow, policy, /obs loses and a reason, as in N because …";
+    for text in [
+        "1 because so",
+        "policyslow because so",
+        "sensor",
+        "∆",
+        "/obs losesX so",
+    ] {
+        assert!(refused(text, &CHOICE).contains(asked), "{text}");
+    }
+    for text in ["policy slow", "/obs loses because"] {
+        let said = refused(text, &CHOICE);
+        assert!(said.contains("without a reason"), "{said}");
+    }
+}
+
+#[test]
+fn a_wrong_choice_is_answered_with_what_refutes_it() {
+    let findings = Findings {
+        refuted: ["one", "two", "three"].map(str::to_owned).to_vec(),
+        ..findings(Answer::Exactly(3.0))
+    };
+    let judged = |text| {
+        let prediction = Prediction::read(text, &CHOICE).expect(text);
+        findings.judge(&CHOICE, &prediction)
+    };
+    assert_eq!(judged("policy because so"), (false, "two".to_owned()));
+    assert_eq!(
+        judged("/obs loses as seen"),
+        (true, "You called it.".to_owned())
+    );
+    let prediction = Prediction::read("policy slow as seen", &CHOICE).expect("a choice");
+    let text = findings.reconcile(&CHOICE, &prediction);
+    assert!(
+        text.contains("You predicted policy slow: as seen."),
+        "{text}"
+    );
+    assert!(text.contains("Measured: /obs loses."), "{text}");
+}
+
+#[test]
+fn a_result_that_another_start_changes_is_right_within_its_bounds() {
+    let about = Answer::About {
+        number: 20.0,
+        within: 2.0,
+    };
+    for (predicted, right) in [("18", true), ("22", true), ("17.9", false), ("23", false)] {
+        let prediction = predict(&format!("{predicted} because so"));
+        assert_eq!(findings(about).judge(&BRIEF, &prediction).0, right);
+    }
+    assert!(reconciled(about, "20 because so").contains("20 Hz; within 2 of it is right"));
+}
+
+#[test]
+fn the_number_of_the_learner_is_kept_with_the_prediction() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("answers.toml");
+    let mut answers = Answers::default();
+    answers.set(&BRIEF, predict("8 because so").about(17));
+    answers.save(&path).expect("saved");
+    let read = Answers::load(&path).expect("loaded");
+    assert_eq!(read.get(&BRIEF).map(Prediction::seed), Some(17));
+    // A file of an earlier version has none.
+    std::fs::write(&path, "[nine]\nnumber = 8.0\nreason = \"so\"").expect("written");
+    let read = Answers::load(&path).expect("loaded");
+    assert_eq!(read.get(&BRIEF).map(Prediction::seed), Some(0));
+    for bad in ["-1", "1.5", "\"x\""] {
+        let text = format!("[nine]\nnumber = 8.0\nreason = \"so\"\nseed = {bad}");
+        std::fs::write(&path, text).expect("written");
+        assert!(Answers::load(&path).is_err(), "{bad}");
     }
 }

@@ -53,10 +53,15 @@ impl Learner {
 #[test]
 fn nothing_is_revealed_before_a_prediction() {
     let learner = Learner::new();
-    for number in ["1", "2", "3", "4", "5"] {
-        let (said, shown) = learner.is_refused(&[number]);
+    for number in 1..=12 {
+        let (said, shown) = learner.is_refused(&[&number.to_string()]);
         assert!(said.contains("--predict"), "{said}");
-        assert_eq!(shown, "");
+        // Of a hidden fault there are figures to look at, and no word of what is mended.
+        assert!(if number == 10 {
+            !shown.contains("mended  ")
+        } else {
+            shown.is_empty()
+        });
     }
     for predicted in [
         "",
@@ -87,7 +92,7 @@ fn a_prediction_is_kept_and_shown_beside_the_measurement() {
         first.contains("You predicted 8 Hz: half of 50 is plenty."),
         "{first}"
     );
-    assert!(first.contains("between 10 Hz and 5 Hz"), "{first}");
+    assert!(first.contains("between 8 Hz and 7 Hz"), "{first}");
     assert_eq!(
         learner.succeeds(&["1"]),
         first,
@@ -157,7 +162,7 @@ fn check_makes_all_promised_measurements() {
     assert_eq!(
         all.matches("measurements hold; no prediction yet, skipped")
             .count(),
-        5,
+        17,
         "{all}"
     );
     assert_eq!(learner.succeeds(&["check", "3"]).lines().count(), 1);
@@ -169,15 +174,15 @@ fn check_keeps_measurements_and_the_prediction_apart() {
     for (predicted, told) in [
         (
             "13",
-            "your prediction of 13 Hz was wrong. You were 3 Hz above it.",
+            "your prediction of 13 Hz was wrong. You were 5 Hz above it.",
         ),
-        ("8", "your prediction of 8 Hz was right. You called it."),
+        ("7.5", "your prediction of 7.5 Hz was right. You called it."),
     ] {
         let prediction = format!("{predicted} because so");
         learner.succeeds(&["1", "--redo", "--predict", &prediction]);
         let checked = learner.succeeds(&["check", "1"]);
         let lines: Vec<&str> = checked.lines().map(str::trim).collect();
-        let held = "✓ 1 The control-rate cliff: 43 measurements hold";
+        let held = "✓ 1 The control-rate cliff: 71 measurements hold";
         assert_eq!(lines, [held, told]);
     }
 }
@@ -185,11 +190,28 @@ fn check_keeps_measurements_and_the_prediction_apart() {
 #[test]
 fn a_rescue_by_hand_is_judged_from_its_recording() {
     let learner = Learner::new();
-    // The rescue included with ratelab, with additional bytes after its last message.
+    // A rescue of one's own, by two knobs that are turned in time.
     let own = learner.0.path().join("own.rrd");
-    let mut rescued = fs::read(reference("rescued.rrd")).expect("read");
-    rescued.push(0);
-    fs::write(&own, rescued).expect("written");
+    let knobs = learner.0.path().join("own.knobs");
+    let record = |text: &str, file: &PathBuf| {
+        fs::write(&knobs, text).expect("written");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+        command
+            .args(["run", "--clock", "virtual", "--knobs"])
+            .arg(&knobs);
+        let output = command.arg("--record").arg(file).output().expect("starts");
+        assert!(output.status.success(), "{output:?}");
+    };
+    record("1 control-hz 5\n2.1 control-hz 50\n", &own);
+    // The rescue included with ratelab: with additional bytes, cut, and repeated.
+    let [longer, shorter, repeated] =
+        ["longer", "shorter", "repeated"].map(|name| learner.0.path().join(format!("{name}.rrd")));
+    let mut shipped = fs::read(reference("rescued.rrd")).expect("read");
+    fs::write(&shorter, &shipped[..shipped.len() * 9 / 10]).expect("written");
+    shipped.push(0);
+    fs::write(&longer, shipped).expect("written");
+    let shipped_knobs = fs::read_to_string(reference("rescue.knobs")).expect("read");
+    record(&shipped_knobs, &repeated);
     let judged = |file: &str| {
         let output = learner.does(&["5", "--session", file]);
         (
@@ -199,10 +221,18 @@ fn a_rescue_by_hand_is_judged_from_its_recording() {
     };
     let (code, said) = judged(&own.display().to_string());
     assert!(
-        said.contains("rescued: slowed at 0.995 s for 1.12 s"),
+        said.contains("rescued: slowed at 1.000 s for 1.10 s"),
         "{code:?} {said}"
     );
     assert!(said.starts_with('✓'), "{said}");
+    for copy in [longer, shorter, repeated] {
+        let (code, said) = judged(&copy.display().to_string());
+        assert_eq!(code, Some(1), "{said}");
+        assert!(
+            said.contains("record your own") || said.contains("not a rescue yet"),
+            "{said}"
+        );
+    }
     for (name, why) in [
         ("balanced-50hz.rrd", "never slowed"),
         ("fall-5hz.rrd", "it fell at 0.840 s"),
@@ -218,7 +248,14 @@ fn a_rescue_by_hand_is_judged_from_its_recording() {
 #[test]
 fn rubbish_is_refused_in_one_line() {
     let learner = Learner::new();
-    for args in [&["0"][..], &["6"], &["one"], &["1", "2"], &["check", "9"]] {
+    for args in [
+        &["0"][..],
+        &["13"],
+        &["one"],
+        &["1", "2"],
+        &["check", "99"],
+        &["6b"],
+    ] {
         learner.is_refused(args);
     }
     fs::write(learner.answers(), "cliff = 8").expect("written");
@@ -226,4 +263,84 @@ fn rubbish_is_refused_in_one_line() {
     assert!(said.contains("8 Hz is a number without a reason"), "{said}");
     let output = learner.does(&["1", "--predict", "8 because it is"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
+}
+
+#[test]
+fn the_questions_of_an_exercise_come_one_after_the_other() {
+    let learner = Learner::new();
+    let first = learner.succeeds(&["7", "--predict", "20 because it is almost as fast"]);
+    assert!(first.contains("Exercise 7a"), "{first}");
+    assert!(first.contains("Measured: between 5 s and 6 s"), "{first}");
+    assert!(!first.contains("Exercise 7b") && first.contains("Next: ratelab exercise 7"));
+    // What was answered is shown again; the next question is not, without a prediction.
+    let again = learner.succeeds(&["7"]);
+    assert_eq!(again, first);
+    let second = learner.succeeds(&["7", "--predict", "9 because it drops the least"]);
+    assert!(!second.contains("Exercise 7a") && second.contains("Exercise 7b"));
+    assert!(second.contains("You were 5 messages above it."), "{second}");
+    assert!(second.contains("Next: ratelab exercise 8"), "{second}");
+    let (said, shown) = learner.is_refused(&["7", "--predict", "4 because I know"]);
+    assert!(said.contains("--redo") && shown.is_empty(), "{said}");
+    let both = learner.succeeds(&["7"]);
+    assert!(both.contains("Exercise 7a") && both.contains("Exercise 7b"));
+    let redone = learner.succeeds(&["7", "--redo", "--predict", "5 because I know"]);
+    assert!(redone.contains("Exercise 7a"), "{redone}");
+    let list = learner.succeeds(&[]);
+    assert_eq!(list.matches("you predicted").count(), 1, "{list}");
+}
+
+#[test]
+fn a_hidden_fault_follows_from_the_number_of_the_learner() {
+    let learner = Learner::new();
+    let figures = |seed: &str| learner.is_refused(&["10", "--seed", seed]).1;
+    assert_eq!(figures("3"), figures("3"));
+    assert_ne!(figures("3"), figures("4"));
+    for bad in [
+        "policy",
+        "policy slow",
+        "policy tired because so",
+        "3 because so",
+        "",
+    ] {
+        let (said, _) = learner.is_refused(&["10", "--seed", "3", "--predict", bad]);
+        assert!(
+            said.contains("expected one of sensor slow") || said.contains("reason"),
+            "{said}"
+        );
+    }
+    for seed in ["-1", "x", "1.5", "99999999999999999999999"] {
+        learner.is_refused(&["10", "--seed", seed]);
+    }
+    let said = learner.succeeds(&["10", "--seed", "3", "--predict", "actuator slow, I guess"]);
+    assert!(
+        said.contains("You named actuator slow: with that mended it fell"),
+        "{said}"
+    );
+    assert!(said.contains("Drawn from your number, 3"), "{said}");
+    // The number is kept with the prediction.
+    assert_eq!(learner.succeeds(&["10"]), said);
+    assert_eq!(learner.succeeds(&["10", "--seed", "3"]), said);
+    let (said, _) = learner.is_refused(&["10", "--seed", "4"]);
+    assert!(said.contains("about --seed 3: --redo"), "{said}");
+    let (said, _) = learner.is_refused(&["1", "--seed", "4", "--predict", "8 because so"]);
+    assert!(said.contains("the same for everyone"), "{said}");
+    learner.is_refused(&["--seed", "4"]);
+    let checked = learner.succeeds(&["check", "10"]);
+    assert!(
+        checked.contains("your prediction of actuator slow was wrong."),
+        "{checked}"
+    );
+}
+
+#[test]
+fn a_clock_with_a_wrong_line_says_where_it_differs() {
+    let learner = Learner::new();
+    let said = learner.succeeds(&["12", "--predict", "20 because it is a period"]);
+    for part in [
+        "Measured: 19.9601 ms",
+        "Not mended yet: at 30, 15, 12, 7 Hz",
+        "mend-it",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
 }

@@ -13,6 +13,8 @@ pub enum Kind {
     BugHunt,
     /// By hand, in the lab.
     Live,
+    /// Write the code.
+    Build,
 }
 
 impl fmt::Display for Kind {
@@ -22,6 +24,7 @@ impl fmt::Display for Kind {
             Self::Investigation => "investigation",
             Self::BugHunt => "bug hunt",
             Self::Live => "live",
+            Self::Build => "build",
         })
     }
 }
@@ -31,6 +34,8 @@ impl fmt::Display for Kind {
 pub struct Brief {
     /// Number in the course, counted from one.
     pub number: u32,
+    /// A letter for each question of an exercise with several; otherwise empty.
+    pub part: &'static str,
     /// A one-word name, for files.
     pub name: &'static str,
     /// Its title.
@@ -39,18 +44,41 @@ pub struct Brief {
     pub kind: Kind,
     /// The subject, and the planned runs.
     pub objective: &'static str,
-    /// The question: one number to predict.
+    /// The question: one number to predict, or one of the choices.
     pub question: &'static str,
     /// Unit of the number; empty for a count.
     pub unit: &'static str,
     /// The possible numbers.
     pub range: Range,
+    /// The possible answers in words, numbered from one; empty for a question about a
+    /// number.
+    pub choices: &'static [&'static str],
 }
 
 impl Brief {
-    /// `number` with the unit of the question, if there is one.
+    /// The number with the letter of the question, such as `6b`.
+    pub fn label(&self) -> String {
+        format!("{}{}", self.number, self.part)
+    }
+
+    /// `number` with the unit of the question if there is one, or the choice of that
+    /// number.
     pub fn in_unit(&self, number: f64) -> String {
-        in_unit(number, self.unit)
+        match self.choice(number) {
+            Some(choice) => choice.to_owned(),
+            None => in_unit(number, self.unit),
+        }
+    }
+
+    /// The question, with the choices if there are any.
+    pub fn asked(&self) -> String {
+        let choices = self.choices.iter().map(|choice| format!("\n  {choice}"));
+        format!("{}{}", self.question, choices.collect::<String>())
+    }
+
+    fn choice(&self, number: f64) -> Option<&'static str> {
+        let index = (number as usize).checked_sub(1)?;
+        self.choices.get(index).copied()
     }
 }
 
@@ -74,6 +102,15 @@ impl Range {
     /// Whether `number` is possible.
     pub fn contains(self, number: f64) -> bool {
         (self.least..=self.most).contains(&number) && (!self.whole || number.fract() == 0.0)
+    }
+
+    /// The numbers of `choices`.
+    pub const fn of(choices: &[&str]) -> Self {
+        Self {
+            least: 1.0,
+            most: choices.len() as f64,
+            whole: true,
+        }
     }
 
     /// The possible numbers as text, in `unit`.

@@ -2,7 +2,10 @@
 
 use ratelab::{
     cartpole::PlantError,
-    experiment::sweep::{AxisError, SweepError},
+    experiment::{
+        Config,
+        sweep::{AxisError, SweepError},
+    },
     runtime::{Fault, Hz, HzError, TimeError},
     stability::StabilityError,
     system::{BuildError, KnobTextError},
@@ -22,11 +25,47 @@ pub trait Exercise: Sync {
     /// The text of the exercise.
     fn brief(&self) -> &'static Brief;
 
-    /// Makes all measurements.
+    /// Makes all measurements for the learner's number `seed`, which matters only if the
+    /// exercise [draws](Exercise::draws).
     ///
     /// # Errors
     /// [`Failure`] if a run failed; a fall of the pole is a result.
-    fn run(&self) -> Result<Findings, Failure>;
+    fn measure(&self, seed: u64) -> Result<Findings, Failure>;
+
+    /// Whether the learner's number decides what is measured.
+    fn draws(&self) -> bool {
+        false
+    }
+
+    /// Figures to look at before the prediction, for the learner's number `seed`.
+    ///
+    /// # Errors
+    /// [`Failure`] if a run failed.
+    fn evidence(&self, _seed: u64) -> Result<Option<Table>, Failure> {
+        Ok(None)
+    }
+
+    /// The run to look at in the lab before the prediction, for the learner's number
+    /// `seed`.
+    ///
+    /// # Errors
+    /// [`Failure`] if its settings are invalid.
+    fn scene(&self, _seed: u64) -> Result<Option<Config>, Failure> {
+        Ok(None)
+    }
+
+    /// The next question of the same exercise.
+    fn next_part(&self) -> Option<&'static dyn Exercise> {
+        None
+    }
+
+    /// Makes all measurements for the number zero.
+    ///
+    /// # Errors
+    /// [`Failure`] if a run failed.
+    fn run(&self) -> Result<Findings, Failure> {
+        self.measure(0)
+    }
 
     /// Makes all measurements and compares them with their bands.
     ///
@@ -43,6 +82,8 @@ pub trait Exercise: Sync {
 pub struct Findings {
     /// The figures for the learner.
     pub table: Table,
+    /// For each choice, the figure that refutes it; empty for a question about a number.
+    pub refuted: Vec<String>,
     /// The answer to the question.
     pub answer: Answer,
     /// The meaning of the figures.
@@ -63,6 +104,13 @@ pub enum Answer {
         /// The first number with a bad result.
         failed: f64,
     },
+    /// This number, of a result that another seed changes a little.
+    About {
+        /// The number.
+        number: f64,
+        /// The largest error of a right prediction.
+        within: f64,
+    },
 }
 
 impl Answer {
@@ -75,6 +123,7 @@ impl Answer {
                 return (false, format!("Just missed: at {held} all was still well."));
             }
             Self::Between { held, failed } => (held.min(failed), held.max(failed)),
+            Self::About { number, within } => (number - within, number + within),
         };
         let distance = number - number.clamp(near, far);
         let way = if distance > 0.0 { "above" } else { "below" };
@@ -106,7 +155,13 @@ impl Findings {
 
     /// Whether a prediction is right, with its deviation.
     pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
-        self.answer.judge(prediction.number(), brief.unit)
+        let (right, by) = self.answer.judge(prediction.number(), brief.unit);
+        let choice = (prediction.number() as usize).checked_sub(1);
+        let refuted = choice.and_then(|choice| self.refuted.get(choice));
+        match refuted {
+            Some(refuted) if !right => (right, refuted.clone()),
+            _ => (right, by),
+        }
     }
 
     /// The prediction, the measurement, and the meaning of the difference.
@@ -116,6 +171,9 @@ impl Findings {
             Answer::Exactly(number) => unit(rounded(number)),
             Answer::Between { held, failed } => {
                 format!("between {} and {}", unit(held), unit(failed))
+            }
+            Answer::About { number, within } => {
+                format!("{}; within {within} of it is right", unit(number))
             }
         };
         format!(

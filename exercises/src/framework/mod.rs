@@ -3,11 +3,13 @@
 
 mod answers;
 mod brief;
+mod chance;
 mod exercise;
 mod expectations;
 mod measurement;
 mod prediction;
 mod recorded;
+mod survey;
 mod table;
 mod unit;
 
@@ -19,5 +21,7 @@ pub use measurement::Measurement;
 pub use prediction::{Prediction, PredictionError};
 pub use table::Table;
 
+pub(crate) use chance::Chance;
 pub(crate) use exercise::{hz, mean_ms};
-pub(crate) use recorded::{Recorded, axis, cart_pole, record};
+pub(crate) use recorded::{Recorded, axis, cart_pole, own_world, record};
+pub(crate) use survey::{Group, survey};

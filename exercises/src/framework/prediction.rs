@@ -16,6 +16,9 @@ use super::{
 pub struct Prediction {
     number: f64,
     reason: String,
+    /// The learner's number, where it decides what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
 }
 
 impl Prediction {
@@ -34,11 +37,19 @@ impl Prediction {
         Ok(Self {
             number,
             reason: reason.to_owned(),
+            seed: None,
         })
     }
 
+    /// The same about the runs drawn from the learner's number `seed`.
+    pub fn about(mut self, seed: u64) -> Self {
+        self.seed = Some(seed);
+        self
+    }
+
     /// Parses a prediction for the exercise of `brief`: a number with a decimal point or
-    /// comma, an optional unit, and a reason in any words.
+    /// comma, an optional unit, and a reason in any words. Where the question has choices,
+    /// one of them takes the place of the number.
     ///
     /// # Errors
     /// [`PredictionError`] if the number or the reason is missing, the unit belongs to
@@ -46,9 +57,12 @@ impl Prediction {
     pub fn read(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let (text, unit) = (text.trim(), brief.unit);
         if text.is_empty() {
-            return Err(PredictionError::Empty(asked(unit)));
+            return Err(PredictionError::Empty(asked(brief)));
         }
-        let not_one = || PredictionError::NoNumber(text.to_owned(), asked(unit));
+        if !brief.choices.is_empty() {
+            return Self::choose(text, brief);
+        }
+        let not_one = || PredictionError::NoNumber(text.to_owned(), asked(brief));
         let (number, rest) = split_number(text).ok_or_else(not_one)?;
         let (number, reason) = convert(number, rest, brief)?;
         if goes_on_with_a_number(reason) {
@@ -60,6 +74,25 @@ impl Prediction {
                 possible: brief.range.in_words(unit),
             });
         }
+        Self::reasoned(number, reason, brief)
+    }
+
+    /// The choice at the start of `text`, with a reason.
+    fn choose(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
+        let begins = |choice: &str| {
+            let (start, rest) = text.split_at_checked(choice.len())?;
+            let whole = !rest.starts_with(char::is_alphanumeric);
+            (start.eq_ignore_ascii_case(choice) && whole).then_some(rest)
+        };
+        let mut choices = (1_u32..).zip(brief.choices);
+        let chosen = choices.find_map(|(number, choice)| Some((number, begins(choice)?)));
+        let (number, reason) =
+            chosen.ok_or_else(|| PredictionError::NoNumber(text.to_owned(), asked(brief)))?;
+        Self::reasoned(number.into(), reason, brief)
+    }
+
+    /// A prediction with the reason at the start of `reason`.
+    fn reasoned(number: f64, reason: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let reason = without_because(reason);
         let is_word = |word: &&str| !word.is_empty() && Unit::named(word).is_none();
         if reason
@@ -68,7 +101,7 @@ impl Prediction {
         {
             Self::new(number, reason)
         } else {
-            Err(PredictionError::NoReason(in_unit(number, unit)))
+            Err(PredictionError::NoReason(brief.in_unit(number)))
         }
     }
 
@@ -81,6 +114,11 @@ impl Prediction {
     pub fn reason(&self) -> &str {
         &self.reason
     }
+
+    /// The learner's number; zero where none was given.
+    pub fn seed(&self) -> u64 {
+        self.seed.unwrap_or_default()
+    }
 }
 
 impl fmt::Display for Prediction {
@@ -90,10 +128,11 @@ impl fmt::Display for Prediction {
 }
 
 /// The expected form of a prediction.
-fn asked(unit: &str) -> String {
-    match unit {
-        "" => "a number".to_owned(),
-        unit => format!("a number in {unit}"),
+fn asked(brief: &Brief) -> String {
+    match (brief.choices, brief.unit) {
+        ([], "") => "a number".to_owned(),
+        ([], unit) => format!("a number in {unit}"),
+        (choices, _) => format!("one of {}", choices.join(", ")),
     }
 }
 
@@ -134,7 +173,7 @@ fn convert<'t>(
         // Letters directly after a number must be its unit.
         None if unit.is_some() || rest.starts_with(|c: char| c.is_ascii_alphabetic()) => {
             let word = word.to_owned();
-            Err(PredictionError::Unit(word, self::asked(brief.unit)))
+            Err(PredictionError::Unit(word, self::asked(brief)))
         }
         None => Ok((number, rest)),
     }
@@ -193,12 +232,17 @@ pub enum PredictionError {
 struct Unchecked {
     number: f64,
     reason: String,
+    seed: Option<u64>,
 }
 
 impl TryFrom<Unchecked> for Prediction {
     type Error = PredictionError;
 
     fn try_from(read: Unchecked) -> Result<Self, PredictionError> {
-        Self::new(read.number, &read.reason)
+        let prediction = Self::new(read.number, &read.reason)?;
+        Ok(Self {
+            seed: read.seed,
+            ..prediction
+        })
     }
 }

@@ -6,6 +6,7 @@ use ratelab::{
     cartpole::{CONTROL_HZ, CartPole, ControlStep, STATE},
     experiment::{Config, Experiment, Summary, sweep::SweepAxis},
     runtime::Message,
+    system::WorldKind,
 };
 
 use super::Failure;
@@ -13,6 +14,14 @@ use super::Failure;
 /// The cart-pole.
 pub(crate) fn cart_pole() -> Arc<CartPole> {
     Arc::default()
+}
+
+/// Ten seconds in the world that does not wait, with the knobs in `setup`.
+pub(crate) fn own_world(setup: &str) -> Result<Config, Failure> {
+    Ok(Config {
+        world: WorldKind::OWN,
+        ..CartPole::config(setup)?
+    })
 }
 
 /// A knob of the cart-pole with its values in a sweep.

@@ -10,7 +10,7 @@ pub(super) struct Unit {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
-    Runs,
+    Count,
     Rate,
     Time,
     /// A quantity without exercises.
@@ -19,7 +19,11 @@ enum Quantity {
 
 /// The units and their names.
 const UNITS: [(&[&str], Quantity, (f64, f64)); 10] = [
-    (&["", "run", "runs"], Quantity::Runs, (1.0, 1.0)),
+    (
+        &["", "run", "runs", "start", "starts", "message", "messages"],
+        Quantity::Count,
+        (1.0, 1.0),
+    ),
     (&["hz", "hertz"], Quantity::Rate, (1.0, 1.0)),
     (&["khz"], Quantity::Rate, (1_000.0, 1.0)),
     (
@@ -45,7 +49,7 @@ const UNITS: [(&[&str], Quantity, (f64, f64)); 10] = [
         (1.0, 1.0),
     ),
     (
-        &["%", "percent", "°", "rpm", "fps", "steps", "messages"],
+        &["%", "percent", "°", "rpm", "fps", "steps"],
         Quantity::Other,
         (1.0, 1.0),
     ),

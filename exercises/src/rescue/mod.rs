@@ -21,6 +21,7 @@ pub struct Rescue;
 
 const BRIEF: Brief = Brief {
     number: 5,
+    part: "",
     name: "rescue",
     title: "Rescue it",
     kind: Kind::Live,
@@ -37,6 +38,7 @@ const BRIEF: Brief = Brief {
         most: 10.0,
         whole: false,
     },
+    choices: &[],
 };
 
 impl Exercise for Rescue {
@@ -44,7 +46,7 @@ impl Exercise for Rescue {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let rehearsals: Vec<Rehearsal> =
             SLOW_PHASES.map(Rehearsal::run).collect::<Result<_, _>>()?;
         let late = rehearsals
@@ -53,6 +55,7 @@ impl Exercise for Rescue {
         let late = late.ok_or_else(|| Failure::Unmeasured("it was never too late".to_owned()))?;
         Ok(Findings {
             table: table(&rehearsals),
+            refuted: Vec::new(),
             answer: Answer::Between {
                 held: late[0].slow_s,
                 failed: late[1].slow_s,

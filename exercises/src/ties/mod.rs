@@ -1,6 +1,7 @@
 //! Ties between due times: one graph, two schedules, two latencies.
 
-pub mod accumulating;
+mod accumulating;
+pub mod nodes;
 
 use ratelab::{
     cartpole::{ACTION, CartPole, OBS},
@@ -12,7 +13,8 @@ use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, cart_pole, hz,
     mean_ms,
 };
-use accumulating::Accumulated;
+use accumulating::schedule;
+use nodes::ScheduledRun;
 
 /// Control rates, as published (Hz).
 const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
@@ -25,6 +27,7 @@ pub struct Ties;
 
 const BRIEF: Brief = Brief {
     number: 3,
+    part: "",
     name: "ties",
     title: "When two clocks tie",
     kind: Kind::BugHunt,
@@ -43,6 +46,7 @@ const BRIEF: Brief = Brief {
         most: 1_000.0,
         whole: false,
     },
+    choices: &[],
 };
 
 impl Exercise for Ties {
@@ -50,13 +54,14 @@ impl Exercise for Ties {
         &BRIEF
     }
 
-    fn run(&self) -> Result<Findings, Failure> {
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let rates = hz(&RATES)?;
         let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
         let asked = pairs.iter().find(|pair| pair.hz.get() == ASKED);
         let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
         Ok(Findings {
             table: table(&pairs),
+            refuted: Vec::new(),
             answer: Answer::Exactly(asked.exact.latency_ms),
             meaning: asked.meaning(),
             measurements: pairs.iter().flat_map(Pair::measurements).collect(),
@@ -64,19 +69,19 @@ impl Exercise for Ties {
     }
 }
 
-/// The result of a run, under either scheduler.
-struct ScheduleRun {
-    latency_ms: f64,
+/// The result of a run, under any scheduler.
+pub(crate) struct Timed {
+    pub(crate) latency_ms: f64,
     /// Mean age of readings when the policy used them.
-    reading_age_ms: f64,
+    pub(crate) reading_age_ms: f64,
     /// Mean age of actions when they were applied.
     action_age_ms: f64,
     dropped: u64,
-    steps: u64,
+    pub(crate) steps: u64,
 }
 
-impl ScheduleRun {
-    fn exact(config: &Config) -> Result<Self, Failure> {
+impl Timed {
+    pub(crate) fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
         let summary = experiment.run()?;
@@ -95,8 +100,8 @@ impl ScheduleRun {
     }
 }
 
-impl From<Accumulated> for ScheduleRun {
-    fn from(run: Accumulated) -> Self {
+impl From<ScheduledRun> for Timed {
+    fn from(run: ScheduledRun) -> Self {
         let mean = |distribution: &Distribution| mean_ms(distribution.mean_s());
         Self {
             latency_ms: mean(&run.latency),
@@ -111,18 +116,21 @@ impl From<Accumulated> for ScheduleRun {
 /// The same run under both schedulers.
 struct Pair {
     hz: Hz,
-    added: ScheduleRun,
-    exact: ScheduleRun,
+    added: Timed,
+    exact: Timed,
 }
 
 impl Pair {
     fn run(control_hz: Hz) -> Result<Self, Failure> {
         let config = CartPole::config(&format!("control-hz {}", control_hz.get()))?;
-        let added = accumulating::run(config.seed, control_hz.get(), config.end.as_secs_f64())?;
+        let seconds = config.end.as_secs_f64();
+        let added = nodes::run(config.seed, |nodes| {
+            schedule(nodes, control_hz.get(), seconds)
+        })?;
         Ok(Self {
             hz: control_hz,
             added: added.into(),
-            exact: ScheduleRun::exact(&config)?,
+            exact: Timed::exact(&config)?,
         })
     }
 
@@ -149,7 +157,7 @@ impl Pair {
     }
 
     /// The two runs with the names of their schedules.
-    fn runs(&self) -> [(&'static str, &ScheduleRun); 2] {
+    fn runs(&self) -> [(&'static str, &Timed); 2] {
         [("periods added", &self.added), ("exact time", &self.exact)]
     }
 

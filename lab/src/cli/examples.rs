@@ -19,7 +19,7 @@ const OF_COMMANDS: [(&str, &str); 16] = [
         "lab",
         "\
   ratelab lab --speed 0.2               slow motion: a fall one can follow
-  ratelab lab --control-hz 7 --record   a rate on the cliff, recorded",
+  ratelab lab --control-hz 15 --record  a slow policy, recorded",
     ),
     (
         "run",
@@ -31,16 +31,16 @@ const OF_COMMANDS: [(&str, &str); 16] = [
     (
         "sweep",
         "\
-  ratelab sweep --control-hz 5..10 --seeds 0..199 --theory
-  ratelab sweep --control-hz 5..10 --by age
+  ratelab sweep --control-hz 5,10,20,50 --seeds 0..199 --theory
+  ratelab sweep --control-hz 5,10,20,50 --by age
   ratelab sweep --policy scripted,lqr --queue-depth 1,100
-  ratelab sweep --control-hz 5..10 --queue-depth 1,10,100 --svg map.svg
+  ratelab sweep --control-hz 5,10,20,50 --queue-depth 1,10,100 --svg map.svg
   ratelab sweep --axis \"rate NODE\" 1,10,100 --csv runs.csv",
     ),
     (
         "hunt",
         "\
-  ratelab hunt --control-hz 9 --lose 5
+  ratelab hunt --control-hz 15 --lose 8
   ratelab hunt --world own --hang policy=1000 --save hang.knobs --record hang.rrd",
     ),
     (
@@ -59,7 +59,7 @@ const OF_COMMANDS: [(&str, &str); 16] = [
         "\
   ratelab picture fall.rrd --at 0.8 --theme light -o fall.svg
   ratelab picture fall.rrd --animate 0.2 --size 80x24 -o fall.svg
-  ratelab picture --control-hz 8 --at 5 --size 80x24",
+  ratelab picture --control-hz 15 --at 5 --size 80x24",
     ),
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),

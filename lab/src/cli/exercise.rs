@@ -24,8 +24,12 @@ pub struct ExerciseArgs {
     #[arg(long)]
     pub redo: bool,
 
+    /// Your number: exercises that draw what they measure draw it from this one.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
     /// Judge this recording of a rescue by hand (exercise 5).
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["predict", "redo"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["predict", "redo", "seed"])]
     pub session: Option<PathBuf>,
 
     /// Keep predictions in this file [default: exercises/answers.toml in a clone;

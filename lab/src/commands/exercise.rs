@@ -7,6 +7,7 @@ use std::path::Path;
 use exercises::{
     ALL,
     framework::{Answers, Exercise},
+    parts, questions,
 };
 
 use crate::{
@@ -15,7 +16,7 @@ use crate::{
     output::print_line,
     predictions::{answers_file, predicted},
     recording::Recording,
-    rescue::{RESCUE, is_shipped, judge_recording},
+    rescue::{RESCUE, accept},
 };
 
 /// Width of the text (columns).
@@ -34,8 +35,11 @@ pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
             }
             None => learner::learn(find(number)?, args, &file),
         },
-        (Some(Wanted::Check), None) => check(&ALL, &Answers::load(&file)?),
-        (Some(Wanted::Check), Some(number)) => check(&[find(number)?], &Answers::load(&file)?),
+        (Some(Wanted::Check), None) => check(questions(), &Answers::load(&file)?),
+        (Some(Wanted::Check), Some(number)) => {
+            let exercise = find(number)?;
+            check(parts(exercise), &Answers::load(&file)?)
+        }
         (Some(Wanted::Exercise(_)), Some(number)) => Err(Error::BadInput(format!(
             "one exercise at a time: leave {number} out"
         ))),
@@ -49,6 +53,7 @@ fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
         _ if args.predict.is_some() => Some("--predict"),
         _ if args.session.is_some() => Some("--session"),
         _ if args.redo => Some("--redo"),
+        _ if args.seed.is_some() => Some("--seed"),
         _ => None,
     };
     lonely.map_or(Ok(()), |option| {
@@ -67,12 +72,12 @@ fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
 }
 
 fn list(answers: &Answers, file: &Path) -> String {
-    let lines = ALL.iter().map(|exercise| {
+    let lines = questions().map(|exercise| {
         let brief = exercise.brief();
         let predicted = predicted(answers, brief).unwrap_or_default();
         let line = format!(
-            "{}  {:<26} {:<17}  {predicted}",
-            brief.number,
+            "{:<3} {:<38} {:<17}  {predicted}",
+            brief.label(),
             brief.title,
             brief.kind.to_string()
         );
@@ -88,7 +93,10 @@ fn list(answers: &Answers, file: &Path) -> String {
 
 /// Repeats the measurement of each of `exercises`, and prints the result of the
 /// prediction. Only measurements can fail.
-fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
+fn check(
+    exercises: impl Iterator<Item = &'static dyn Exercise>,
+    answers: &Answers,
+) -> Result<(), Error> {
     let mut broken = 0;
     for exercise in exercises {
         let brief = exercise.brief();
@@ -106,14 +114,24 @@ fn check(exercises: &[&dyn Exercise], answers: &Answers) -> Result<(), Error> {
         let skipped = prediction.map_or("; no prediction yet, skipped", |_| "");
         print_line(&format!(
             "{sign} {} {}: {held}{skipped}",
-            brief.number, brief.title
+            brief.label(),
+            brief.title
         ))?;
         for check in &failed {
             print_line(&format!("    {check}"))?;
         }
         if let Some(prediction) = prediction {
             let number = brief.in_unit(prediction.number());
-            let (hit, by) = findings.judge(brief, prediction);
+            let own;
+            let of_learner = match prediction.seed() {
+                0 => &findings,
+                // The bands are about the number zero.
+                seed => {
+                    own = exercise.measure(seed)?;
+                    &own
+                }
+            };
+            let (hit, by) = of_learner.judge(brief, prediction);
             let outcome = if hit { "right" } else { "wrong" };
             print_line(&format!(
                 "    your prediction of {number} was {outcome}. {by}"
@@ -138,16 +156,11 @@ fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
     }
     let recording = Recording::read(file)?;
     let name = file.display();
-    let refused = match judge_recording(&recording) {
-        Ok(rescued) if is_shipped(file) => {
-            format!("comes with ratelab, record your own ({rescued})")
-        }
-        Ok(rescued) => {
-            print_line(&format!("✓ {name}: {rescued}"))?;
-            return Error::if_damaged(&recording);
-        }
-        Err(failure) => format!("not a rescue yet: {failure}"),
-    };
-    print_line(&format!("✖ {name}: {refused}"))?;
+    let (accepted, text) = accept(&recording);
+    if accepted {
+        print_line(&format!("✓ {name}: {text}"))?;
+        return Error::if_damaged(&recording);
+    }
+    print_line(&format!("✖ {name}: {text}"))?;
     Err(Error::NotRescued(name.to_string()))
 }

@@ -4,9 +4,10 @@ use std::{path::PathBuf, thread::JoinHandle};
 
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
-    ALL,
     framework::{Answers, Exercise, Failure, Findings, Prediction},
+    parts, questions,
 };
+use ratelab::experiment::Config;
 
 use super::view::TextPage;
 use crate::{
@@ -29,6 +30,8 @@ const JUMP: usize = 10;
 pub struct ExercisePanel {
     file: PathBuf,
     answers: Answers,
+    /// The learner's number, for questions that draw what they measure.
+    seed: u64,
     page: PanelPage,
     /// Lines of the text above the first shown.
     scroll: usize,
@@ -58,7 +61,7 @@ enum PanelPage {
 }
 
 /// The request of a key to the dashboard.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PanelAction {
     /// Keep the panel open.
     Stay,
@@ -66,11 +69,13 @@ pub enum PanelAction {
     Leave,
     /// Begin a rescue by hand.
     ByHand,
+    /// Show this run, for the prediction.
+    Watch(Box<Config>),
 }
 
 impl ExercisePanel {
-    /// Opens the list of exercises.
-    pub fn new() -> Self {
+    /// Opens the list of exercises, for the learner's number `seed`.
+    pub fn new(seed: u64) -> Self {
         let file = answers_file(None);
         let (answers, page) = match Answers::load(&file) {
             Ok(answers) => (answers, PanelPage::List(0)),
@@ -82,16 +87,17 @@ impl ExercisePanel {
         Self {
             file,
             answers,
+            seed,
             page,
             scroll: 0,
         }
     }
 
     /// Opens the verdict on the rescue recorded in `file`.
-    pub fn judging(file: &std::path::Path) -> Self {
+    pub fn judging(file: &std::path::Path, seed: u64) -> Self {
         let text = match judge_file(file) {
             Ok((true, text)) => format!("✓ {text}"),
-            Ok((false, text)) => format!("✖ not a rescue yet: {text}"),
+            Ok((false, text)) => format!("✖ {text}"),
             Err(error) => error.to_string(),
         };
         Self {
@@ -100,7 +106,7 @@ impl ExercisePanel {
                 text: format!("{text}\n\nEnter begins another try."),
                 by_hand: true,
             },
-            ..Self::new()
+            ..Self::new(seed)
         }
     }
 
@@ -152,15 +158,16 @@ impl ExercisePanel {
         self.scroll = 0;
         match &mut self.page {
             PanelPage::List(marked) => {
-                let exercise = ALL[*marked];
-                self.page = match self.answers.get(exercise.brief()) {
-                    Some(known) => measure(exercise, known.clone()),
-                    None => PanelPage::Question {
-                        exercise,
-                        typed: String::new(),
-                        refused: None,
-                    },
-                };
+                if let Some(exercise) = questions().nth(*marked) {
+                    self.open(exercise);
+                }
+            }
+            PanelPage::Question {
+                exercise, typed, ..
+            } if typed.trim().is_empty()
+                && let Ok(Some(scene)) = exercise.scene(self.seed) =>
+            {
+                return PanelAction::Watch(Box::new(scene));
             }
             PanelPage::Question {
                 exercise,
@@ -180,7 +187,37 @@ impl ExercisePanel {
         PanelAction::Stay
     }
 
+    /// Shows the result of an answered question, or asks it.
+    fn open(&mut self, exercise: &'static dyn Exercise) {
+        let brief = exercise.brief();
+        let known = |of: &dyn Exercise| self.answers.get(of.brief());
+        let mut parts = exercises::find(brief.number).into_iter().flat_map(parts);
+        let first = parts.find(|part| known(*part).is_none());
+        let earlier = first.filter(|first| first.brief().part < brief.part);
+        self.page = match (known(exercise), earlier) {
+            (Some(known), _) => measure(exercise, known.clone()),
+            (None, Some(earlier)) => {
+                let label = earlier.brief().label();
+                text_page(
+                    brief.title,
+                    format!(
+                        "Begin with {label}: the figures of one question are there for the next."
+                    ),
+                )
+            }
+            (None, None) => PanelPage::Question {
+                exercise,
+                typed: String::new(),
+                refused: None,
+            },
+        };
+    }
+
     fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) {
+        let prediction = match self.seed {
+            seed if seed > 0 && exercise.draws() => prediction.about(seed),
+            _ => prediction,
+        };
         // The file may have changed, or must not be overwritten.
         let saved = Answers::load(&self.file).and_then(|mut answers| {
             answers.set(exercise.brief(), prediction.clone());
@@ -204,12 +241,15 @@ impl ExercisePanel {
 
     fn edit(&mut self, code: KeyCode) {
         match (&mut self.page, code) {
-            (PanelPage::List(marked), KeyCode::Down) => *marked = (*marked + 1).min(ALL.len() - 1),
+            (PanelPage::List(marked), KeyCode::Down) => {
+                *marked = (*marked + 1).min(questions().count() - 1);
+            }
             (PanelPage::List(marked), KeyCode::Up) => *marked = marked.saturating_sub(1),
             (PanelPage::List(marked), KeyCode::Char(digit)) => {
-                let number = digit.to_digit(10).map(|digit| digit as usize);
-                let index = number.and_then(|number| number.checked_sub(1));
-                *marked = index.filter(|index| *index < ALL.len()).unwrap_or(*marked);
+                let number = digit.to_digit(10);
+                let mut numbers = questions().map(|exercise| exercise.brief().number);
+                let index = numbers.position(|of| Some(of) == number);
+                *marked = index.unwrap_or(*marked);
             }
             (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
             (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
@@ -233,10 +273,15 @@ impl ExercisePanel {
                 let brief = exercise.brief();
                 let refused = refused.as_ref().map(|why| format!("\n\n{why}"));
                 let refused = refused.unwrap_or_default();
+                let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
                 (
-                    format!("{} {}", brief.number, brief.title),
-                    format!("{}\n\n{}{refused}", brief.objective, brief.question),
-                    "a number and why, then Enter  Esc back",
+                    format!("{} {}", brief.label(), brief.title),
+                    format!("{}\n\n{}{refused}", brief.objective, brief.asked()),
+                    match (scene, brief.choices) {
+                        (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
+                        (false, []) => "a number and why, then Enter  Esc back",
+                        (false, _) => "an answer and why, then Enter  Esc back",
+                    },
                 )
             }
             PanelPage::Measuring { exercise, .. } => (
@@ -263,11 +308,11 @@ impl ExercisePanel {
     }
 
     fn list(&self, marked: usize) -> String {
-        let lines = ALL.iter().enumerate().map(|(index, exercise)| {
+        let lines = questions().enumerate().map(|(index, exercise)| {
             let brief = exercise.brief();
             let mark = if index == marked { "▶" } else { " " };
             let done = predicted(&self.answers, brief).unwrap_or_default();
-            let (number, title) = (brief.number, brief.title);
+            let (number, title) = (brief.label(), brief.title);
             let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
             line.trim_end().to_owned()
         });
@@ -276,8 +321,9 @@ impl ExercisePanel {
 }
 
 fn index(exercise: &dyn Exercise) -> usize {
-    let number = exercise.brief().number as usize;
-    number.saturating_sub(1)
+    let name = exercise.brief().name;
+    let index = questions().position(|other| other.brief().name == name);
+    index.unwrap_or_default()
 }
 
 fn text_page(title: &str, text: String) -> PanelPage {
@@ -290,10 +336,11 @@ fn text_page(title: &str, text: String) -> PanelPage {
 
 /// Measures on a thread of its own: the dashboard goes on.
 fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage {
+    let seed = prediction.seed();
     PanelPage::Measuring {
         exercise,
         prediction,
-        thread: std::thread::spawn(move || exercise.run()),
+        thread: std::thread::spawn(move || exercise.measure(seed)),
     }
 }
 
@@ -316,7 +363,7 @@ fn reveal(
         Err(_) => "the measurement panicked, which is a defect: please report it".to_owned(),
     };
     PanelPage::Text {
-        title: format!("{} {}", brief.number, brief.title),
+        title: format!("{} {}", brief.label(), brief.title),
         text,
         by_hand,
     }

@@ -362,8 +362,8 @@ fn with_map() -> App {
 }
 
 #[test]
-fn the_cliff_map_lies_over_the_panes() {
-    let app = with_map();
+fn the_cliff_map_lies_over_the_panes_and_is_kept_until_its_conditions_change() {
+    let mut app = with_map();
     insta::assert_snapshot!("map_120x36", screen(&app, &PLAIN, 120, 36));
     insta::assert_snapshot!("map_80x24", screen(&app, &PLAIN, 80, 24));
     let poor = Theme {
@@ -372,11 +372,6 @@ fn the_cliff_map_lies_over_the_panes() {
         look: Look::Dark,
     };
     insta::assert_snapshot!("map_40x12", screen(&app, &poor, 40, 12));
-}
-
-#[test]
-fn the_map_is_kept_until_its_conditions_change() {
-    let mut app = with_map();
     press(&mut app, "m");
     assert!(!screen(&app, &PLAIN, 120, 36).contains("cliff map"));
     press(&mut app, "m");

@@ -134,7 +134,7 @@ impl Replay {
         self.tell_losses(until);
         let now = until.min(self.end());
         self.counters.deliver(now);
-        self.counters.advance_to(now);
+        self.counters.set_now(now);
     }
 
     /// The messages of the topic called `name` replayed since the last call.
@@ -153,11 +153,18 @@ impl Replay {
         new
     }
 
-    /// Run time of the end of the recording.
+    /// Run time at the end of the recording. A run that reaches its end time ends there,
+    /// even if a tick on the real clock began a little later.
     fn end(&self) -> Time {
-        let outcome = self.recording.outcome.as_ref();
-        let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
-        end.max(self.recording.until)
+        let planned = self.config().end;
+        match self.status() {
+            Some(RunStatus::Ended(end)) if end.sim_time == planned => planned,
+            _ => {
+                let outcome = self.recording.outcome.as_ref();
+                let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
+                end.max(self.recording.until)
+            }
+        }
     }
 
     /// Returns to the beginning.

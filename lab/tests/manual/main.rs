@@ -122,6 +122,7 @@ manual! {
     throughput: "docs/throughput.md",
     worksheet: "docs/worksheet.md",
     exercises: "exercises/README.md",
+    answers: "docs/answers.md",
     reference_recordings: "recordings/README.md",
     policies: "policies/README.md",
     golden: "tests/golden/README.md",

@@ -80,15 +80,16 @@ impl ReplayCounters {
         }
     }
 
-    /// Advances run time to `now`.
-    pub fn advance_to(&self, now: Time) {
-        self.shared.advance_to(now);
+    /// Sets run time to `now`. At the end of a run it may go back: the real clock ends at
+    /// its end time, even if the last tick began a little later.
+    pub fn set_now(&self, now: Time) {
+        self.shared.now.store(now.as_nanos(), Ordering::Relaxed);
     }
 
     /// Records a tick of the node with index `node`, which read the newest message of
     /// each of its topics.
     pub fn tick(&mut self, node: usize, tick: &TickRecord) {
-        self.advance_to(tick.at);
+        self.set_now(tick.at);
         for topic in &mut self.topics {
             topic.read_by(node, tick.at);
         }
@@ -139,7 +140,7 @@ impl ReplayCounters {
 
     /// Records an event of the run.
     pub fn event(&mut self, event: &Event) {
-        self.advance_to(event.at);
+        self.set_now(event.at);
         if let EventKind::Applied { command, .. } = &event.what {
             self.apply(event.at, command);
         }

@@ -27,7 +27,7 @@ impl App {
         }
         self.panel = Some(match self.judged() {
             Some(panel) => panel,
-            None => ExercisePanel::new(),
+            None => ExercisePanel::new(self.learner),
         });
     }
 
@@ -55,7 +55,7 @@ impl App {
         self.finish_recordings();
         self.notice = None;
         let recorded = self.recorded.last()?;
-        Some(ExercisePanel::judging(&recorded.path))
+        Some(ExercisePanel::judging(&recorded.path, self.learner))
     }
 
     /// Sends a key to the exercises.
@@ -70,6 +70,16 @@ impl App {
             Some(PanelAction::ByHand) => {
                 self.panel = None;
                 self.try_by_hand()
+            }
+            Some(PanelAction::Watch(scene)) => {
+                self.panel = None;
+                self.restart(Config {
+                    speed: self.config.speed,
+                    end: self.config.end,
+                    ..*scene
+                })?;
+                self.notify("whose fault is it? i explains the pane in focus; e, then your answer");
+                Ok(())
             }
         }
     }

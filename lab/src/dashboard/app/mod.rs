@@ -86,6 +86,8 @@ pub struct App {
     /// The first recording that ended early.
     unrecorded: Option<RecordError>,
     frame: Option<Arc<FrameData>>,
+    /// The learner's number: the seed of the first session.
+    learner: u64,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
     /// The position in the guided tour, during one.
@@ -147,6 +149,7 @@ impl App {
             recorded: Vec::new(),
             unrecorded: None,
             frame: None,
+            learner: config.seed,
             panel: None,
             tour: None,
             unbroken: Vec::new(),

@@ -223,7 +223,7 @@ impl Facts<'_> {
                 slower.then(|| format!("a queue of {depth} drops nothing and changes nothing"))
             }
             (dropped, _) => Some(format!(
-                "{dropped} dropped readings are harmless: a deeper queue changes nothing"
+                "{dropped} dropped readings are harmless by themselves"
             )),
         }
     }

@@ -1,0 +1,237 @@
+//! Whose fault is it? One fault in a graph, to be found from its figures.
+
+mod graph;
+mod suspect;
+
+use ratelab::{
+    experiment::{Config, Experiment, Summary},
+    runtime::{Snapshot, telemetry::TopicView},
+};
+
+use crate::framework::{
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, cart_pole, mean_ms,
+};
+use graph::FaultyGraph;
+use suspect::{NAMES, SUSPECTS};
+
+/// See [the module](self).
+pub struct Fault;
+
+const BRIEF: Brief = Brief {
+    number: 10,
+    part: "",
+    name: "fault",
+    title: "Whose fault is it?",
+    kind: Kind::BugHunt,
+    objective: "A graph in the world that does not wait, with one fault: a node or a topic that \
+                makes the pushes too old. It is drawn from your number (--seed), and so are one or \
+                two harmless oddities beside it. Look at the figures of a run, or watch the graph \
+                in the lab, and name the culprit and what it does. A node is slow (a low rate), \
+                thinks (its ticks take long) or crashed; a topic delays, loses, or queues (it is \
+                read from the old end). Afterwards each suspect is mended, one at a time.",
+    question: "Whose fault is it?",
+    unit: "",
+    range: Range::of(&NAMES),
+    choices: &NAMES,
+};
+
+impl Exercise for Fault {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn draws(&self) -> bool {
+        true
+    }
+
+    fn evidence(&self, seed: u64) -> Result<Option<Table>, Failure> {
+        Ok(Some(Run::of(&FaultyGraph::drawn(seed))?.evidence()))
+    }
+
+    fn scene(&self, seed: u64) -> Result<Option<Config>, Failure> {
+        Ok(Some(FaultyGraph::drawn(seed).config()?))
+    }
+
+    fn measure(&self, seed: u64) -> Result<Findings, Failure> {
+        let graph = FaultyGraph::drawn(seed);
+        let as_it_is = Run::of(&graph)?;
+        let mended = SUSPECTS.map(|suspect| Run::of(&graph.mended(suspect)));
+        let mended = mended.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let culprit = SUSPECTS.iter().position(|suspect| *suspect == graph.fault);
+        let culprit = culprit.unwrap_or_default();
+        let refuted = NAMES.iter().zip(&mended).map(|(name, run)| {
+            format!(
+                "You named {name}: with that mended it {} all the same, with pushes {:.0} ms old.",
+                run.did(),
+                run.push_age_ms(),
+            )
+        });
+        Ok(Findings {
+            table: table(&as_it_is, &mended),
+            refuted: refuted.collect(),
+            answer: Answer::Exactly(culprit as f64 + 1.0),
+            meaning: format!(
+                "{} With the fault the pushes were {:.0} ms old in the last second and the pole \
+                 {}; with nothing but that mended they were {:.0} ms old, and it {}. The oddities \
+                 beside it are still there: not everything that looks odd is to blame. Follow the \
+                 age: find where a reading grows old, and who owns that place.",
+                graph.fault.sentence(),
+                as_it_is.push_age_ms(),
+                as_it_is.did(),
+                mended[culprit].push_age_ms(),
+                mended[culprit].did(),
+            ),
+            measurements: measurements(&as_it_is, &mended, culprit),
+        })
+    }
+}
+
+/// A run of the graph.
+struct Run {
+    summary: Summary,
+    end: Snapshot,
+}
+
+impl Run {
+    fn of(graph: &FaultyGraph) -> Result<Self, Failure> {
+        let experiment = Experiment::new(cart_pole(), &graph.config()?)?;
+        let observer = experiment.observer();
+        let summary = experiment.run()?;
+        let end = observer.snapshot();
+        Ok(Self { summary, end })
+    }
+
+    fn fell(&self) -> bool {
+        self.summary.verdict.is_lost()
+    }
+
+    fn did(&self) -> String {
+        match self.fell() {
+            true => format!("fell at {}", self.summary.sim_time),
+            false => "stood".to_owned(),
+        }
+    }
+
+    fn push_age_ms(&self) -> f64 {
+        mean_ms(self.summary.push_age().map(|age| age.late_s))
+    }
+
+    /// What the screen shows of the graph, without its settings.
+    fn evidence(&self) -> Table {
+        let mut table = Table::new([
+            "part",
+            "per second",
+            "last at",
+            "takes",
+            "overruns",
+            "lost",
+            "dropped",
+            "age when read",
+        ]);
+        let none = || "-".to_owned();
+        let seconds = self.summary.sim_time.as_secs_f64();
+        let nodes = self.summary.nodes.iter();
+        for node in nodes.filter(|node| node.name != "world") {
+            let takes = node.tick_time.mean_s();
+            table.row([
+                node.name.clone(),
+                format!("{:.1} ticks", node.ticks as f64 / seconds),
+                none(),
+                takes.map_or_else(none, |takes| format!("{:.0} ms", takes * 1e3)),
+                node.overruns.to_string(),
+                none(),
+                none(),
+                none(),
+            ]);
+        }
+        for topic in self.end.topics.iter().filter(|topic| is_read(topic)) {
+            let age = topic
+                .subscriptions
+                .first()
+                .and_then(|read| read.ages.mean_s());
+            table.row([
+                topic.name.to_string(),
+                format!("{:.1} sent", topic.published as f64 / seconds),
+                topic.newest.map_or_else(none, |at| at.to_string()),
+                none(),
+                none(),
+                topic.lost.to_string(),
+                topic.dropped().to_string(),
+                age.map_or_else(none, |age| format!("{:.0} ms", age * 1e3)),
+            ]);
+        }
+        let mut end = std::array::from_fn(|_| none());
+        end[0] = "the run".to_owned();
+        end[1] = self.summary.verdict.name().to_owned();
+        end[2] = self.summary.sim_time.to_string();
+        table.row::<8>(end);
+        table
+    }
+}
+
+fn is_read(topic: &TopicView) -> bool {
+    !topic.subscriptions.is_empty()
+}
+
+fn table(as_it_is: &Run, mended: &[Run]) -> Table {
+    let mut table = Table::new(["mended", "verdict", "until", "push age"]);
+    let names = ["nothing"].into_iter().chain(NAMES);
+    for (name, run) in names.zip([as_it_is].into_iter().chain(mended)) {
+        table.row([
+            name.to_owned(),
+            run.summary.verdict.name().to_owned(),
+            run.summary.sim_time.to_string(),
+            format!("{:.0} ms", run.push_age_ms()),
+        ]);
+    }
+    table
+}
+
+fn measurements(as_it_is: &Run, mended: &[Run], culprit: usize) -> Vec<Measurement> {
+    let suspects = NAMES.iter().zip(mended);
+    let others = suspects
+        .clone()
+        .enumerate()
+        .filter(|(index, _)| *index != culprit);
+    let saved = others.filter(|(_, (_, run))| !run.fell()).count();
+    let mut measured = vec![
+        Measurement::new("as it is: fell", u32::from(as_it_is.fell())),
+        Measurement::new("as it is: push age (ms)", as_it_is.push_age_ms()),
+        Measurement::new("mended: fell", u32::from(mended[culprit].fell())),
+        Measurement::new("mended: push age (ms)", mended[culprit].push_age_ms()),
+        Measurement::new("saved by mending another", saved as f64),
+    ];
+    measured.extend(suspects.map(|(name, run)| {
+        let name = format!("{name} mended: run time (s)");
+        Measurement::new(name, run.summary.sim_time.as_secs_f64())
+    }));
+    measured
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn for_every_number_the_pole_falls_and_mending_the_culprit_alone_saves_it() {
+        let mut found = HashSet::new();
+        for seed in 0..60 {
+            let graph = FaultyGraph::drawn(seed);
+            found.insert(graph.fault);
+            let broken = Run::of(&graph).expect("run");
+            assert!(broken.fell(), "{seed}: {:?}", graph.fault);
+            for suspect in SUSPECTS {
+                let mended = Run::of(&graph.mended(suspect)).expect("run");
+                assert_eq!(
+                    mended.fell(),
+                    suspect != graph.fault,
+                    "{seed}: {:?}, mended {suspect:?}",
+                    graph.fault
+                );
+            }
+        }
+        assert_eq!(found.len(), SUSPECTS.len(), "{found:?}");
+    }
+}

@@ -1,0 +1,152 @@
+//! The clock that ties: a wrong line, to be mended.
+
+use ratelab::{
+    cartpole::{CONTROL_HZ, CartPole},
+    experiment::Config,
+    runtime::Time,
+};
+
+use crate::{
+    framework::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table},
+    ties::{Timed, nodes},
+};
+
+/// Rates of the policy (Hz).
+const RATES: [u64; 8] = [50, 30, 25, 20, 15, 12, 10, 7];
+
+/// The rate of the question (Hz).
+const ASKED: u64 = 30;
+
+/// See [the module](self).
+pub struct Mend;
+
+const BRIEF: Brief = Brief {
+    number: 12,
+    part: "",
+    name: "mend",
+    title: "The clock that ties",
+    kind: Kind::BugHunt,
+    objective: "A colleague has written the virtual clock anew, in whole nanoseconds this time: \
+                thirty lines in exercises/mend/src/clock.rs. At 50, 25, 20 and 10 Hz it does what \
+                the lab's clock does, to the last bit. At 30 Hz it reports a mean latency of 27.9 \
+                ms, and the lab another. One line is wrong. First predict; then find it, mend it, \
+                and see cargo test -p mend-it turn from red to green. In a clone this exercise \
+                runs the cart-pole on that clock, as the file stands.",
+    question: "What is the mean latency at 30 Hz if nodes due together tick together?",
+    unit: "ms",
+    range: Range {
+        least: 0.0,
+        most: 1_000.0,
+        whole: false,
+    },
+    choices: &[],
+};
+
+impl Exercise for Mend {
+    fn brief(&self) -> &'static Brief {
+        &BRIEF
+    }
+
+    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
+        let pairs = RATES.map(Pair::run);
+        let pairs = pairs.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let asked = pairs.iter().find(|pair| pair.hz == ASKED);
+        let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
+        Ok(Findings {
+            table: table(&pairs),
+            refuted: Vec::new(),
+            answer: Answer::Exactly(asked.lab.latency_ms),
+            meaning: meaning(&pairs),
+            measurements: pairs.iter().flat_map(Pair::measurements).collect(),
+        })
+    }
+}
+
+/// The same run on the clock of the exercise and on the lab's.
+struct Pair {
+    hz: u64,
+    clock: Timed,
+    lab: Timed,
+}
+
+impl Pair {
+    fn run(hz: u64) -> Result<Self, Failure> {
+        let config = CartPole::config(&format!("control-hz {hz}"))?;
+        Ok(Self {
+            hz,
+            clock: on_the_clock(&config, hz)?,
+            lab: Timed::exact(&config)?,
+        })
+    }
+
+    fn differs(&self) -> bool {
+        let bits = |run: &Timed| (run.latency_ms.to_bits(), run.steps);
+        bits(&self.clock) != bits(&self.lab)
+    }
+
+    fn measurements(&self) -> [Measurement; 2] {
+        let name = |what| format!("{} Hz, the lab: {what}", self.hz);
+        [
+            Measurement::new(name("mean latency (ms)"), self.lab.latency_ms),
+            Measurement::new(name("steps"), self.lab.steps as f64),
+        ]
+    }
+}
+
+/// A run on the clock of the exercise.
+fn on_the_clock(config: &Config, control_hz: u64) -> Result<Timed, Failure> {
+    let plant_hz = CONTROL_HZ as u64;
+    let run = nodes::run(config.seed, |nodes| {
+        let mut failure = None;
+        let rates = [plant_hz, control_hz, plant_hz];
+        mend_it::run(rates, config.end.as_nanos(), |node, now| {
+            nodes
+                .tick(node, Time::from_nanos(now))
+                .unwrap_or_else(|error| {
+                    failure = Some(error);
+                    false
+                })
+        });
+        failure.map_or(Ok(()), Err)
+    })?;
+    Ok(run.into())
+}
+
+fn table(pairs: &[Pair]) -> Table {
+    let mut table = Table::new([
+        "control",
+        "this clock",
+        "the lab's",
+        "reading age",
+        "in the lab",
+        "",
+    ]);
+    for pair in pairs {
+        table.row([
+            format!("{} Hz", pair.hz),
+            format!("{:.4} ms", pair.clock.latency_ms),
+            format!("{:.4} ms", pair.lab.latency_ms),
+            format!("{:.1} ms", pair.clock.reading_age_ms),
+            format!("{:.1} ms", pair.lab.reading_age_ms),
+            if pair.differs() { "✖" } else { "✓" }.to_owned(),
+        ]);
+    }
+    table
+}
+
+fn meaning(pairs: &[Pair]) -> String {
+    let wrong = pairs.iter().filter(|pair| pair.differs());
+    let wrong: Vec<String> = wrong.map(|pair| pair.hz.to_string()).collect();
+    if wrong.is_empty() {
+        return "Mended: at every rate this clock does what the lab's does. Whole nanoseconds \
+                alone were not enough; they have to be rounded last, not first."
+            .to_owned();
+    }
+    format!(
+        "Not mended yet: at {} Hz this clock differs. Readings are older there than in the lab, so \
+         the policy ticks before the sensor with which it ought to tie. What have these rates in \
+         common, and the others not? Read exercises/mend/src/clock.rs, mend its wrong line, and \
+         run cargo test -p mend-it; then cargo run -- exercise 12 shows this table again.",
+        wrong.join(", "),
+    )
+}

@@ -1,0 +1,146 @@
+//! Runs drawn at random, in which one of several causes makes the pushes old.
+
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{
+        Config, Experiment,
+        sweep::{ByAge, CellResult, all_cores},
+    },
+    system::{StepMs, WorldKind},
+};
+
+use crate::framework::{Chance, Failure, cart_pole, own_world};
+
+/// Runs of each cause.
+pub const RUNS: u64 = 200;
+
+/// Number of different starts to draw from.
+const STARTS: usize = 1_000;
+
+/// Step of the physics: as long as the period of the actuator.
+const STEP: StepMs = StepMs::ALL[1];
+
+/// A cause of old pushes, with values on both sides of what the pole bears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// A slow policy.
+    Rate,
+    /// A constant delay of `/action`.
+    Delay,
+    /// Random loss of messages on `/action`, the last one held.
+    Loss,
+    /// A slow policy that ticks long after the sensor.
+    Phase,
+    /// A policy that takes time to decide.
+    Thinking,
+    /// A random delay of `/action`.
+    Jitter,
+}
+
+impl Cause {
+    /// The causes that follow the law.
+    pub const LAWFUL: [Self; 5] = [
+        Self::Rate,
+        Self::Delay,
+        Self::Loss,
+        Self::Phase,
+        Self::Thinking,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rate => "rate",
+            Self::Delay => "delay",
+            Self::Loss => "loss",
+            Self::Phase => "phase",
+            Self::Thinking => "thinking",
+            Self::Jitter => "jitter",
+        }
+    }
+
+    /// Knobs with a value that is drawn.
+    fn knobs(self, chance: &mut Chance) -> String {
+        let mut value = |from, to| format!("{:.2}", chance.within(from, to));
+        match self {
+            // A period of 25 to 200 ms.
+            Self::Rate => format!("control-hz {:.2}", 1e3 / chance.within(25.0, 200.0)),
+            Self::Delay => format!("link /action delay:{}", value(0.0, 130.0)),
+            Self::Loss => format!("link /action loss:{}", value(0.3, 0.95)),
+            Self::Phase => format!(
+                "sensor-hz 8, control-hz 8, offset policy {}",
+                value(0.0, 120.0)
+            ),
+            Self::Thinking => format!("think-ms {}", value(0.0, 130.0)),
+            Self::Jitter => format!("link /action delay:0..{}", value(40.0, 600.0)),
+        }
+    }
+
+    /// Run number `run` drawn from the learner's number `seed`.
+    fn config(self, seed: u64, run: u64) -> Result<Config, Failure> {
+        let chance = &mut Chance::new(seed, self as u64, run);
+        let knobs = self.knobs(chance);
+        Ok(Config {
+            seed: chance.below(STARTS) as u64,
+            world: WorldKind::Own { step_ms: STEP },
+            ..own_world(&format!("rate actuator 500, {knobs}"))?
+        })
+    }
+
+    /// All its runs by age, drawn from the learner's number `seed`.
+    ///
+    /// They take seconds, and two questions need the same: the first result is kept.
+    pub fn by_age(self, seed: u64) -> Result<Arc<ByAge>, Failure> {
+        static KNOWN: Mutex<BTreeMap<(u64, u64), Arc<ByAge>>> = Mutex::new(BTreeMap::new());
+        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (seed, self as u64);
+        if let Some(known) = known().get(&key) {
+            return Ok(known.clone());
+        }
+        let configs = (0..RUNS).map(|run| self.config(seed, run));
+        let runs = in_parallel(&configs.collect::<Result<Vec<_>, _>>()?)?;
+        let by_age = Arc::new(ByAge::of(&runs));
+        known().insert(key, by_age.clone());
+        Ok(by_age)
+    }
+}
+
+/// Runs all `configs` on all cores; the results are in their order.
+fn in_parallel(configs: &[Config]) -> Result<Vec<CellResult>, Failure> {
+    let (system, next) = (cart_pole(), AtomicUsize::new(0));
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(config) = configs.get(index) else {
+                return Ok::<_, Failure>(done);
+            };
+            done.push((index, result(&system, config)?));
+        }
+    };
+    let mut results = thread::scope(|scope| {
+        let threads: Vec<_> = (0..all_cores().get()).map(|_| scope.spawn(work)).collect();
+        let results = threads.into_iter().map(|thread| thread.join());
+        let results = results.map(|result| {
+            result.unwrap_or_else(|_| Err(Failure::Unmeasured("a run panicked".to_owned())))
+        });
+        results.collect::<Result<Vec<_>, _>>()
+    })?
+    .concat();
+    results.sort_by_key(|(index, _)| *index);
+    Ok(results.into_iter().map(|(_, result)| result).collect())
+}
+
+fn result(system: &Arc<CartPole>, config: &Config) -> Result<CellResult, Failure> {
+    let summary = Experiment::new(system.clone(), config)?.run()?;
+    Ok(CellResult::from(&summary))
+}

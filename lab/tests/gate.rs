@@ -1,0 +1,177 @@
+//! No page on the way to an exercise has its answer.
+
+use std::{fs, path::Path, process::Command};
+
+use exercises::framework::{Answer, Exercise};
+
+/// The pages that a learner reads before an exercise. `docs/age.md` and `docs/theory.md`
+/// warn of their answers at the top; `docs/answers.md` is for teachers.
+const PAGES: [&str; 13] = [
+    "README.md",
+    "docs/chapter.md",
+    "docs/commands.md",
+    "docs/concepts.md",
+    "docs/costs.md",
+    "docs/faults.md",
+    "docs/hunt.md",
+    "docs/install.md",
+    "docs/policies.md",
+    "docs/recordings.md",
+    "docs/ros2.md",
+    "exercises/README.md",
+    "recordings/README.md",
+];
+
+/// Pages with answers, each with a warning.
+const WARNED: [(&str, &str); 3] = [
+    ("docs/age.md", "predict first"),
+    ("docs/theory.md", "predict first"),
+    ("docs/answers.md", "For teachers"),
+];
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+fn page(name: &str) -> String {
+    fs::read_to_string(root().join(name)).expect(name)
+}
+
+/// The pages and the help texts, with their names.
+fn texts() -> Vec<(String, String)> {
+    let pages = PAGES.iter().map(|name| ((*name).to_owned(), page(name)));
+    let help = [
+        "", "lab", "run", "sweep", "hunt", "exercise", "keys", "info",
+    ];
+    let help = help.into_iter().map(|command| {
+        let mut ratelab = Command::new(env!("CARGO_BIN_EXE_ratelab"));
+        let args = (!command.is_empty()).then_some(command);
+        let output = ratelab.args(args).arg("--help").output().expect("help");
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        (format!("ratelab {command} --help"), text)
+    });
+    pages.chain(help).collect()
+}
+
+fn measured(name: &str) -> Answer {
+    let mut questions = exercises::questions();
+    let exercise = questions.find(|exercise| exercise.brief().name == name);
+    exercise.expect(name).run().expect("measured").answer
+}
+
+fn exactly(name: &str) -> f64 {
+    match measured(name) {
+        Answer::Exactly(number) | Answer::About { number, .. } => number,
+        Answer::Between { .. } => panic!("{name}"),
+    }
+}
+
+fn between(name: &str) -> [f64; 2] {
+    match measured(name) {
+        Answer::Between { held, failed } => [held, failed],
+        _ => panic!("{name}"),
+    }
+}
+
+/// The words that give an answer away if they all stand in one line.
+fn answers() -> Vec<Vec<String>> {
+    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+    let mut told: Vec<Vec<String>> = vec![
+        // Solved transcripts.
+        words(&["You predicted"]),
+        words(&["Measured: "]),
+        // 2: what the queue does not do.
+        words(&["--break --queue-depth"]),
+        words(&["queue", "saves nothing"]),
+        words(&["queue", "changes nothing"]),
+        words(&["no depth", "helps"]),
+        // 7 to 9: the runs that are asked about.
+        words(&["--queue-depth 10", "read /obs oldest"]),
+        words(&["delay:40..100"]),
+        words(&["/action loss", "0.8"]),
+        words(&["link /action loss:0.8"]),
+        // 12: the line.
+        words(&["NANOS / hz"]),
+    ];
+    let [held, failed] = between("cliff");
+    told.push(vec![format!("balanced up to {failed} Hz")]);
+    told.push(vec![format!("all from {held} Hz")]);
+    for hz in ["6", "7", "8", "9"] {
+        told.push(words(&["ratelab", &format!("control-hz {hz} ")]));
+    }
+    for range in ["5..10", "4..12", "5..9", "5..12"] {
+        told.push(vec![format!("--control-hz {range}")]);
+    }
+    for (name, hz) in [("ties", "25 Hz"), ("mend", "30 Hz")] {
+        let latency = format!("{:.1} ms", exactly(name));
+        told.push(words(&[hz, &latency]));
+    }
+    told.push(words(&["stable", &format!(" {} Hz", exactly("limits"))]));
+    let [held, failed] = between("rescue");
+    told.push(words(&["too late", &format!("{failed} s")]));
+    told.push(words(&["slow", &format!("for {held} s")]));
+    for (name, hz) in [("one-law-50", "50 Hz"), ("one-law-25", "25 Hz")] {
+        for delay in between(name) {
+            told.push(words(&["delay", hz, &format!(" {delay} ms")]));
+            told.push(words(&["control-hz", &format!("delay:{delay}")]));
+        }
+    }
+    let [_, failed] = between("deep-queue");
+    told.push(words(&["queue", "falls", &format!("{failed} s")]));
+    told
+}
+
+/// The lines of `text` with all `words`, upper or lower case.
+fn lines_with<'t>(text: &'t str, words: &[String]) -> Vec<&'t str> {
+    let has = |line: &&str| {
+        let line = line.to_lowercase();
+        words.iter().all(|word| line.contains(&word.to_lowercase()))
+    };
+    text.lines().filter(has).collect()
+}
+
+#[test]
+fn no_page_on_the_way_and_no_help_text_has_an_answer() {
+    let (texts, mut found) = (texts(), Vec::new());
+    for words in answers() {
+        for (name, text) in &texts {
+            let lines = lines_with(text, &words);
+            found.extend(
+                lines
+                    .iter()
+                    .map(|line| format!("{name}: {words:?}: {line}")),
+            );
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn pages_with_answers_say_so_at_the_top() {
+    for (name, warning) in WARNED {
+        let page = page(name);
+        let top: Vec<&str> = page.lines().take(4).collect();
+        assert!(top.join("\n").contains(warning), "{name}");
+    }
+    // The search finds the answers where they are.
+    let key = page("docs/answers.md");
+    let found = answers();
+    let found = found
+        .iter()
+        .filter(|words| !lines_with(&key, words).is_empty());
+    assert!(found.count() > 4);
+}
+
+#[test]
+fn no_example_of_a_prediction_is_right() {
+    let exercise: &dyn Exercise = exercises::ALL[0];
+    let example = "30 because fewer decisions come too late";
+    assert!(page("exercises/README.md").contains(example));
+    let prediction = exercises::framework::Prediction::read(example, exercise.brief());
+    let findings = exercise.run().expect("measured");
+    assert!(
+        !findings
+            .judge(exercise.brief(), &prediction.expect("read"))
+            .0
+    );
+}
