@@ -23,10 +23,12 @@ const PAGES: [&str; 13] = [
 ];
 
 /// Pages with answers, each with a warning.
-const WARNED: [(&str, &str); 3] = [
+const WARNED: [(&str, &str); 5] = [
     ("docs/age.md", "predict first"),
     ("docs/theory.md", "predict first"),
     ("docs/answers.md", "For teachers"),
+    ("docs/teaching.md", "For teachers"),
+    ("docs/throughput.md", "For after the first two exercises"),
 ];
 
 fn root() -> &'static Path {

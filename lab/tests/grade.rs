@@ -180,3 +180,33 @@ fn a_folder_without_hand_ins_is_bad_input() {
         assert!(output.stdout.is_empty());
     }
 }
+
+#[test]
+fn questions_drawn_from_a_number_are_graded_with_that_number() {
+    let mut questions = exercises::questions();
+    let drawn = questions.find(|question| question.draws() && !question.brief().choices.is_empty());
+    let brief = drawn.expect("a question with choices").brief();
+    let class = Class::new();
+    for seed in [1, 2] {
+        for (number, _) in (1..).zip(brief.choices) {
+            let name = brief.name;
+            let answer = format!(
+                "[{name}]\nnumber = {number}\nreason = \"it looked like it\"\nseed = {seed}\n"
+            );
+            class.hands_in(&format!("seat-{seed}-{number:02}"), "answers.toml", answer);
+        }
+    }
+    let output = ratelab(&["grade", &class.dir(), "--json"]);
+    assert!(output.status.success(), "{output:?}");
+    let graded: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let hand_ins = graded["hand_ins"].as_array().expect("a list").iter();
+    let marks: Vec<&Value> = hand_ins.map(|hand_in| &hand_in["predictions"][0]).collect();
+    for seed in [1, 2] {
+        let right = marks
+            .iter()
+            .filter(|mark| mark["seed"] == seed && mark["right"] == true);
+        assert_eq!(right.count(), 1, "number {seed}");
+    }
+    let table = text(&ratelab(&["grade", &class.dir()]).stdout);
+    assert!(table.contains("drawn from the learner's number"), "{table}");
+}

@@ -31,11 +31,12 @@ const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\
 const HYPERFINE: &str = "#!/bin/sh\nfor command; do :; done\nexec sh -c \"$command\"\n";
 
 /// Programs allowed on a page.
-const PROGRAMS: [&str; 9] = [
+const PROGRAMS: [&str; 10] = [
     "cargo",
     "cat",
     "cp",
     "echo",
+    "grep",
     "head",
     "hyperfine",
     "mkdir",

@@ -1,21 +1,20 @@
-//! Predictions against measurements. Each exercise is measured once, when the first
-//! prediction of it is read.
+//! Predictions against measurements. A question is measured when the first prediction of
+//! it is read: once, or once for each learner's number that decides what is measured.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, btree_map::Entry};
 
-use exercises::{
-    ALL,
-    framework::{Answers, Brief, Findings},
-};
+use exercises::framework::{Answers, Brief, Exercise, Findings};
 
 use crate::error::Error;
 
 /// A graded prediction.
 pub struct Mark {
-    /// The exercise.
+    /// The question.
     pub brief: &'static Brief,
     /// The predicted number, in the unit of the question.
     pub number: f64,
+    /// The learner's number, if it decides what is measured.
+    pub seed: Option<u64>,
     /// The reason in the learner's words.
     pub reason: String,
     /// Whether the prediction is right.
@@ -40,29 +39,29 @@ impl Mark {
 /// Number of words from which on the same reason is worth a note.
 const TELLING: usize = 5;
 
-/// The measured exercises.
+/// The measured questions, by name and number of the learner.
 #[derive(Default)]
-pub struct Measured(BTreeMap<u32, Findings>);
+pub struct Measured(BTreeMap<(&'static str, Option<u64>), Findings>);
 
 impl Measured {
-    /// Grades all predictions in `answers`, in the order of the exercises.
+    /// Grades all predictions in `answers`, in the order of the questions.
     ///
     /// # Errors
-    /// [`Error`] if an exercise cannot be measured.
+    /// [`Error`] if one cannot be measured.
     pub fn marks(&mut self, answers: &Answers) -> Result<Vec<Mark>, Error> {
         let mut marks = Vec::new();
-        for exercise in ALL {
-            let brief = exercise.brief();
+        for question in exercises::questions() {
+            let brief = question.brief();
             let Some(prediction) = answers.get(brief) else {
                 continue;
             };
-            if !self.0.contains_key(&brief.number) {
-                self.0.insert(brief.number, exercise.run()?);
-            }
-            let (right, by) = self.0[&brief.number].judge(brief, prediction);
+            let seed = question.draws().then(|| prediction.seed());
+            let findings = self.measured(question, seed)?;
+            let (right, by) = findings.judge(brief, prediction);
             marks.push(Mark {
                 brief,
                 number: prediction.number(),
+                seed,
                 reason: prediction.reason().to_owned(),
                 right,
                 by,
@@ -71,9 +70,20 @@ impl Measured {
         Ok(marks)
     }
 
-    /// The exercises with a prediction, and their results.
-    pub fn exercises(&self) -> impl Iterator<Item = (&'static Brief, &Findings)> {
-        let all = ALL.into_iter().map(|exercise| exercise.brief());
-        all.filter_map(|brief| Some((brief, self.0.get(&brief.number)?)))
+    fn measured(&mut self, question: &dyn Exercise, seed: Option<u64>) -> Result<&Findings, Error> {
+        Ok(match self.0.entry((question.brief().name, seed)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(question.measure(seed.unwrap_or_default())?),
+        })
+    }
+
+    /// The questions with a prediction; with the result, if that is the same for everyone.
+    pub fn questions(&self) -> impl Iterator<Item = (&'static Brief, Option<&Findings>)> {
+        let all = exercises::questions().map(|question| question.brief());
+        all.filter_map(|brief| {
+            let mut known = self.0.iter().filter(|((name, _), _)| *name == brief.name);
+            let ((_, seed), findings) = known.next()?;
+            Some((brief, seed.is_none().then_some(findings)))
+        })
     }
 }

@@ -34,9 +34,12 @@ pub fn csv(graded: &[Graded]) -> String {
 
 fn mark_cells(mark: &Mark) -> [String; 6] {
     [
-        format!("exercise {}", mark.brief.number),
+        format!("exercise {}", mark.brief.label()),
         mark.right.to_string(),
-        mark.number.to_string(),
+        match mark.brief.choices {
+            [] => mark.number.to_string(),
+            _ => mark.brief.in_unit(mark.number),
+        },
         mark.brief.unit.to_owned(),
         mark.reason.clone(),
         String::new(),
@@ -78,7 +81,8 @@ pub fn json(graded: &[Graded]) -> Value {
             "accepted": graded.is_accepted(),
             "problem": graded.refused,
             "predictions": graded.marks.iter().map(|mark| json!({
-                "exercise": mark.brief.number,
+                "exercise": mark.brief.label(),
+                "seed": mark.seed,
                 "name": mark.brief.name,
                 "number": mark.number,
                 "unit": mark.brief.unit,

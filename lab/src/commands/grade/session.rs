@@ -14,11 +14,8 @@ use crate::{
     error::Error,
     program::Program,
     recording::{Look, Recording, VerifyError, verify},
-    rescue::judge_recording,
+    rescue::{is_shipped, judge_recording},
 };
-
-/// The commands of the rescue included with ratelab.
-const SHIPPED: &str = include_str!("../../../../recordings/rescue.knobs");
 
 /// A recording that was handed in.
 pub struct Session {
@@ -60,6 +57,10 @@ impl Session {
         session.commands = recording.events.iter().filter_map(Event::knob).collect();
         session.commands.retain(|command| command.at > Time::ZERO);
         session.refused.extend(recording.defect());
+        if is_shipped(&recording) {
+            let why = "comes with ratelab: expected a session of one's own";
+            session.refused.push(why.to_owned());
+        }
         match judge_recording(&recording) {
             Ok(rescued) => session.rescued = Some(rescued.to_string()),
             Err(failure) => session.refused.push(format!("no rescue: {failure}")),
@@ -85,23 +86,16 @@ impl Session {
     }
 }
 
-/// Refuses sessions with the commands of another learner's session, or of the rescue that
-/// is included with ratelab.
+/// Refuses sessions with the commands of another learner's session.
 ///
 /// On the virtual clock the commands and their run times, in nanoseconds, are the whole of
 /// what a person adds to a run. Hands never repeat them, whatever happens to the file.
-pub fn find_copies(program: &Program, graded: &mut [Graded]) -> Result<(), Error> {
-    let shipped = program.knobs().parse_list(SHIPPED);
-    let shipped = shipped.map_err(|why| Error::BadInput(why.to_string()))?;
+pub fn find_copies(graded: &mut [Graded]) {
     let all: Vec<(usize, String, Vec<TimedKnob>)> = sessions(graded)
         .map(|(place, learner, session)| (place, session.name(learner), session.commands.clone()))
         .collect();
     for (place, graded) in graded.iter_mut().enumerate() {
         for session in &mut graded.sessions {
-            if same(&session.commands, &shipped) {
-                let why = "comes with ratelab: expected a session of one's own";
-                session.refused.push(why.to_owned());
-            }
             let others = all.iter().filter(|(of, ..)| *of != place);
             let others = others.filter(|(_, _, commands)| same(&session.commands, commands));
             let names: Vec<&str> = others.map(|(_, name, _)| name.as_str()).collect();
@@ -111,7 +105,6 @@ pub fn find_copies(program: &Program, graded: &mut [Graded]) -> Result<(), Error
             }
         }
     }
-    Ok(())
 }
 
 /// All sessions, with the place and the name of the learner.

@@ -5,15 +5,15 @@ use exercises::framework::{Answer, Brief, Findings, Table};
 use super::{Graded, marks::Mark, marks::Measured};
 use crate::{printable::one_line, report::line};
 
-/// A learner per row, then the reasons by exercise, then what is not acceptable.
+/// A learner per row, then the reasons by question, then what is not acceptable.
 pub fn text(graded: &[Graded], measured: &Measured) -> String {
-    let exercises: Vec<(&Brief, &Findings)> = measured.exercises().collect();
+    let questions: Vec<(&Brief, Option<&Findings>)> = measured.questions().collect();
     let accepted = graded.iter().filter(|graded| graded.is_accepted()).count();
     let mut lines = vec![line(
         "hand-ins",
         &format!("{}, {accepted} acceptable", graded.len()),
     )];
-    let names = exercises.iter().map(|(brief, _)| heading(brief));
+    let names = questions.iter().map(|(brief, _)| heading(brief));
     let names: Vec<String> = names.collect();
     if !names.is_empty() {
         lines.push(line(
@@ -23,11 +23,11 @@ pub fn text(graded: &[Graded], measured: &Measured) -> String {
     }
     lines.push(String::new());
     lines.extend(
-        learners(graded, &exercises, names)
+        learners(graded, &questions, names)
             .lines()
             .map(str::to_owned),
     );
-    for (brief, findings) in exercises {
+    for (brief, findings) in questions {
         lines.push(String::new());
         lines.push(title(brief, findings));
         lines.extend(reasons(graded, brief));
@@ -41,15 +41,19 @@ pub fn text(graded: &[Graded], measured: &Measured) -> String {
     lines.join("\n")
 }
 
-/// Number and unit of an exercise.
+/// Number and unit of a question.
 fn heading(brief: &Brief) -> String {
-    format!("{} {}", brief.number, brief.unit)
+    format!("{} {}", brief.label(), brief.unit)
         .trim_end()
         .to_owned()
 }
 
 /// The table of the learners.
-fn learners(graded: &[Graded], exercises: &[(&Brief, &Findings)], names: Vec<String>) -> String {
+fn learners(
+    graded: &[Graded],
+    questions: &[(&Brief, Option<&Findings>)],
+    names: Vec<String>,
+) -> String {
     let learners = graded.iter().map(|graded| one_line(&graded.learner));
     let learners: Vec<String> = learners.collect();
     let wide = learners.iter().map(|name| name.chars().count()).max();
@@ -57,12 +61,9 @@ fn learners(graded: &[Graded], exercises: &[(&Brief, &Findings)], names: Vec<Str
     let first = format!("{:<wide$}", "learner");
     let last = ["right".to_owned(), "sessions".to_owned()];
     let rows = graded.iter().zip(learners).map(|(graded, learner)| {
-        let marks = exercises.iter().map(|(brief, _)| {
-            let mark = graded.mark(brief);
-            mark.map_or("-".to_owned(), |mark| {
-                format!("{} {}", sign(mark.right), mark.number)
-            })
-        });
+        let marks = questions
+            .iter()
+            .map(|(brief, _)| graded.mark(brief).map_or("-".to_owned(), cell));
         let right = graded.marks.iter().filter(|mark| mark.right).count();
         let right = format!("{right} of {}", graded.marks.len());
         let row = [format!("{learner:<wide$}")].into_iter().chain(marks);
@@ -91,25 +92,29 @@ fn sessions(graded: &Graded) -> String {
     }
 }
 
-/// Title and result of an exercise.
-fn title(brief: &Brief, findings: &Findings) -> String {
-    let measured = match findings.answer {
-        Answer::About { number, within } => {
-            format!("{} ± {within}", brief.in_unit((number * 1e4).round() / 1e4))
-        }
-        Answer::Exactly(number) => brief.in_unit((number * 1e4).round() / 1e4),
-        Answer::Between { held, failed } => {
-            format!(
-                "between {} and {}",
-                brief.in_unit(held),
-                brief.in_unit(failed)
-            )
-        }
-    };
-    format!("{} {}: {measured}", brief.number, brief.title)
+/// A prediction in the table: with the number, if it is one.
+fn cell(mark: &Mark) -> String {
+    match mark.brief.choices {
+        [] => format!("{} {}", sign(mark.right), mark.number),
+        _ => sign(mark.right).to_owned(),
+    }
 }
 
-/// The predictions for an exercise with their reasons, and others with the same words.
+/// Title and result of a question.
+fn title(brief: &Brief, findings: Option<&Findings>) -> String {
+    let rounded = |number: f64| brief.in_unit((number * 1e4).round() / 1e4);
+    let measured = match findings.map(|findings| findings.answer) {
+        None => "drawn from the learner's number".to_owned(),
+        Some(Answer::Exactly(number)) => rounded(number),
+        Some(Answer::About { number, within }) => format!("{} ± {within}", rounded(number)),
+        Some(Answer::Between { held, failed }) => {
+            format!("between {} and {}", rounded(held), rounded(failed))
+        }
+    };
+    format!("{} {}: {measured}", brief.label(), brief.title)
+}
+
+/// The predictions for a question with their reasons, and others with the same words.
 fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = String> + 'g {
     let marks = graded.iter().filter_map(|g| Some((g, g.mark(brief)?)));
     marks.map(|(of, mark)| {
@@ -118,10 +123,12 @@ fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = S
             other.learner != of.learner && theirs.is_some_and(|theirs| mark.is_worded_like(theirs))
         });
         let twin = twin.map(|other| format!(" (the words of {})", other.learner));
+        let drawn = mark.seed.map(|seed| format!(" (number {seed})"));
         one_line(&format!(
-            "  {} {}: {}, {}{}",
+            "  {} {}{}: {}, {}{}",
             sign(mark.right),
             of.learner,
+            drawn.unwrap_or_default(),
             brief.in_unit(mark.number),
             mark.reason,
             twin.unwrap_or_default(),
@@ -134,10 +141,8 @@ fn sign(right: bool) -> &'static str {
 }
 
 impl Graded {
-    /// The prediction for an exercise, if there is one.
+    /// The prediction for a question, if there is one.
     fn mark(&self, brief: &Brief) -> Option<&Mark> {
-        self.marks
-            .iter()
-            .find(|mark| mark.brief.number == brief.number)
+        self.marks.iter().find(|mark| mark.brief.name == brief.name)
     }
 }

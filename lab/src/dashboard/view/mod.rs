@@ -282,13 +282,14 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
     }
 }
 
-/// Whether the notice fits into its usual place, if there is one.
+/// Whether the notice fits into its usual place: the pane of events, or the line of the
+/// verdict.
 fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some() || shown.help.is_some();
     let mut panes = layout.panes.iter();
     let events = panes.find(|(pane, _)| *pane == Pane::Events);
-    let room = events.map(|(_, area)| events::room(*area));
-    let room = room.or(layout.verdict.map(|area| area.width)).unwrap_or(0);
+    let line = layout.verdict.map_or(0, |area| area.width);
+    let room = events.map_or(line, |(_, area)| events::room(*area));
     !covered
         && shown
             .notice
