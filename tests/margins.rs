@@ -383,7 +383,7 @@ fn the_age_limit_is_given_or_the_reason_for_its_absence() {
 
 #[test]
 fn the_age_limit_of_rates_that_seldom_meet_is_near_the_exact_one() {
-    for control in [33.3, 12.4, 7.3] {
+    for control in [33.3, 12.4, 7.35] {
         let timing = Timing {
             sensor: Cadence::new(hz(50.0)),
             ..Timing::direct(hz(control))

@@ -35,7 +35,7 @@ pub enum NoLimit {
 /// An action is applied on delivery.
 ///
 /// Where sensor and policy meet less often than once a second, the limit is that of rounded
-/// rates, which is within a millisecond of the exact one.
+/// rates, which from 7 Hz on is within a millisecond of the exact one.
 ///
 /// If deviations grow even without a delay, it is the mean push age of the rates alone:
 /// the limit is then exceeded at these rates for any delay.
@@ -72,8 +72,8 @@ impl Rates {
     }
 }
 
-/// Multiples of 1 Hz meet once a second; lower rates have few ticks in five.
+/// Multiples of 1 Hz meet once a second; lower rates have few ticks in ten.
 fn rounded(hz: Hz) -> Hz {
-    let step = if hz.get() >= 10.0 { 1.0 } else { 0.2 };
+    let step = if hz.get() >= 10.0 { 1.0 } else { 0.1 };
     Hz::new((hz.get() / step).round() * step).unwrap_or(hz)
 }

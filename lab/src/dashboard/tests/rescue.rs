@@ -27,6 +27,10 @@ fn until(app: &mut App, text: &str) {
     }
 }
 
+fn now(app: &App) -> Time {
+    app.session().observer().read_counters().now
+}
+
 /// Runs one tick of one node, and waits for it.
 fn step(app: &mut App) {
     let ticks = |app: &App| -> u64 {
@@ -54,6 +58,10 @@ fn a_rescue_shows_each_step_and_is_judged_when_it_is_over() {
     until(&mut app, "rescue: b slows the policy to 5 Hz");
     for level in ["+12°", "+4°", "−4°", "−12°"] {
         shows(&mut app, level);
+    }
+    // From here a rescue is possible.
+    while now(&app) < Time::from_nanos(1_000_000_000) {
+        step(&mut app);
     }
     press(&mut app, "b");
     until(&mut app, "wait until the pole is beyond ±4°");
