@@ -149,7 +149,7 @@ pub fn run_again(
     if differences.is_empty() && same_so_far && complete {
         let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
         let lost = comparison.lacks();
-        let newest = newest_tick(recording);
+        let newest = newest_item(recording);
         let end =
             whole.and_then(|end| end::compare(end, topology, &ended, &observer, (newest, lost)));
         differences.extend(end);
@@ -173,10 +173,16 @@ pub fn run_again(
     })
 }
 
-/// Run time of the last tick: under the real clock it may be late, and begin after the end.
-fn newest_tick(recording: &Recording) -> Time {
-    let last = recording.ticks.iter().filter_map(|ticks| ticks.last());
-    last.map(|tick| tick.at).max().unwrap_or_default()
+/// Run time of the last tick or message: under the real clock it may be late, and come after
+/// the end.
+fn newest_item(recording: &Recording) -> Time {
+    let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
+    let topics = recording.topics.iter();
+    let messages = topics.filter_map(|rows| rows.heads().last());
+    let items = messages
+        .map(|head| head.at)
+        .chain(ticks.map(|tick| tick.at));
+    items.max().unwrap_or_default()
 }
 
 /// Looks on.
