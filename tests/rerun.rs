@@ -19,7 +19,8 @@ use crossbeam_channel::Sender;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
-        ClockKind, Command, Log, Observer, Rerun, RowTap, Rows, Tap, TickRecord, TimedCommand,
+        Clock, ClockKind, Command, GO_ON, Graph, Inbox, Log, Observer, RealClock, Rerun, RowTap,
+        Rows, Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
         telemetry::{Distribution, Event, EventKind, Topology},
     },
     system::WorldKind,
@@ -145,10 +146,10 @@ impl Taps {
 
 /// Whether it merely changes how run time passes.
 fn paces(event: &Event) -> bool {
-    use Command::{Pause, Resume, Speed, Step};
     match &event.what {
         EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
-            matches!(command, Pause | Resume | Speed(_) | Step)
+            use Command::{Pause, Resume, Step};
+            matches!(command, Pause | Resume | Command::Speed(_) | Step)
         }
         _ => false,
     }
@@ -251,7 +252,7 @@ impl Run {
     /// Executes it again with `rerun`.
     fn again(&self, rerun: &mut Rerun) -> Transcript {
         let config = Config {
-            speed: ratelab::runtime::Speed::Unlimited,
+            speed: Speed::Unlimited,
             knobs: Vec::new(),
             ..self.config.clone()
         };
@@ -351,7 +352,7 @@ fn random_config(dice: &mut Dice) -> Config {
     Config {
         seed: dice.below(1_000) as u64,
         clock: dice.pick(&[ClockKind::Real, ClockKind::Real, ClockKind::Virtual]),
-        speed: ratelab::runtime::Speed::REAL_TIME,
+        speed: Speed::REAL_TIME,
         end: secs(0.4),
         world: if own {
             WorldKind::OWN
@@ -407,7 +408,7 @@ fn random_commands(dice: &mut Dice, first: ClockKind) -> Vec<(f64, Command)> {
             ]),
             1 => commands.push((at, Command::HandOver(ClockKind::Virtual))),
             2 => commands.push((at, Command::HandOver(ClockKind::Real))),
-            3 => commands.push((at, Command::Speed(ratelab::runtime::Speed::REAL_TIME))),
+            3 => commands.push((at, Command::Speed(Speed::REAL_TIME))),
             _ => commands.push((at, knob(dice))),
         }
     }
@@ -458,4 +459,263 @@ fn a_run_comes_back_however_its_threads_are_scheduled() {
         assert_eq!(rerun.difference(), None);
         assert_eq!(run.transcript.difference(&again), None);
     }
+}
+
+/// One thread of a log, with one byte changed.
+fn altered(log: &Log, dice: &mut Dice) -> Log {
+    let mut threads: Vec<Vec<u8>> = log.threads().to_vec();
+    let thread = dice.below(threads.len());
+    let bytes = &mut threads[thread];
+    let at = dice.below(bytes.len());
+    match dice.below(4) {
+        0 => bytes[at] ^= 1 << dice.below(8),
+        1 => drop(bytes.remove(at)),
+        2 => bytes.insert(at, dice.below(256) as u8),
+        _ => bytes.swap(at, 0),
+    }
+    threads.into_iter().enumerate().collect()
+}
+
+#[test]
+fn an_altered_log_is_refused_or_makes_another_run_and_never_hangs() {
+    let mut dice = Dice(3);
+    let config = Config {
+        clock: ClockKind::Real,
+        end: secs(0.2),
+        ..config("rate sensor 500, rate policy 200")
+    };
+    let run = Run::record(
+        &config,
+        person(vec![(0.1, support::set_rate("policy", 100.0))]),
+    );
+    let (mut refused, mut other, mut same) = (0, 0, 0);
+    for _ in 0..number("RATELAB_CASES", 150) {
+        let log = altered(&run.log, &mut dice);
+        let Ok(mut rerun) = Rerun::new(&log, &run.events, &run.topology) else {
+            refused += 1;
+            continue;
+        };
+        let again = run.again(&mut rerun);
+        match rerun.difference().or(run.transcript.difference(&again)) {
+            Some(_) => other += 1,
+            None => same += 1,
+        }
+    }
+    // A change may commute: what is the same then is the run.
+    println!("{refused} refused, {other} differ, {same} are the same run");
+    assert!(refused > 0 && other > 0);
+}
+
+#[test]
+fn a_log_that_is_cut_off_is_executed_up_to_there() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: secs(0.2),
+        ..config("rate sensor 500, takes policy 5")
+    };
+    let run = Run::record(&config, person(Vec::new()));
+    let mut dice = Dice(4);
+    let mut longest = 0;
+    for _ in 0..30 {
+        let mut log = Log::default();
+        for (thread, bytes) in run.log.threads().iter().enumerate() {
+            // As long as the bytes end between two entries, any length will do.
+            let cut = dice.below(bytes.len() + 1);
+            log.add(thread, &bytes[..cut]);
+        }
+        let Ok(mut rerun) = Rerun::of_torn(&log, &run.events, &run.topology) else {
+            continue;
+        };
+        let again = run.again(&mut rerun);
+        assert_eq!(rerun.difference(), None);
+        for (one, other) in run.transcript.topics.iter().zip(&again.topics) {
+            assert_eq!(&one.heads()[..other.len()], other.heads());
+            longest = longest.max(other.len());
+        }
+    }
+    assert!(longest > 0);
+}
+
+/// Two nodes that add to one number and publish it.
+fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
+    let mut graph = Graph::new();
+    for name in ["one", "other"] {
+        let total = total.clone();
+        let added = graph.node(name, support::hz(1_000.0), 0, |wiring| {
+            let topic = wiring.publisher(topic);
+            move |now| {
+                let sum = {
+                    let mut total = total.lock();
+                    *total += 1;
+                    *total
+                };
+                topic.publish(sum, now, None);
+                GO_ON
+            }
+        });
+        added.expect("node");
+    }
+    graph
+}
+
+fn sums(graph: &mut Graph, clock: &mut dyn Clock, topic: &Topic<u64>) -> Vec<(u64, Time)> {
+    let tap = graph.tap(topic, BACKLOG);
+    let end = clock.run(graph, &mut Inbox::default(), secs(0.2));
+    end.expect("no fault");
+    let messages = tap.items().try_iter();
+    messages
+        .map(|tapped| (tapped.message.data, tapped.at))
+        .collect()
+}
+
+#[test]
+fn state_that_nodes_share_comes_back_in_the_same_order() {
+    let new = || {
+        (
+            Arc::new(Shared::new("total", 0)),
+            Topic::new("/sum", support::depth(1)),
+        )
+    };
+    let (total, topic) = new();
+    let mut graph = adders(&total, &topic);
+    let recorded = sums(&mut graph, &mut RealClock::default(), &topic);
+    let observer = graph.observer();
+    for perturbed in [false, true] {
+        let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let rerun = rerun.as_mut().expect("a log");
+        if perturbed {
+            rerun.perturb();
+        }
+        let (total, topic) = new();
+        let again = sums(&mut adders(&total, &topic), rerun, &topic);
+        assert_eq!(rerun.difference(), None);
+        assert_eq!(recorded, again);
+    }
+}
+
+#[test]
+fn a_run_that_another_thread_wrote_into_is_refused_by_name() {
+    let (total, topic) = (
+        Arc::new(Shared::new("total", 0)),
+        Topic::new("/sum", support::depth(1)),
+    );
+    let mut graph = adders(&total, &topic);
+    let observer = graph.observer();
+    thread::scope(|scope| {
+        let (observer, total) = (observer.clone(), total.clone());
+        scope.spawn(move || {
+            while observer.now() < secs(0.1) {
+                thread::yield_now();
+            }
+            *total.lock() += 1;
+        });
+        sums(&mut graph, &mut RealClock::default(), &topic);
+    });
+    let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let error = rerun.expect_err("it cannot come back").to_string();
+    assert!(
+        error.contains("total was written to from outside of the graph"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_node_that_does_something_else_is_named() {
+    let new = || {
+        (
+            Arc::new(Shared::new("total", 0)),
+            Topic::new("/sum", support::depth(1)),
+        )
+    };
+    let (total, topic) = new();
+    let mut graph = adders(&total, &topic);
+    sums(&mut graph, &mut RealClock::default(), &topic);
+    let observer = graph.observer();
+    let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let rerun = rerun.as_mut().expect("a log");
+    let (_, topic) = new();
+    // Another name for what the nodes share is another lock.
+    let mut graph = adders(&Arc::new(Shared::new("sum", 0)), &topic);
+    sums(&mut graph, rerun, &topic);
+    let difference = rerun.difference().expect("another run");
+    assert!(
+        difference.contains("took sum where the recorded run took total"),
+        "{difference}"
+    );
+}
+
+#[test]
+fn a_node_that_waits_in_vain_is_named_by_the_watch() {
+    let graph = |input: crossbeam_channel::Receiver<()>| {
+        let mut graph = Graph::new();
+        let waits = move |_: Time| {
+            let _ = input.recv();
+            GO_ON
+        };
+        graph
+            .node("waits", support::hz(100.0), 0, |_| waits)
+            .expect("node");
+        graph
+    };
+    let (sender, input) = crossbeam_channel::unbounded();
+    (0..1_000).for_each(|_| sender.send(()).expect("open"));
+    let mut first = graph(input);
+    let run = RealClock::default().run(&mut first, &mut Inbox::default(), secs(0.05));
+    run.expect("no fault");
+    let observer = first.observer();
+    let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let rerun = rerun.as_mut().expect("a log");
+    let (sender, input) = crossbeam_channel::unbounded();
+    let (mut again, watch) = (graph(input), rerun.watch());
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let name = loop {
+                if let Some((name, _)) = watch.doing().node {
+                    break name;
+                }
+                thread::yield_now();
+            };
+            assert_eq!(&*name, "waits");
+            drop(sender);
+        });
+        rerun
+            .run(&mut again, &mut Inbox::default(), secs(0.05))
+            .expect("no fault");
+    });
+    assert_eq!(rerun.difference(), None);
+}
+
+#[test]
+fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
+    let config = Config {
+        clock: ClockKind::Real,
+        end: secs(2.0),
+        ..config("takes policy 230")
+    };
+    let run = Run::record(&config, person(Vec::new()));
+    assert!(
+        run.transcript.figures[0].contains("pole_fell"),
+        "{}",
+        run.transcript.figures[0]
+    );
+    let branch = || {
+        let mut rerun = run.rerun();
+        let rest = rerun.rest_before(secs(0.2), ClockKind::Real).expect("real");
+        assert!(rest <= secs(0.2) && rerun.rests().contains(&rest));
+        let knob = "takes policy 0".parse().expect("a knob");
+        rerun.branch(secs(0.2), vec![Command::Set(knob)]);
+        let again = run.again(&mut rerun);
+        assert_eq!(rerun.difference(), None);
+        again
+    };
+    let (one, other) = (branch(), branch());
+    assert_eq!(one.difference(&other), None);
+    assert!(one.figures[0].contains("balanced"), "{}", one.figures[0]);
+    let before = one.topics[0]
+        .heads()
+        .partition_point(|head| head.at < secs(0.15));
+    assert_eq!(
+        one.topics[0].heads()[..before],
+        run.transcript.topics[0].heads()[..before]
+    );
 }

@@ -19,6 +19,7 @@ mod lateness;
 mod messages;
 mod paired;
 mod policies;
+mod rerun;
 mod runs;
 mod table;
 
@@ -30,6 +31,7 @@ fn main() {
     policies::measure(&mut table);
     messages::measure(&mut table);
     graphs::measure(&mut table);
+    rerun::measure(&mut table);
     #[cfg(target_os = "linux")]
     lateness::measure(&mut table);
     println!("{table}");

@@ -51,7 +51,7 @@ fn the_reference_recordings_are_reproduced_and_match_their_readme() {
 }
 
 #[test]
-fn a_real_clock_recording_is_refused_with_the_reason() {
+fn a_real_clock_recording_is_verified_however_its_threads_are_scheduled() {
     let folder = folder();
     let file = path(&folder, "real.rrd");
     assert!(
@@ -59,12 +59,35 @@ fn a_real_clock_recording_is_refused_with_the_reason() {
             .status
             .success()
     );
-    let said = complaint(&ratelab(&["verify", &file]), 1);
-    assert!(
-        said.contains("real clock") && said.contains("nothing to verify"),
-        "{said}"
-    );
+    for args in [&["verify", &file][..], &["verify", "--perturb", &file]] {
+        let output = ratelab(args);
+        assert!(text(&output.stdout).contains("identical"), "{output:?}");
+    }
     assert!(ratelab(&["info", &file]).status.success());
+}
+
+#[test]
+fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
+    let folder = folder();
+    let file = path(&folder, "fall.rrd");
+    let args = [
+        "run",
+        "--think-ms",
+        "230",
+        "--duration-s",
+        "2",
+        "--record",
+        &file,
+    ];
+    assert!(ratelab(&args).status.success());
+    let branch = ["branch", &file, "--at", "0.2", "--knob", "takes policy 0"];
+    let output = ratelab(&branch);
+    let printed = text(&output.stdout);
+    for part in ["last rest", "FELL at", "BALANCED", "it stays up"] {
+        assert!(printed.contains(part), "{output:?}");
+    }
+    let late = ["branch", &file, "--at", "9", "--knob", "takes policy 0"];
+    assert!(complaint(&ratelab(&late), 2).contains("choose an earlier moment"));
 }
 
 #[test]

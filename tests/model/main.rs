@@ -10,6 +10,7 @@ mod support;
 
 mod clock;
 mod meter;
+mod rerun;
 mod topic;
 
 /// Tries two kinds of schedules: random ones, and ones with a few well-placed switches

@@ -121,6 +121,9 @@ pub struct RecordingWriter {
     made: u64,
     /// Run time of the newest tick written.
     newest: Option<Time>,
+    /// Run time of the newest message written: under the real clock it may be later than
+    /// the end of the run.
+    published: Time,
     last_batch: Instant,
     lost: Arc<AtomicU64>,
 }
@@ -155,6 +158,7 @@ impl RecordingWriter {
             events: 0,
             made: 0,
             newest: None,
+            published: Time::ZERO,
             last_batch: Instant::now(),
             lost,
         };
@@ -185,7 +189,10 @@ impl RecordingWriter {
         self.batch(Time::MAX)?;
         let observer = &self.observer;
         let outcome = RecordingEnd {
-            at: observer.now().max(self.newest.unwrap_or(Time::ZERO)),
+            at: observer
+                .now()
+                .max(self.newest.unwrap_or(Time::ZERO))
+                .max(self.published),
             clock: observer.status().clock,
             end: reason.status(&*self.system),
             messages: self.messages(),
@@ -298,6 +305,8 @@ impl RecordingWriter {
         };
         for (track, (_, rows)) in taps.topics.iter().zip(&topics) {
             track.write(rec, rows, &progress.stamps_of_messages(rows.heads()))?;
+            let last = rows.heads().last().map(|head| head.at);
+            self.published = self.published.max(last.unwrap_or_default());
         }
         for track in &mut taps.nodes {
             let ticks = track.take(until);

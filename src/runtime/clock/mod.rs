@@ -13,6 +13,7 @@ mod event_queue;
 mod mailbox;
 mod obey;
 mod pacer;
+mod players;
 mod real;
 mod realtime;
 mod rerun;

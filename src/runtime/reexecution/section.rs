@@ -97,7 +97,7 @@ impl Sections {
         let Some(supervisor) = threads.next() else {
             return Ok(Self::default());
         };
-        let mut nodes: Vec<_> = threads.map(|entries| stretches(entries)).collect();
+        let mut nodes: Vec<_> = threads.map(stretches).collect();
         nodes.resize_with(names.len().max(nodes.len()), Vec::new);
         if nodes.len() != names.len() {
             let (nodes, names) = (nodes.len(), names.len());

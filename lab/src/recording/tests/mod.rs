@@ -8,6 +8,7 @@ mod lies;
 mod live;
 mod own;
 mod replayed;
+mod threads;
 mod verified;
 
 use std::{ops::ControlFlow, path::Path, sync::Arc};

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
     runtime::{Doing, Observer, Rerun, Speed, Time, TimedKnob, Watch, telemetry::Event},
@@ -75,6 +75,10 @@ impl Outcome {
             identical: Identical::default(),
         }
     }
+
+    fn is_same(&self) -> bool {
+        self.differences.is_empty() && self.diverged.is_none()
+    }
 }
 
 /// Runs it again with `system`, in the order of `rerun` where it was under the real clock;
@@ -89,15 +93,7 @@ pub fn run_again(
         .outcome
         .as_ref()
         .filter(|outcome| outcome.end != RunStatus::WentOn);
-    let config = with_tables(config_again(recording, whole))?;
-    // Missing files are errors before the comparison begins.
-    let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
-    let needed = Config {
-        knobs: turned.clone(),
-        ..config.clone()
-    };
-    needed.resolved(&**system)?;
-    let mut experiment = Experiment::again(system.clone(), &config, &taken(&config, turned))?;
+    let mut experiment = experiment_again(recording, system, whole)?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
@@ -108,7 +104,7 @@ pub fn run_again(
     let complete = whole.is_some() && (rerun.is_none() || order::is_whole(recording));
     experiment.schedule(events::commands(recording, &**system, rerun.as_ref())?);
     let comparison = Comparison::new(recording, complete, rerun.is_some(), experiment.commands());
-    let mut watcher = Watcher {
+    let watcher = Watcher {
         observer: observer.clone(),
         rerun: rerun.as_ref().map(Rerun::watch),
         last: None,
@@ -116,18 +112,10 @@ pub fn run_again(
     };
     let taps = experiment.taps();
     let (over, watched) = bounded(0);
-    let (mut differences, outcome, stopped) = thread::scope(|scope| {
+    let (differences, outcome, stopped) = thread::scope(|scope| {
         let comparison = &comparison;
         let checks = compare(scope, comparison, recording, taps, rerun.is_some());
-        let watch = scope.spawn(move || {
-            while watched.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                if watcher.look().is_break() {
-                    comparison.stop();
-                    return true;
-                }
-            }
-            false
-        });
+        let watch = scope.spawn(move || watcher.stops(&watched, comparison));
         let outcome = match &mut rerun {
             Some(rerun) => experiment.run_with(rerun),
             None => experiment.run(),
@@ -140,43 +128,35 @@ pub fn run_again(
     if stopped {
         return Err(VerifyError::Stopped);
     }
-    let diverged = rerun.as_ref().and_then(Rerun::difference);
-    let same_so_far = diverged.is_none();
-    if differences.is_empty() && same_so_far {
-        let events = observer.events(0);
-        differences.extend(events::compare(recording, &**system, complete, &events));
-    }
-    if differences.is_empty() && same_so_far && complete {
-        let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
-        let lost = comparison.lacks();
-        let newest = newest_tick(recording);
-        let end =
-            whole.and_then(|end| end::compare(end, topology, &ended, &observer, (newest, lost)));
-        differences.extend(end);
-    }
-    let (messages, ticks) = comparison.same();
-    let cut = rerun.is_some() && !order::is_whole(recording);
-    let identical = Identical {
-        topics: recording
-            .topics
-            .iter()
-            .filter(|rows| !rows.is_empty())
-            .count(),
-        messages,
-        ticks,
-        until: cut.then(|| observer.now()),
-    };
-    Ok(Outcome {
+    let mut result = Outcome {
+        diverged: rerun.as_ref().and_then(Rerun::difference),
+        identical: comparison.identical(recording, &observer),
         differences,
-        diverged,
-        identical,
-    })
+    };
+    if result.is_same() {
+        let events = observer.events(0);
+        let difference = events::compare(recording, &**system, complete, &events);
+        result.differences.extend(difference);
+    }
+    if let Some(end) = whole.filter(|_| result.is_same() && complete) {
+        let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
+        let rest = (newest_item(recording), comparison.lacks());
+        let difference = end::compare(end, topology, &ended, &observer, rest);
+        result.differences.extend(difference);
+    }
+    Ok(result)
 }
 
-/// Run time of the last tick: under the real clock it may be late, and begin after the end.
-fn newest_tick(recording: &Recording) -> Time {
-    let last = recording.ticks.iter().filter_map(|ticks| ticks.last());
-    last.map(|tick| tick.at).max().unwrap_or_default()
+/// Run time of the last tick or message: under the real clock it may be late, and come after
+/// the end.
+fn newest_item(recording: &Recording) -> Time {
+    let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
+    let topics = recording.topics.iter();
+    let messages = topics.filter_map(|rows| rows.heads().last());
+    let items = messages
+        .map(|head| head.at)
+        .chain(ticks.map(|tick| tick.at));
+    items.max().unwrap_or_default()
 }
 
 /// Looks on.
@@ -189,6 +169,17 @@ struct Watcher<W> {
 }
 
 impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
+    /// Looks on until the run is over, or until it is to stop: then it returns true.
+    fn stops(mut self, over: &Receiver<()>, comparison: &Comparison) -> bool {
+        while over.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
+            if self.look().is_break() {
+                comparison.stop();
+                return true;
+            }
+        }
+        false
+    }
+
     fn look(&mut self) -> ControlFlow<()> {
         let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
         let stuck = doing.and_then(|doing| match &self.last {
@@ -203,6 +194,23 @@ impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
         let now = self.observer.now();
         (self.watch)(&Look { now, stuck })
     }
+}
+
+/// The run of `recording`, ready to be executed again. Missing files are errors before the
+/// comparison begins.
+fn experiment_again(
+    recording: &Recording,
+    system: &Arc<dyn System>,
+    whole: Option<&RecordingEnd>,
+) -> Result<Experiment, BuildError> {
+    let config = with_tables(config_again(recording, whole))?;
+    let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
+    let needed = Config {
+        knobs: turned.clone(),
+        ..config.clone()
+    };
+    needed.resolved(&**system)?;
+    Experiment::again(system.clone(), &config, &taken(&config, turned))
 }
 
 /// The knobs that the recorded run took: those of its setup, and those that were

@@ -3,9 +3,10 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crossbeam_channel::Sender;
-use ratelab::runtime::{Command, Time};
+use ratelab::runtime::{Command, Observer, Time};
 
 use super::{
+    Identical,
     difference::{Difference, SeriesItem},
     order,
     series::Series,
@@ -88,11 +89,17 @@ impl Comparison {
         self.lacks.load(Ordering::Relaxed)
     }
 
-    /// Number of messages and ticks that are the same.
-    pub fn same(&self) -> (usize, usize) {
+    /// What is the same so far, in a run that `observer` observes.
+    pub fn identical(&self, recording: &Recording, observer: &Observer) -> Identical {
         let [messages, ticks] =
             [&self.messages, &self.ticks].map(|count| count.load(Ordering::Relaxed) as usize);
-        (messages, ticks)
+        let topics = recording.topics.iter();
+        Identical {
+            topics: topics.filter(|rows| !rows.is_empty()).count(),
+            messages,
+            ticks,
+            until: self.cut.then(|| observer.now()),
+        }
     }
 
     fn first_difference<S: Series>(&self, series: &mut S) -> Option<Difference> {

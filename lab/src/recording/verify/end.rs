@@ -9,7 +9,7 @@ use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};
 
 /// The first part of the end that is not the same: all of it but the wall's time. `newest` is
-/// the run time of the last tick. What came too fast for the recorder was `lost`, and came
+/// the run time of the last item. What came too fast for the recorder was `lost`, and came
 /// again.
 pub fn compare(
     outcome: &RecordingEnd,

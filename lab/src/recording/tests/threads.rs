@@ -1,0 +1,152 @@
+//! Runs of the real clock come again from their log, and an altered one is found.
+
+use std::{fs, path::Path, thread, time::Duration};
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::Config,
+    runtime::{ClockKind, Command, Log, Speed, Time},
+    system::WorldKind,
+};
+
+use super::{Dice, cases, experiment, folder, read, record, recorder, verify};
+use crate::recording::{Recording, StopReason};
+
+/// A short run of the real clock, set up by `setup`.
+fn real(setup: &str, seconds: f64) -> Config {
+    Config {
+        clock: ClockKind::Real,
+        speed: Speed::REAL_TIME,
+        end: Time::from_secs_f64(seconds).expect("a time"),
+        ..CartPole::config(setup).expect("a setup")
+    }
+}
+
+fn recorded(config: &Config, path: &Path) -> Recording {
+    let _ = fs::remove_file(path);
+    record(config, path).0.expect("no fault");
+    read(path)
+}
+
+#[test]
+fn any_run_of_the_real_clock_comes_again_to_the_bit() {
+    let (folder, mut dice) = (folder(), Dice(11));
+    let path = folder.path().join("real.rrd");
+    for _ in 0..cases(6) {
+        let takes = dice.pick(&["", ", takes policy 30..60", ", takes sensor 1"]);
+        let link = dice.pick(&["", ", link /obs delay:3..9,loss:0.1", ", read /obs oldest"]);
+        let setup = format!("{}, control-hz {}{takes}{link}", dice.knob(), dice.hz());
+        let mut config = real(&setup, 0.3);
+        config.knobs = super::with_knobs("", "0.1 control-hz 70\n0.2 queue-depth 3").knobs;
+        if dice.below(2) == 0 {
+            config.world = WorldKind::OWN;
+        }
+        let recording = recorded(&config, &path);
+        let identical = verify(&recording).unwrap_or_else(|error| panic!("{config:?}: {error}"));
+        let messages: usize = recording.topics.iter().map(|rows| rows.len()).sum();
+        assert_eq!((identical.messages, identical.until), (messages, None));
+    }
+}
+
+#[test]
+fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
+    let folder = folder();
+    let path = folder.path().join("mixed.rrd");
+    let mut config = real("control-hz 25", 0.6);
+    config.clock = ClockKind::Virtual;
+    let experiment = experiment(&config);
+    let (commands, observer) = (experiment.commands(), experiment.observer());
+    let source = crate::recording::Source::of(&experiment);
+    let run = thread::spawn(move || experiment.run());
+    let at = |seconds| {
+        while observer.now() < Time::from_secs_f64(seconds).expect("a time") {
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    at(0.1);
+    commands
+        .send(Command::HandOver(ClockKind::Real))
+        .expect("alive");
+    at(0.2);
+    let recorder = crate::recording::Recorder::midway(&path, &source).expect("begun");
+    at(0.3);
+    commands
+        .send(Command::Set("rate policy 80".parse().expect("a knob")))
+        .expect("alive");
+    commands
+        .send(Command::HandOver(ClockKind::Virtual))
+        .expect("alive");
+    let outcome = run.join().expect("no panic");
+    recorder.end(StopReason::of(&outcome));
+    recorder.finish().expect("recorded");
+    verify(&read(&path)).expect("identical");
+}
+
+#[test]
+fn a_torn_file_comes_again_up_to_its_last_batch() {
+    let folder = folder();
+    let path = folder.path().join("torn.rrd");
+    let experiment = experiment(&real("sensor-hz 200, takes policy 15", 1.6));
+    let recorder = recorder(&experiment, &path);
+    let observer = experiment.observer();
+    let run = thread::spawn(move || experiment.run());
+    while observer.now() < Time::from_nanos(1_300_000_000) {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let bytes = fs::read(&path).expect("read");
+    recorder.end(StopReason::of(&run.join().expect("no panic")));
+    recorder.finish().expect("recorded");
+    fs::write(&path, bytes).expect("written");
+    let torn = read(&path);
+    assert!(torn.outcome.is_none());
+    let identical = verify(&torn).expect("identical");
+    assert!(identical.messages > 0);
+    let until = identical.until.expect("it is cut off");
+    assert!(until > Time::from_nanos(500_000_000), "{until}");
+}
+
+#[test]
+fn a_log_with_another_turn_or_time_or_without_a_piece_is_refused_or_another_run() {
+    let (folder, mut dice) = (folder(), Dice(12));
+    let original = recorded(
+        &real("control-hz 100", 0.3),
+        &folder.path().join("real.rrd"),
+    );
+    let log = original.threads.as_ref().expect("a log").log.clone();
+    for _ in 0..cases(60) {
+        let mut threads = log.threads().to_vec();
+        let bytes = &mut threads[dice.below(log.threads().len())];
+        let at = dice.below(bytes.len());
+        bytes[at] ^= 1 << dice.below(8);
+        let log: Log = threads.into_iter().enumerate().collect();
+        let mut altered = original.clone();
+        altered.threads.as_mut().expect("a log").log = log;
+        // What commutes is the same run. In a file the digest finds that too.
+        let _ = verify(&altered);
+    }
+}
+
+#[test]
+fn a_changed_message_of_the_real_clock_is_found_and_named() {
+    let folder = folder();
+    let original = recorded(
+        &real("control-hz 100", 0.3),
+        &folder.path().join("real.rrd"),
+    );
+    for node in 0..original.ticks.len() {
+        let mut altered = original.clone();
+        let tick = altered.ticks[node].last_mut().expect("a tick");
+        tick.took = tick.took.map(|took| took + Time::TICK);
+        let error = verify(&altered).expect_err("a difference").to_string();
+        assert!(error.contains("duration"), "{error}");
+    }
+}
+
+#[test]
+fn a_recording_of_the_real_clock_without_its_order_is_refused_with_that_reason() {
+    let folder = folder();
+    let mut old = recorded(&real("", 0.2), &folder.path().join("real.rrd"));
+    old.threads = None;
+    let error = verify(&old).expect_err("no order").to_string();
+    assert!(error.contains("recorded it without that order"), "{error}");
+}

@@ -1,0 +1,322 @@
+//! The threads of a stretch under the real clock, executed again.
+
+use std::{collections::BTreeSet, time::Duration};
+
+use super::{
+    ClockExit,
+    steps::{self, Outcome, TickEnd},
+};
+use crate::runtime::{
+    command::Command,
+    graph::{ControlPlane, Graph},
+    node::Fault,
+    reexecution::{End, Entry, Follower, Thread, Watch, expect, finish_entry},
+    scheduled_node::ScheduledNode,
+    sync::{Arc, spawn_named, thread},
+    telemetry::{Event, EventKind, RunState},
+    time::Time,
+};
+
+fn command(event: &Event) -> Option<&Command> {
+    match &event.what {
+        EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => Some(command),
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
+    }
+}
+
+/// The events of the recorded run.
+#[derive(Clone, Copy)]
+pub(super) struct Events<'a> {
+    pub(super) all: &'a [Event],
+    pub(super) refused: &'a BTreeSet<usize>,
+}
+
+impl<'a> Events<'a> {
+    /// The command of an event, unless it is to be refused as recorded: that is done here.
+    pub(super) fn command(self, index: u64, at: Time, state: &RunState) -> Option<&'a Command> {
+        let index = usize::try_from(index).ok()?;
+        let event = self.all.get(index)?;
+        if let EventKind::Refused { command, reason } = &event.what
+            && self.refused.contains(&index)
+        {
+            state.advance_to(at);
+            state.log.refused(at, command, reason.as_str());
+            return None;
+        }
+        command(event)
+    }
+}
+
+/// All threads of a stretch.
+pub(super) struct Players<'a> {
+    events: Events<'a>,
+    watch: &'a Arc<Watch>,
+    state: Arc<RunState>,
+    threads: Vec<Player<'a>>,
+    /// What the supervisor decided last.
+    exit: Option<ClockExit>,
+}
+
+/// Does again what a thread did.
+struct Player<'a> {
+    thread: &'a Thread,
+    /// Number of entries done.
+    done: usize,
+    outcome: Outcome,
+}
+
+impl<'a> Player<'a> {
+    fn new(thread: &'a Thread) -> Self {
+        Self {
+            thread,
+            done: 0,
+            outcome: None,
+        }
+    }
+}
+
+impl<'a> Players<'a> {
+    /// The threads of a stretch of a run with these `events`, before their first entry.
+    pub(super) fn new(
+        threads: &'a [Thread],
+        events: Events<'a>,
+        watch: &'a Arc<Watch>,
+        graph: &Graph,
+    ) -> Self {
+        Self {
+            events,
+            watch,
+            state: graph.control.state.clone(),
+            threads: threads.iter().map(Player::new).collect(),
+            exit: None,
+        }
+    }
+
+    /// Runs the next entry of thread number `thread` on the calling thread.
+    pub(super) fn entry(&mut self, graph: &mut Graph, thread: usize) {
+        let _follower = Follower::new(self.watch.clone());
+        let Some(index) = thread.checked_sub(1) else {
+            self.supervise(&mut graph.control, 1);
+            return;
+        };
+        let (events, watch, state) = (self.events, &**self.watch, &*self.state);
+        let node = NodeAgain {
+            events,
+            watch,
+            state,
+            thread,
+        };
+        node.play(&mut self.threads[thread], &mut graph.nodes[index], 1);
+    }
+
+    /// Runs the next entries of several threads at the same time.
+    pub(super) fn knot(&mut self, graph: &mut Graph, counts: &[(usize, usize)]) {
+        let count = |thread: usize| {
+            let count = counts.iter().find(|(known, _)| *known == thread);
+            count.map_or(0, |(_, count)| *count)
+        };
+        let own = count(0);
+        let Graph { nodes, control } = graph;
+        let (events, watch, state) = (self.events, self.watch, self.state.clone());
+        let (supervisor, players) = self.threads.split_at_mut(1);
+        let mut exit = self.exit.take();
+        thread::scope(|scope| {
+            for (index, (node, player)) in nodes.iter_mut().zip(players).enumerate() {
+                let (thread, entries) = (index + 1, count(index + 1));
+                if entries == 0 {
+                    continue;
+                }
+                let (name, state) = (node.entry.name.clone(), &*state);
+                let run = move || {
+                    let _follower = Follower::new(watch.clone());
+                    let again = NodeAgain {
+                        events,
+                        watch,
+                        state,
+                        thread,
+                    };
+                    again.play(player, node, entries);
+                };
+                if let Err(error) = spawn_named(scope, &name, run) {
+                    watch.differs(format!("{name} has no thread: {error}"));
+                }
+            }
+            if own > 0 {
+                let _follower = Follower::new(watch.clone());
+                supervise(&mut supervisor[0], control, events, watch, own, &mut exit);
+            }
+        });
+        self.exit = exit;
+    }
+
+    fn supervise(&mut self, control: &mut ControlPlane, entries: usize) {
+        let (events, watch) = (self.events, self.watch);
+        let supervisor = &mut self.threads[0];
+        supervise(supervisor, control, events, watch, entries, &mut self.exit);
+    }
+
+    /// Comes to the recorded `end`.
+    pub(super) fn end(
+        self,
+        graph: &mut Graph,
+        end: Option<End>,
+    ) -> Result<Option<ClockExit>, Fault> {
+        let watch = self.watch;
+        let mut outcomes: Vec<Outcome> = self
+            .threads
+            .into_iter()
+            .map(|player| player.outcome)
+            .collect();
+        let mut of_node = |node: usize| outcomes.get_mut(node + 1).and_then(Option::take);
+        let recorded = match end {
+            _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
+            None => return Ok(Some(ClockExit::Stopped)),
+            Some(End::Paused) => graph.control.status.paused.then_some(Ok(None)),
+            Some(End::Completed { until }) => {
+                graph.control.set_now(until);
+                Some(Ok(Some(ClockExit::Completed)))
+            }
+            Some(End::Stopped | End::HandedOver) => self.exit.map(|exit| Ok(Some(exit))),
+            Some(End::Ended { node, at }) => match of_node(node) {
+                Some(Ok(ended)) if ended == at => {
+                    let node = graph.nodes[node].entry.name.to_string();
+                    Some(Ok(Some(ClockExit::Ended { node, at })))
+                }
+                _ => None,
+            },
+            Some(End::Failed { node, at }) => match of_node(node) {
+                Some(Err(fault)) if fault.at == at => Some(Err(fault)),
+                _ => None,
+            },
+            Some(End::NoThread { node, at }) => {
+                let node = graph.nodes[node].entry.name.to_string();
+                let cause = "the system gave it no thread in the recorded run".into();
+                Some(Err(Fault { node, at, cause }))
+            }
+        };
+        let others = outcomes.into_iter().flatten();
+        let outweighs = match end {
+            Some(End::Failed { .. } | End::NoThread { .. }) => None,
+            Some(End::Ended { .. }) => others.filter_map(Result::err).next().map(|f| f.to_string()),
+            _ => others
+                .map(|o| {
+                    o.map_or_else(
+                        |f| f.to_string(),
+                        |at| format!("a node ended the run at {at}"),
+                    )
+                })
+                .next(),
+        };
+        match (recorded, outweighs) {
+            (Some(end), None) => end,
+            (_, Some(outcome)) => {
+                watch.differs(format!("{outcome}; the recorded run went on"));
+                Ok(Some(ClockExit::Stopped))
+            }
+            (None, None) => {
+                watch.differs(format!("it did not come to its recorded end, {end:?}"));
+                Ok(Some(ClockExit::Stopped))
+            }
+        }
+    }
+}
+
+/// Has the supervisor do its next entries again.
+fn supervise(
+    player: &mut Player<'_>,
+    control: &mut ControlPlane,
+    events: Events<'_>,
+    watch: &Watch,
+    entries: usize,
+    exit: &mut Option<ClockExit>,
+) {
+    for _ in 0..entries {
+        let Some((entry, operations)) = player.thread.entry(player.done) else {
+            return;
+        };
+        expect(0, operations);
+        if let Entry::Obey { at, event } = entry
+            && let Some(command) = events.command(*event, *at, &control.state.clone())
+        {
+            *exit = steps::supervise(control, command, *at).exit;
+        }
+        finish_entry();
+        watch.finishes(0);
+        player.done += 1;
+    }
+}
+
+/// Has a node do again what its thread did.
+#[derive(Clone, Copy)]
+struct NodeAgain<'a> {
+    events: Events<'a>,
+    watch: &'a Watch,
+    state: &'a RunState,
+    thread: usize,
+}
+
+impl NodeAgain<'_> {
+    /// Runs the next `entries`.
+    fn play(&self, player: &mut Player<'_>, node: &mut ScheduledNode, entries: usize) {
+        for _ in 0..entries {
+            let Some((entry, operations)) = player.thread.entry(player.done) else {
+                return;
+            };
+            if player.outcome.is_some() || self.watch.is_over() {
+                self.differs(entry, "it had ended before");
+                return;
+            }
+            self.watch
+                .begins(self.thread, entry.at().unwrap_or_default());
+            expect(self.thread, operations);
+            player.outcome = self.step(node, entry);
+            finish_entry();
+            self.watch.finishes(self.thread);
+            player.done += 1;
+        }
+    }
+
+    fn step(&self, node: &mut ScheduledNode, entry: &Entry) -> Outcome {
+        match *entry {
+            Entry::Tick {
+                began,
+                took,
+                passed,
+            } => {
+                let mut at_once = false;
+                let outcome = steps::tick(node, self.state, began, || {
+                    at_once = true;
+                    TickEnd { took, passed }
+                });
+                if !at_once && outcome.is_none() {
+                    self.differs(entry, "its tick takes run time, and took none");
+                }
+                outcome
+            }
+            Entry::Start { began } => steps::tick(node, self.state, began, || {
+                self.differs(entry, "its tick takes no run time, and took some");
+                TickEnd {
+                    took: Duration::ZERO,
+                    passed: began,
+                }
+            }),
+            Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
+            Entry::Obey { at, event } => {
+                if let Some(command) = self.events.command(event, at, self.state) {
+                    steps::obey_node(node, self.state, command, at);
+                }
+                None
+            }
+            Entry::Leave { before } => {
+                node.overrun_before(before);
+                None
+            }
+            Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
+        }
+    }
+
+    fn differs(&self, entry: &Entry, why: &str) {
+        let (name, at) = (self.watch.name(self.thread), entry.at().unwrap_or_default());
+        self.watch.differs(format!("{name} at {at}: {why}"));
+    }
+}

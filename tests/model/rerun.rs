@@ -1,0 +1,84 @@
+//! Turns, logs and gates: a run on threads comes back in any schedule.
+
+use ratelab::runtime::{
+    Clock, GO_ON, Graph, Inbox, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
+};
+use shuttle::sync::Arc;
+
+use crate::{
+    SOME, explore,
+    support::{depth, hz, set_depth, set_rate},
+};
+
+/// Two nodes that add to a shared number and publish the sum, and one that reads it.
+fn graph() -> (Graph, Topic<u64>) {
+    let mut graph = Graph::new();
+    let total = Arc::new(Shared::new("total", 0));
+    let topic = Topic::new("/sum", depth(2));
+    for (name, rate) in [("a", 100.0), ("b", 50.0)] {
+        let total = total.clone();
+        let added = graph.node(name, hz(rate), 0, |wiring| {
+            let sum = wiring.publisher(&topic);
+            move |now| {
+                let mut total = total.lock();
+                *total += 1;
+                // One lock within the other.
+                sum.publish(*total, now, None);
+                GO_ON
+            }
+        });
+        added.expect("node");
+    }
+    let added = graph.node("c", hz(70.0), 0, |wiring| {
+        let mut sum = wiring.subscription(&topic);
+        move |now| {
+            let _ = sum.latest(now);
+            GO_ON
+        }
+    });
+    added.expect("node");
+    (graph, topic)
+}
+
+/// Every message, and the losses of the reader.
+fn run(clock: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Graph, Vec<(u64, u64, Time)>, u64) {
+    let (mut graph, topic) = graph();
+    let tap = graph.tap(&topic, 1_000);
+    let (_, mut inbox) = Inbox::new(timed);
+    let end = Time::from_nanos(60_000_000);
+    clock.run(&mut graph, &mut inbox, end).expect("no fault");
+    let messages = tap.items().try_iter();
+    let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.at));
+    let messages = messages.collect();
+    let dropped = graph.observer().snapshot().topics[0].dropped();
+    (graph, messages, dropped)
+}
+
+fn comes_back(perturb: bool) {
+    explore(SOME, move || {
+        let at = Time::from_nanos(20_000_000);
+        let commands = [set_rate("a", 80.0), set_depth("/sum", 1)];
+        let timed = commands.map(|command| TimedCommand { at, command });
+        let (first, messages, dropped) = run(&mut RealClock::default(), timed.to_vec());
+        let observer = first.observer();
+        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let mut rerun = rerun.expect("a log");
+        if perturb {
+            rerun.perturb();
+        }
+        let again = run(&mut rerun, Vec::new());
+        assert_eq!(rerun.difference(), None);
+        assert_eq!((again.1, again.2), (messages, dropped));
+        assert_eq!(again.0.observer().events(0), observer.events(0));
+    });
+}
+
+#[test]
+fn a_run_comes_back_by_its_plan_in_every_schedule() {
+    comes_back(false);
+}
+
+#[test]
+fn a_run_comes_back_by_its_gates_in_every_schedule() {
+    comes_back(true);
+}
