@@ -382,6 +382,26 @@ fn the_age_limit_is_given_or_the_reason_for_its_absence() {
 }
 
 #[test]
+fn the_age_limit_of_rates_that_seldom_meet_is_near_the_exact_one() {
+    for control in [33.3, 12.4, 7.35] {
+        let timing = Timing {
+            sensor: Cadence::new(hz(50.0)),
+            ..Timing::direct(hz(control))
+        };
+        let exact = scripted(World::Continuous, timing).delay_margin();
+        let exact = exact.expect("a short hyper-period").expect("a margin");
+        let exact = exact.there.mean_push_age.as_secs_f64() * 1e3;
+        let policy = "scripted".parse().expect("policy");
+        let limit = age_limit(&policy, rates(50.0, control)).expect("limit");
+        let limit = limit.as_secs_f64() * 1e3;
+        assert!(
+            (limit - exact).abs() < 1.0,
+            "{control} Hz: {limit}, exactly {exact}"
+        );
+    }
+}
+
+#[test]
 fn the_jitter_margins_of_an_integrator_match_their_closed_forms() {
     // Continuous: sup |ω·k/(iω + k)| = k. Sampled: the largest gain is at half the
     // rate, 2kT / (2 − kT).

@@ -1,11 +1,11 @@
-//! The judgement of a rescue by hand from its recording.
+//! A rescue by hand: the next step while it runs, and its judgement from the recording.
 
-use std::path::Path;
+use std::{path::Path, time::Duration};
 
-use exercises::rescue::judge::{RescueFailure, RescueSession, Rescued, judge};
+use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{
-    cartpole::{CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict},
-    runtime::{Message, TimedKnob, telemetry::Event},
+    cartpole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict},
+    runtime::{Knob, Message, Rows, Time, TimedKnob, telemetry::Event},
     system::Verdict,
 };
 
@@ -65,4 +65,105 @@ pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> 
         steps: &steps,
         verdict,
     })
+}
+
+/// A rescue by hand that is running.
+#[derive(Debug, Default)]
+pub struct RescueTry {
+    steps: Vec<Message<ControlStep>>,
+}
+
+/// How far a rescue has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RescueStage {
+    /// The policy is to be slowed.
+    Begin,
+    /// The policy is slow, and the pole is still safe.
+    Lean,
+    /// The policy was fast again before the pole was in danger.
+    TooSoon,
+    /// The pole is in danger, and the policy is slow.
+    Danger,
+    /// The policy is fast again, and the pole is to stay safe for this much longer.
+    Hold(Duration),
+    /// It is a rescue.
+    Done,
+    /// It cannot become a rescue any more.
+    Over,
+}
+
+impl RescueTry {
+    /// The pole is safe between these angles (degrees).
+    pub const SAFE_DEG: [f64; 2] = [-DANGER_DEG, DANGER_DEG];
+
+    /// Adds control steps, the messages of [`STATE`].
+    pub fn add(&mut self, rows: &Rows) {
+        let steps = (0..rows.len()).filter_map(|index| rows.message(index));
+        self.steps.extend(steps);
+    }
+
+    /// How far it has come, after `events`; `verdict` is that of a lost run.
+    pub fn stage(&self, events: &[Event], verdict: Option<Verdict>) -> RescueStage {
+        let now = self.steps.last().map_or(Time::ZERO, |step| step.stamp);
+        let session = RescueSession {
+            control_hz: actuator_hz(),
+            events,
+            steps: &self.steps,
+            verdict: verdict.unwrap_or(Verdict::new(&verdict::STOPPED, now)),
+        };
+        let (hz, since) = control_rate(events);
+        match judge(&session) {
+            Ok(_) => RescueStage::Done,
+            _ if verdict.is_some() => RescueStage::Over,
+            Err(RescueFailure::Slowness) => RescueStage::Begin,
+            Err(RescueFailure::Danger { .. }) if hz <= BROKEN_HZ => RescueStage::Lean,
+            Err(RescueFailure::Danger { .. }) => RescueStage::TooSoon,
+            Err(RescueFailure::Return) => RescueStage::Danger,
+            Err(RescueFailure::Calm { .. }) => {
+                let held = now.since(self.last_danger().max(since));
+                RescueStage::Hold(HELD.saturating_sub(held))
+            }
+            Err(RescueFailure::Survival { .. } | RescueFailure::Steps) => RescueStage::Over,
+        }
+    }
+
+    /// Run time at which the pole was last out of the safe range.
+    fn last_danger(&self) -> Time {
+        let mut steps = self.steps.iter().rev();
+        let last = steps.find(|step| step.data.qpos[1].abs().to_degrees() > DANGER_DEG);
+        last.map_or(Time::ZERO, |step| step.stamp)
+    }
+}
+
+/// The rate of the policy after `events`, and the run time since which it is in force.
+fn control_rate(events: &[Event]) -> (f64, Time) {
+    let mut turned = events.iter().rev().filter_map(Event::knob);
+    let last = turned.find_map(|timed| match timed.knob {
+        Knob::Rate { node, hz } if node == POLICY => Some((hz.get(), timed.at)),
+        _ => None,
+    });
+    last.unwrap_or((actuator_hz().get(), Time::ZERO))
+}
+
+impl RescueStage {
+    /// Whether there is a result to judge.
+    pub fn is_over(self) -> bool {
+        matches!(self, Self::Done | Self::Over)
+    }
+
+    /// The next step, in a line.
+    pub fn advice(self) -> String {
+        match self {
+            Self::Begin => format!("rescue: b slows the policy to {BROKEN_HZ} Hz"),
+            Self::Lean => format!("rescue: wait until the pole is beyond ±{DANGER_DEG}°"),
+            Self::TooSoon => format!("rescue: too soon, it stayed within ±{DANGER_DEG}°: b again"),
+            Self::Danger => "rescue: now! ] ] ] brings 50 Hz back".to_owned(),
+            Self::Hold(left) => format!(
+                "rescue: it must stay within ±{DANGER_DEG}° for {:.1} s more",
+                left.as_secs_f64()
+            ),
+            Self::Done => "rescued! e judges it".to_owned(),
+            Self::Over => "no rescue: e says why, r tries again".to_owned(),
+        }
+    }
 }

@@ -21,11 +21,17 @@ pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
 
 /// Display options of a dashboard.
 pub fn screen(args: &ScreenArgs) -> Options {
+    let theme = theme(args.ascii, args.theme);
+    let term = std::env::var("TERM").unwrap_or_default();
     Options {
         fps: args.fps,
-        theme: theme(args.ascii, args.theme),
+        theme,
+        ask_background: args.theme.is_none() && theme.colour && !SIMPLE.contains(&&*term),
     }
 }
+
+/// Terminals that would print the query for their background.
+const SIMPLE: [&str; 2] = ["linux", "dumb"];
 
 /// Uses colours unless the environment disables them (<https://no-color.org>).
 ///

@@ -161,7 +161,7 @@ fn pages_with_answers_say_so_at_the_top() {
     let found = found
         .iter()
         .filter(|words| !lines_with(&key, words).is_empty());
-    assert!(found.count() > 4);
+    assert!(found.count() >= 3);
 }
 
 #[test]

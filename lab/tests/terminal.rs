@@ -50,6 +50,39 @@ fn lowering_the_rate_fells_the_pole_and_quitting_restores_the_terminal() {
     );
 }
 
+/// Whether some cell has a colour of this number.
+fn has_colour(lab: &Lab, number: u8) -> bool {
+    let screen = lab.parser.screen();
+    let (rows, columns) = screen.size();
+    let mut cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    cells.any(|(row, column)| {
+        let cell = screen.cell(row, column);
+        cell.is_some_and(|cell| cell.fgcolor() == vt100::Color::Idx(number))
+    })
+}
+
+#[test]
+fn the_colours_are_those_for_the_background_that_the_terminal_reports() {
+    let [dark, light] = [75, 25];
+    for (reply, expected, other) in [
+        ("\u{1b}]11;rgb:ffff/ffff/ffff\u{1b}\\", light, dark),
+        ("\u{1b}]11;rgb:0000/0000/0000\u{7}", dark, light),
+        ("", dark, light),
+    ] {
+        let mut lab = Lab::open(&[], 24, 80);
+        // Keys around the reply stay keys.
+        lab.type_keys(&format!("[[{reply}[["));
+        lab.wait_for("● 20 Hz");
+        lab.wait_for("BALANCED");
+        assert!(
+            has_colour(&lab, expected) && !has_colour(&lab, other),
+            "{reply:?}"
+        );
+        lab.type_keys("q");
+        assert!(lab.close().0.success());
+    }
+}
+
 #[test]
 fn the_graph_continues_under_the_other_clock() {
     let mut lab = Lab::open(&["lab", "--ascii"], 40, 120);
@@ -194,9 +227,9 @@ fn a_cell_of_the_cliff_map_runs_live() {
     lab.wait_for("BALANCED so far");
     lab.type_keys("m");
     lab.wait_for("cliff map: queue-depth 2");
-    lab.wait_for("30 Hz, seed 0");
-    lab.wait_for("3000 runs of 10 s");
-    lab.type_keys(&"\u{1b}[D".repeat(25));
+    lab.wait_for("50 Hz, seed 0");
+    lab.wait_for("3100 runs of 10 s");
+    lab.type_keys(&"\u{1b}[D".repeat(26));
     lab.wait_for("5 Hz, seed 0");
     lab.type_keys("\u{1b}[B");
     lab.wait_for("5 Hz, seed 1: FELL at 1.180 s");

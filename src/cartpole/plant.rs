@@ -1,13 +1,16 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use super::{
     body::{Body, PlantError},
     message::{Action, Observation},
     pose::{Fall, Pose},
 };
-use crate::{runtime::Hz, system::StepMs};
+use crate::{
+    runtime::{Hz, Shared, Turn},
+    system::StepMs,
+};
 
 /// The course's step of physics.
 pub(super) const STEP: StepMs = StepMs::LONGEST;
@@ -116,17 +119,16 @@ pub fn mujoco_version() -> &'static str {
 
 /// The plant, shared by sensor and actuator.
 #[derive(Clone)]
-pub struct SharedPlant(Arc<Mutex<Plant>>);
+pub struct SharedPlant(Arc<Shared<Plant>>);
 
 impl SharedPlant {
     /// Shares `plant`.
     pub fn new(plant: Plant) -> Self {
-        Self(Arc::new(Mutex::new(plant)))
+        Self(Arc::new(Shared::new("the plant", plant)))
     }
 
     /// Locks the plant until the guard is dropped.
-    pub fn lock(&self) -> MutexGuard<'_, Plant> {
-        // A panic elsewhere is reported as that node's fault; the state is consistent.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    pub fn lock(&self) -> Turn<'_, Plant> {
+        self.0.lock()
     }
 }

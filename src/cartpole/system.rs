@@ -17,7 +17,7 @@ use crate::{
     stability::{Rates, Weights, age_limit},
     system::{
         AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture,
-        QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WorldKind,
+        QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WORLD, WorldKind,
     },
 };
 
@@ -288,6 +288,16 @@ impl System for CartPole {
 
     fn aliases(&self) -> &'static [Alias] {
         Self::KNOBS.0
+    }
+
+    fn caption(&self, node: &str) -> Option<&'static str> {
+        match node {
+            SENSOR => Some("reads the plant"),
+            POLICY => Some("decides"),
+            ACTUATOR => Some("pushes"),
+            WORLD => Some("moves by itself"),
+            _ => None,
+        }
     }
 
     fn broken(&self) -> Option<&'static str> {

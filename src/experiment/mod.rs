@@ -32,8 +32,8 @@ pub use taps::Taps;
 
 use crate::{
     runtime::{
-        ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic, TimedCommand,
-        TimedKnob, clock,
+        Clock, ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic,
+        TimedCommand, TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, MeanCost, System},
 };
@@ -163,11 +163,12 @@ impl Experiment {
     }
 
     /// Runs with the caller's real clock, such as one with real-time scheduling, whenever
-    /// the run is on the real clock.
+    /// the run is on the real clock; or with [`Rerun`](crate::runtime::Rerun), which
+    /// executes such a run again.
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
-    pub fn run_with(self, real: &mut RealClock) -> Result<Summary, Fault> {
+    pub fn run_with(self, real: &mut dyn Clock) -> Result<Summary, Fault> {
         let Self {
             system,
             config,

@@ -13,6 +13,7 @@ use super::{
     node::Node,
     outbox::Outbox,
     rate::Rate,
+    reexecution::RunLog,
     scheduled_node::{Again, Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
@@ -22,7 +23,7 @@ use super::{
     tap::{Backpressure, Tap, TapMessage},
     tap_handle::TapHandle,
     telemetry::{
-        EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, Shared, Status,
+        EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, RunState, Status,
         SubscriptionEntry, TopicCounters, TopicEntry,
     },
     time::{Hz, Time},
@@ -72,7 +73,7 @@ pub struct Graph {
 /// The part of a graph that commands change and observers read: everything except the
 /// nodes, which may be away on their threads.
 pub(crate) struct ControlPlane {
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) state: Arc<RunState>,
     pub(crate) status: Status,
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
@@ -132,10 +133,11 @@ impl Graph {
         Self {
             nodes: Vec::new(),
             control: ControlPlane {
-                shared: Arc::new(Shared {
+                state: Arc::new(RunState {
                     now: AtomicU64::new(0),
                     status: Mutex::new(status),
                     log: EventLog::default(),
+                    threads: RunLog::default(),
                 }),
                 status,
                 nodes: Vec::new(),
@@ -239,7 +241,7 @@ impl Graph {
     /// the graph has at this moment.
     pub fn observer(&self) -> Observer {
         Observer {
-            shared: self.control.shared.clone(),
+            state: self.control.state.clone(),
             nodes: self.control.nodes.clone(),
             topics: self
                 .control
@@ -301,20 +303,20 @@ impl Graph {
 
 impl ControlPlane {
     pub(crate) fn now(&self) -> Time {
-        Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
+        Time::from_nanos(self.state.now.load(Ordering::Relaxed))
     }
 
     pub(crate) fn set_now(&self, now: Time) {
-        self.shared.now.store(now.as_nanos(), Ordering::Relaxed);
+        self.state.now.store(now.as_nanos(), Ordering::Relaxed);
     }
 
     pub(crate) fn log(&self) -> &EventLog {
-        &self.shared.log
+        &self.state.log
     }
 
     pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
         change(&mut self.status);
-        *lock(&self.shared.status) = self.status;
+        *lock(&self.state.status) = self.status;
     }
 
     pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {

@@ -21,7 +21,7 @@
 //! | order of nodes due together | up to the operating system | by priority, always |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
 //! | duration of ticks | measured, or as configured | as configured |
-//! | reproducible | no | to the bit |
+//! | the same run again | from its log, by [`Rerun`], to the bit | to the bit |
 //!
 //! [`Command`]s are the only input of a running graph. It has two outputs: an
 //! [`Observer`] reads counters without slowing the run; a [`Tap`] copies every message. A
@@ -79,6 +79,7 @@ mod outbox;
 mod push;
 mod rate;
 mod read_order;
+mod reexecution;
 mod rows;
 mod scheduled_node;
 mod sync;
@@ -91,7 +92,7 @@ mod topic;
 mod transit;
 
 pub(crate) use chance::Chance;
-pub use clock::{Clock, ClockExit, RealClock, VirtualClock};
+pub use clock::{Clock, ClockExit, RealClock, Rerun, VirtualClock};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
 pub use depth::{Depth, DepthError};
@@ -109,6 +110,7 @@ pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use push::Push;
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
+pub use reexecution::{Doing, Log, LogError, LogPosition, Shared, Turn, Watch};
 pub use rows::{RecordedTopic, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;

@@ -7,7 +7,7 @@
 #[cfg(not(feature = "model"))]
 pub use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, atomic},
-    thread,
+    thread, thread_local,
     time::Instant,
 };
 
@@ -16,7 +16,7 @@ pub use self::model::Instant;
 #[cfg(feature = "model")]
 pub use shuttle::{
     sync::{Arc, Condvar, Mutex, MutexGuard, atomic},
-    thread,
+    thread, thread_local,
 };
 
 use self::atomic::{AtomicU64, Ordering};

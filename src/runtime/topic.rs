@@ -33,7 +33,8 @@ use super::{
     message::{Message, Payload},
     outbox::Outbox,
     read_order::ReadOrder,
-    sync::{Arc, Mutex, atomic::Ordering, bump, lock},
+    reexecution::Shared,
+    sync::{Arc, atomic::Ordering, bump},
     tap::{Backpressure, Tap, TapMessage, TapSender, tap},
     telemetry::{Flight, Meter, MeterRecorder, ReadMark, TopicCounters},
     time::Time,
@@ -65,9 +66,8 @@ pub struct Topic<T>(Arc<Bus<T>>);
 
 #[derive(Debug)]
 struct Bus<T> {
-    name: String,
     counters: Arc<TopicCounters>,
-    queue: Mutex<Queue<T>>,
+    queue: Shared<Queue<T>>,
 }
 
 #[derive(Debug)]
@@ -104,25 +104,25 @@ impl<T> Clone for Topic<T> {
 impl<T: Payload> Topic<T> {
     /// Creates a separate bus. A [`Graph`](super::Graph) checks that names are unique.
     pub fn new(name: impl Into<String>, depth: Depth) -> Self {
+        let queue = Queue {
+            messages: VecDeque::new(),
+            depth,
+            next_seq: 0,
+            order: ReadOrder::Newest,
+            transit: None,
+            marks: Vec::new(),
+            taps: Vec::new(),
+            watcher: None,
+        };
         Self(Arc::new(Bus {
-            name: name.into(),
             counters: Arc::new(TopicCounters::new(depth)),
-            queue: Mutex::new(Queue {
-                messages: VecDeque::new(),
-                depth,
-                next_seq: 0,
-                order: ReadOrder::Newest,
-                transit: None,
-                marks: Vec::new(),
-                taps: Vec::new(),
-                watcher: None,
-            }),
+            queue: Shared::new(name.into(), queue),
         }))
     }
 
     /// The topic's name, such as `/obs`.
     pub fn name(&self) -> &str {
-        &self.0.name
+        self.0.queue.name()
     }
 
     /// Creates a publishing end.
@@ -146,7 +146,7 @@ impl<T: Payload> Topic<T> {
     /// newest earlier message, but earlier messages never count as dropped.
     pub fn subscribe(&self) -> Subscription<T> {
         let mark = Arc::new(ReadMark::default());
-        let queue = lock(&self.0.queue);
+        let queue = self.0.queue.aside();
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
         drop(queue);
@@ -158,7 +158,7 @@ impl<T: Payload> Topic<T> {
     /// Creates a subscription with the read position `mark` and the meter `age_meter` of
     /// a previous one.
     pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
-        lock(&self.0.queue).marks.push(mark.clone());
+        self.0.queue.lock().marks.push(mark.clone());
         Subscription {
             bus: self.0.clone(),
             mark,
@@ -171,20 +171,21 @@ impl<T: Payload> Topic<T> {
     /// now on, for logs, recorders and tests.
     pub fn tap(&self, capacity: usize, backpressure: Backpressure) -> Tap<TapMessage<T>> {
         let (end, tap) = tap(capacity, backpressure);
-        lock(&self.0.queue).taps.push(end);
+        self.0.queue.aside().taps.push(end);
         tap
     }
 
     /// Calls `watcher` with every message from now on, when it is published.
     pub(crate) fn set_watcher(&self, watcher: impl FnMut(Time, &T) + Send + 'static) {
-        lock(&self.0.queue).watcher = Some(Watcher(Box::new(watcher)));
+        self.0.queue.aside().watcher = Some(Watcher(Box::new(watcher)));
     }
 
     /// Changes the queue depth at run time `now`. Messages that no longer fit are
     /// evicted, oldest first, and counted as dropped by every subscription that had not
     /// seen them. Returns the previous depth.
     pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
-        let mut queue = lock(&self.0.queue);
+        let mut turn = self.0.queue.lock();
+        let queue = &mut *turn;
         queue.deliver_before(now, &self.0.counters);
         let before = std::mem::replace(&mut queue.depth, depth);
         while queue.messages.len() > queue.depth.get() {
@@ -198,18 +199,19 @@ impl<T: Payload> Topic<T> {
     /// before the first.
     pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
         let at = self.0.counters.newest()?;
-        lock(&self.0.queue).newest(at)
+        self.0.queue.aside().newest(at)
     }
 
     /// Changes the read order of subscriptions. Returns the previous order.
     pub(crate) fn set_order(&self, order: ReadOrder) -> ReadOrder {
-        std::mem::replace(&mut lock(&self.0.queue).order, order)
+        std::mem::replace(&mut self.0.queue.lock().order, order)
     }
 
     /// Sets a link for messages released from run time `now` on; returns the previous
     /// link.
     pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
-        let mut queue = lock(&self.0.queue);
+        let mut turn = self.0.queue.lock();
+        let queue = &mut *turn;
         let perfect = link == Link::NONE;
         if perfect && queue.transit.is_none() {
             return link;
@@ -228,7 +230,8 @@ impl<T: Payload> Topic<T> {
     /// # Errors
     /// If it is already published.
     pub(crate) fn lose(&self, seq: u64, seed: u64) -> Result<(), String> {
-        let mut queue = lock(&self.0.queue);
+        let mut turn = self.0.queue.lock();
+        let queue = &mut *turn;
         queue.is_still_to_come(seq)?;
         queue.transit(self.name(), seed).lose(seq);
         Ok(())
@@ -244,14 +247,15 @@ impl<T: Payload> Topic<T> {
         delay: Duration,
         seed: u64,
     ) -> Result<Duration, String> {
-        let mut queue = lock(&self.0.queue);
+        let mut turn = self.0.queue.lock();
+        let queue = &mut *turn;
         queue.is_still_to_come(seq)?;
         Ok(queue.transit(self.name(), seed).postpone(seq, delay))
     }
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
     pub(crate) fn deliver(&self, now: Time) {
-        lock(&self.0.queue).deliver(now, &self.0.counters);
+        self.0.queue.aside().deliver(now, &self.0.counters);
     }
 
     /// Queue depth.
@@ -443,7 +447,8 @@ impl<T: Payload> Bus<T> {
     /// Publishes at run time `now`, with the stamp of the publisher's clock.
     #[inline]
     fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
-        let mut queue = lock(&self.queue);
+        let mut turn = self.queue.lock();
+        let queue = &mut *turn;
         if let Some(Watcher(watch)) = &mut queue.watcher {
             watch(now, &data);
         }
@@ -496,7 +501,8 @@ impl<T: Payload> Subscription<T> {
     /// With [`ReadOrder::Oldest`] it returns the oldest unread message instead.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
         let message = {
-            let mut queue = lock(&self.bus.queue);
+            let mut turn = self.bus.queue.lock();
+            let queue = &mut *turn;
             if queue.transit.is_some() {
                 queue.deliver(now, &self.bus.counters);
             }
@@ -527,7 +533,9 @@ impl<T: Payload> Subscription<T> {
 
 impl<T> Drop for Subscription<T> {
     fn drop(&mut self) {
-        lock(&self.bus.queue)
+        self.bus
+            .queue
+            .lock()
             .marks
             .retain(|mark| !Arc::ptr_eq(mark, &self.mark));
     }

@@ -100,6 +100,13 @@ pub trait System: Send + Sync + 'static {
         &[]
     }
 
+    /// The function of a node in a few words that begin with the verb, such as `reads the
+    /// plant`.
+    fn caption(&self, node: &str) -> Option<&'static str> {
+        let _ = node;
+        None
+    }
+
     /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of
     /// `--break`.
     fn broken(&self) -> Option<&'static str> {

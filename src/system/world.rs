@@ -1,11 +1,11 @@
 //! Whether the world waits for the robot.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::runtime::Time;
+use crate::runtime::{Shared, Time, Turn};
 
 /// How time passes for a plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,18 +111,17 @@ pub trait World: Send + 'static {
 
 /// A world that nodes share. Every access first advances it to the current run time.
 #[derive(Debug)]
-pub struct SharedWorld<W>(Arc<Mutex<W>>);
+pub struct SharedWorld<W>(Arc<Shared<W>>);
 
 impl<W: World> SharedWorld<W> {
     /// Shares `world`.
     pub fn new(world: W) -> Self {
-        Self(Arc::new(Mutex::new(world)))
+        Self(Arc::new(Shared::new("the world", world)))
     }
 
     /// Advances the world to run time `now` and locks it until the guard is dropped.
-    pub fn at(&self, now: Time) -> MutexGuard<'_, W> {
-        // A panic elsewhere is reported as that node's fault.
-        let mut world = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn at(&self, now: Time) -> Turn<'_, W> {
+        let mut world = self.0.lock();
         world.advance_to(now);
         world
     }

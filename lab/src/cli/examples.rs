@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 16] = [
+const OF_COMMANDS: [(&str, &str); 17] = [
     (
         "",
         "\
@@ -64,9 +64,14 @@ const OF_COMMANDS: [(&str, &str); 16] = [
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),
     (
+        "branch",
+        "  ratelab branch real.rrd --at 0.4 --knob \"takes policy 0\"",
+    ),
+    (
         "exercise",
         "\
   ratelab exercise 1                    says what it is about, asks, measures
+  ratelab exercise 10 --seed 17         a fault to find, drawn from your number
   ratelab exercise 1 --predict \"30 because fewer decisions come too late\"",
     ),
     ("grade", "  ratelab grade hand-ins --csv grades.csv"),

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod branch;
 mod examples;
 mod exercise;
 mod explain;
@@ -26,6 +27,7 @@ use crate::{
 };
 
 pub use self::{
+    branch::BranchArgs,
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
@@ -68,8 +70,10 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Print the content of a recording.
     Info(InfoArgs),
-    /// Run recordings of the virtual clock again and compare every bit.
+    /// Run recordings again and compare every bit.
     Verify(VerifyArgs),
+    /// Leave a recorded run at a moment with something changed, and compare the results.
+    Branch(BranchArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
     /// Write recordings as one page for the browser, which plays them.
@@ -107,7 +111,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 21;
+const COURSE: usize = 23;
 
 /// Parses the command line of `program`.
 ///

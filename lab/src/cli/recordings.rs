@@ -36,6 +36,10 @@ pub struct VerifyArgs {
     /// The recordings.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
+
+    /// Have threads pause at random: a run of the real clock comes back all the same.
+    #[arg(long)]
+    pub perturb: bool,
 }
 
 /// What is written for Perfetto.

@@ -61,8 +61,8 @@ pub struct ScreenArgs {
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = values::fps, allow_hyphen_values = true)]
     pub fps: u32,
 
-    /// Colours for a dark background, a light one, or of high contrast [default: guessed,
-    /// or dark]
+    /// Colours for a dark background, a light one, or of high contrast [default: by the
+    /// terminal's background, or dark]
     #[arg(long, value_enum, value_name = "THEME")]
     pub theme: Option<Look>,
 

@@ -1,6 +1,7 @@
 //! The commands, a file each. Code that several of them share is outside of this folder:
 //! none imports another.
 
+mod branch;
 mod completions;
 mod exercise;
 mod export_web;
@@ -18,6 +19,7 @@ mod tour;
 mod trace;
 mod verify;
 
+pub use branch::branch;
 pub use completions::completions;
 pub use exercise::exercise;
 pub use export_web::export_web;

@@ -3,11 +3,15 @@
 mod progress;
 
 use std::{
-    path::{Path, PathBuf},
+    path::Path,
+    process,
     sync::{Arc, atomic::AtomicBool},
 };
 
+use ratelab::runtime::Time;
+
 use crate::{
+    cli::VerifyArgs,
     error::Error,
     output::{self, print_line},
     program::Program,
@@ -18,22 +22,22 @@ use progress::Progress;
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.
-pub fn verify(program: &Program, files: &[PathBuf]) -> Result<(), Error> {
+pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
     let asked = signals::stop_flag();
-    let [file] = files else {
-        return verify_several(program, files, &asked);
+    let [file] = &*args.files else {
+        return verify_several(program, args, &asked);
     };
-    verify_one(program, file, &asked)
+    verify_one(program, file, args.perturb, &asked)
 }
 
 fn verify_several(
     program: &Program,
-    files: &[PathBuf],
+    args: &VerifyArgs,
     asked: &Arc<AtomicBool>,
 ) -> Result<(), Error> {
     let mut failed = 0;
-    for file in files {
-        match verify_one(program, file, asked) {
+    for file in &args.files {
+        match verify_one(program, file, args.perturb, asked) {
             Ok(()) => {}
             Err(stopped) if stopped.is_stop() => return Err(stopped),
             Err(error) => {
@@ -46,16 +50,26 @@ fn verify_several(
         0 => Ok(()),
         failed => Err(Error::Failed {
             failed,
-            of: files.len(),
+            of: args.files.len(),
         }),
     }
 }
 
-fn verify_one(program: &Program, file: &Path, asked: &Arc<AtomicBool>) -> Result<(), Error> {
+fn verify_one(
+    program: &Program,
+    file: &Path,
+    perturb: bool,
+    asked: &Arc<AtomicBool>,
+) -> Result<(), Error> {
     let recording = Recording::read(file)?;
     let name = file.display();
     let progress = Progress::new(recording.until, asked);
-    let verified = run_again(&recording, &program.system, |now| progress.look(now));
+    let verified = run_again(&recording, &program.system, perturb, |look| {
+        if let Some((node, at)) = &look.stuck {
+            give_up(file, node, *at);
+        }
+        progress.look(look.now)
+    });
     drop(progress);
     let identical = verified.map_err(|why| Error::Unverified {
         file: name.to_string(),
@@ -63,4 +77,15 @@ fn verify_one(program: &Program, file: &Path, asked: &Arc<AtomicBool>) -> Result
     })?;
     print_line(&format!("{name}: {identical}"))?;
     Error::if_damaged(&recording)
+}
+
+/// Ends the program: a node's thread that waits for something else than the run cannot be
+/// ended.
+fn give_up(file: &Path, node: &str, at: Time) -> ! {
+    let file = file.display();
+    output::error(&format!(
+        "{file}: {node} has been in its tick at {at} for 10 s: it waits for something that is \
+         no topic, and that does not come back"
+    ));
+    process::exit(1)
 }

@@ -8,8 +8,7 @@ use ratelab::system::{AgeLimits, Setup, System};
 /// Maximum wait of a frame after the end of a run, when no later frame will come.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// The limits of one setup at a time. They take seconds to compute at odd rates; until
-/// then the previous ones are kept.
+/// The limits of one setup at a time. Until they are computed the previous ones are kept.
 #[derive(Default)]
 pub struct LimitsInForce {
     setup: Option<Setup>,

@@ -271,12 +271,13 @@ impl ExercisePanel {
                 exercise, refused, ..
             } => {
                 let brief = exercise.brief();
-                let refused = refused.as_ref().map(|why| format!("\n\n{why}"));
+                // First, so that a small screen shows it.
+                let refused = refused.as_ref().map(|why| format!("{why}\n\n"));
                 let refused = refused.unwrap_or_default();
                 let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
                 (
                     format!("{} {}", brief.label(), brief.title),
-                    format!("{}\n\n{}{refused}", brief.objective, brief.asked()),
+                    format!("{refused}{}\n\n{}", brief.objective, brief.asked()),
                     match (scene, brief.choices) {
                         (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
                         (false, []) => "a number and why, then Enter  Esc back",
@@ -303,7 +304,11 @@ impl ExercisePanel {
                 _ => None,
             },
             hint,
-            scroll: self.scroll,
+            scroll: match self.page {
+                // The marked line stays in view.
+                PanelPage::List(marked) => marked.saturating_sub(JUMP),
+                _ => self.scroll,
+            },
         }
     }
 

@@ -28,9 +28,8 @@ pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) 
 }
 
 fn graph(frame: &FrameData) -> [String; 3] {
-    let nodes = frame.nodes.iter().enumerate();
-    let nodes = nodes.map(|(index, node)| {
-        let what = caption(frame, index);
+    let nodes = frame.nodes.iter().map(|node| {
+        let what = node.caption.unwrap_or("ticks");
         format!("{} {what} {} times a second", node.name, hertz(node))
     });
     let topics = frame
@@ -53,23 +52,6 @@ fn graph(frame: &FrameData) -> [String; 3] {
              since a newer one was there; what counts is the age of what is read."
         ),
     ]
-}
-
-/// The function of the node with this index.
-pub fn caption(frame: &FrameData, node: usize) -> &'static str {
-    let reads = frame
-        .topics
-        .iter()
-        .any(|topic| topic.readers.contains(&node));
-    let publishes = |topic: &&TopicData| topic.publishers.contains(&node);
-    let mut outputs = frame.topics.iter().filter(publishes);
-    let heard = outputs.any(|topic| !topic.readers.is_empty());
-    match (reads, heard) {
-        (false, true) => "reads the plant",
-        (true, true) => "decides",
-        (true, false) => "pushes",
-        (false, false) => "moves by itself and is judged",
-    }
 }
 
 fn hertz(node: &NodeData) -> f64 {
@@ -165,7 +147,7 @@ fn events(frame: &FrameData) -> [String; 3] {
 
 fn timeline(frame: &FrameData) -> [String; 3] {
     let push = frame.push.as_ref();
-    let push = push.map_or("Nothing was applied yet", |push| push.sentence.as_str());
+    let push = push.map_or("Nothing was applied yet", |push| push.sentence.whole());
     [
         "A lane for each node and each topic, in the order in which a reading becomes a push: \
          blocks are ticks, as long as they take; dots are messages, where they are published and \
@@ -203,10 +185,12 @@ mod tests {
     }
 
     #[test]
-    fn captions_are_those_of_sense_think_and_act() {
-        let frame = sample::balanced();
-        let captions = (0..3).map(|node| caption(&frame, node));
-        let expected = ["reads the plant", "decides", "pushes"];
-        assert_eq!(captions.collect::<Vec<_>>(), expected);
+    fn nodes_are_explained_by_their_captions() {
+        let mut frame = sample::balanced();
+        frame.nodes[0].caption = Some("reads the plant");
+        let text = page(Pane::Graph, None, &frame, 0).text;
+        for part in ["sensor reads the plant 50 times", "policy ticks 50 times"] {
+            assert!(text.contains(part), "{text}");
+        }
     }
 }

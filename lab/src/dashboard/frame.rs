@@ -8,7 +8,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     runtime::{
         Hz, Time,
-        telemetry::{Distribution, Stage, Status},
+        telemetry::{AgeParts, Distribution, Stage, Status, Topology},
     },
     system::{AgeLimits, Signal},
 };
@@ -65,6 +65,8 @@ impl FrameData {
 pub struct NodeData {
     /// Its name.
     pub name: Arc<str>,
+    /// Its function in a few words, if the system has them.
+    pub caption: Option<&'static str>,
     /// The rate in force.
     pub hz: Hz,
     /// Ticks so far.
@@ -232,12 +234,38 @@ pub struct AgeData {
 /// The parts of the age of the push in force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PushData {
-    /// The current parts, in a sentence.
-    pub sentence: String,
-    /// The same for a screen of 80 columns.
-    pub short: String,
+    /// The current parts.
+    pub sentence: PushSentence,
+    /// The greatest reaction time lately.
+    pub reaction: Option<Duration>,
     /// The recent mean of each part, from the sensing on.
     pub mean: Vec<(PartKind, Duration)>,
+}
+
+/// The parts of an age in a sentence, whole and with the smallest parts merged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PushSentence(pub Vec<String>);
+
+impl PushSentence {
+    /// Widths of the sentence (columns).
+    const WIDTHS: [usize; 5] = [usize::MAX, 78, 64, 52, 38];
+
+    /// The sentence about `parts`.
+    pub fn of(parts: &AgeParts, topology: &Topology) -> Self {
+        let within = |room| parts.sentence_within(topology, room);
+        Self(Self::WIDTHS.map(within).into())
+    }
+
+    /// The whole sentence.
+    pub fn whole(&self) -> &str {
+        self.0.first().map_or("", String::as_str)
+    }
+
+    /// The longest one for which `fits` is true, or else the shortest.
+    pub fn fitting(&self, fits: impl Fn(&str) -> bool) -> &str {
+        let fitting = self.0.iter().find(|text| fits(text));
+        fitting.or(self.0.last()).map_or("", String::as_str)
+    }
 }
 
 /// The kind of a part of an age.
@@ -351,6 +379,8 @@ pub struct SignalTrace {
     pub ages: Vec<(f64, f64)>,
     /// The limits of the push age.
     pub limits: AgeLimits,
+    /// The range of the signal to stay in, if there is a task.
+    pub safe: Option<[f64; 2]>,
     /// Run times (s) at which a knob was turned, with a short text.
     pub marks: Vec<(f64, String)>,
     /// The previous run, if there was one.

@@ -7,6 +7,7 @@
 
 mod age_limits;
 mod app;
+mod background;
 mod cause;
 mod cliff;
 pub mod error;
@@ -30,6 +31,7 @@ mod player;
 mod presets;
 mod prompt;
 mod push_age;
+mod reaction;
 mod sameness;
 mod sampler;
 mod session;
@@ -76,6 +78,9 @@ pub struct Options {
     pub fps: u32,
     /// Colours and glyphs.
     pub theme: Theme,
+    /// Whether the background that the terminal reports has priority over that of the
+    /// theme.
+    pub ask_background: bool,
 }
 
 /// Shows sessions, beginning with one of `config`, until the person leaves; returns
@@ -116,6 +121,9 @@ fn on_screen(model: &mut impl Model, options: &Options) -> Result<(), LabError> 
     let quit = quit_on_signal();
     let mut screen = Screen::open()?;
     let mut keyboard = Keyboard::open()?;
+    if options.ask_background {
+        keyboard.ask_background()?;
+    }
     run(&mut screen.0, &mut keyboard, model, options, &quit)
 }
 
@@ -152,13 +160,18 @@ where
     B: Backend<Error: std::error::Error + Send + Sync + 'static>,
 {
     let frame_time = Duration::from_secs(1) / options.fps.max(1);
+    let mut theme = options.theme;
     let mut touched = true;
     while !model.wants_quit() && !quit.load(Ordering::Relaxed) {
         let frame_ends = Instant::now() + frame_time;
         touched |= obey_shell(terminal, input, model)?;
+        if let Some(look) = input.look() {
+            theme.look = look;
+            touched = true;
+        }
         if model.sample()? || touched {
             terminal
-                .draw(|frame| view::render(model.screen().as_ref(), &options.theme, frame))
+                .draw(|frame| view::render(model.screen().as_ref(), &theme, frame))
                 .map_err(io::Error::other)?;
         }
         touched = obey_until(frame_ends, input, model)?;

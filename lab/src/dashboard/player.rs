@@ -268,7 +268,8 @@ impl Player {
 impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
-        let frame = Some(self.sampler.frame_data(&mut self.playhead));
+        let rows = self.playhead.new_rows();
+        let frame = Some(self.sampler.frame_data(&mut self.playhead, &rows));
         let new = frame != self.frame;
         self.frame = frame;
         Ok(new || self.playhead.playing.is_some())

@@ -21,11 +21,12 @@ use super::{
     figures::{Figures, NodeFigures},
     flights::dots,
     frame::{
-        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, Quantiles,
-        SignalTrace, Standing, Strain, TopicData, VerdictData,
+        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, PushSentence,
+        Quantiles, SignalTrace, Standing, Strain, TopicData, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
+    reaction,
     sameness::RunDigest,
     settings::setting,
     timeline::{Timeline, TimelineView},
@@ -141,12 +142,12 @@ struct LastRun {
 }
 
 impl Sampler {
-    /// A frame of `session` as of now.
-    pub fn frame_data(&mut self, session: &mut impl RunSource) -> FrameData {
+    /// A frame of `session` as of now, with its new `rows`.
+    pub fn frame_data(&mut self, session: &mut impl RunSource, rows: &[WatchedRows]) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
         self.push_ages.meet(system, || observer.read_counters());
-        for (topic, rows) in session.new_rows() {
-            self.remember(session.system(), topic, &rows);
+        for (topic, rows) in rows {
+            self.remember(session.system(), topic, rows);
         }
         self.follow_knobs(session.observer());
         let counters = session.observer().read_counters();
@@ -179,6 +180,7 @@ impl Sampler {
             }),
             nodes: nodes
                 .map(|((node, figures), lit)| NodeData {
+                    caption: session.system().caption(&node.name),
                     health: self.health(node, counters.now),
                     ..node_data(node, *figures, lit)
                 })
@@ -226,6 +228,7 @@ impl Sampler {
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(end - span, end),
             limits: self.limits.known(),
+            safe: None,
             marks: Vec::new(),
             ghost: self
                 .last
@@ -447,9 +450,6 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
     )]
 }
 
-/// Maximum width of a short sentence (columns).
-const SHORT: usize = 78;
-
 /// The parts of the age of the push in force.
 fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
@@ -465,8 +465,8 @@ fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
         (kind, Duration::from_nanos(ns as u64))
     });
     Some(PushData {
-        sentence: parts.sentence(lineage.topology()),
-        short: parts.sentence_within(lineage.topology(), SHORT),
+        sentence: PushSentence::of(&parts, lineage.topology()),
+        reaction: reaction::greatest(lineage, acts, from, to),
         mean: mean.to_vec(),
     })
 }
@@ -500,6 +500,7 @@ fn age(head: &Head) -> Option<f64> {
 fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
     NodeData {
         name: node.name.clone(),
+        caption: None,
         hz: node.hz,
         ticks: node.ticks,
         overruns: node.overruns,

@@ -1,11 +1,12 @@
 //! The terminal: taken over with care, given back in any case.
 
 use std::{
+    collections::VecDeque,
     io::{self, IsTerminal, Stdout, stdin, stdout},
     panic,
     sync::Once,
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
@@ -13,14 +14,23 @@ use crossterm::{
     cursor::Show,
     event::{self, DisableBracketedPaste, EnableBracketedPaste, Event},
     execute,
+    style::Print,
     terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode},
 };
 use ratatui::{Terminal, backend::CrosstermBackend};
 
-use super::jobs::{Jobs, Turn};
+use super::{
+    background::{QUERY, Reply, Sifted},
+    jobs::{Jobs, Turn},
+    view::theme::Look,
+};
 
 /// Keys that may wait to be obeyed.
 const BACKLOG: usize = 1024;
+
+/// Maximum wait for the colour of the background before the first frame. A terminal that
+/// replies later changes the colours of a later frame.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Whether there is a terminal to draw on and to read keys from.
 pub fn is_there() -> bool {
@@ -88,6 +98,12 @@ pub trait Input {
     /// If the source fails.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>>;
 
+    /// The look for the terminal's background, if the terminal has reported it since the
+    /// last call.
+    fn look(&mut self) -> Option<Look> {
+        None
+    }
+
     /// The newest request of the shell.
     fn turn(&mut self) -> Turn {
         Turn::Stay
@@ -117,6 +133,11 @@ pub trait Input {
 /// Keys from the terminal, and signals from the shell.
 pub struct Keyboard {
     events: Receiver<io::Result<Event>>,
+    /// Events ready to be obeyed.
+    ready: VecDeque<Event>,
+    /// A report of the background that is arriving, and its result.
+    reply: Reply,
+    look: Option<Look>,
     jobs: Jobs,
 }
 
@@ -138,18 +159,59 @@ impl Keyboard {
                 }
             }
         })?;
-        let jobs = Jobs::watch()?;
-        Ok(Self { events, jobs })
+        Ok(Self {
+            events,
+            ready: VecDeque::new(),
+            reply: Reply::default(),
+            look: None,
+            jobs: Jobs::watch()?,
+        })
+    }
+
+    /// Asks the terminal for its background, and waits a moment for the reply. All keys
+    /// that are typed meanwhile stay.
+    ///
+    /// # Errors
+    /// If the terminal fails.
+    pub fn ask_background(&mut self) -> io::Result<()> {
+        execute!(stdout(), Print(QUERY))?;
+        let deadline = Instant::now() + PATIENCE;
+        while self.look.is_none() && self.ready.len() < BACKLOG {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.events.recv_timeout(left) {
+                Ok(event) => self.sift(event?),
+                Err(_) => return Ok(()),
+            }
+        }
+        Ok(())
+    }
+
+    fn sift(&mut self, event: Event) {
+        match self.reply.next(event) {
+            Sifted::Held => {}
+            Sifted::Keys(keys) => self.ready.extend(keys),
+            Sifted::Look(look) => self.look = Some(look),
+        }
     }
 }
 
 impl Input for Keyboard {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
+        if let Some(event) = self.ready.pop_front() {
+            return Ok(Some(event));
+        }
         match self.events.recv_timeout(timeout) {
-            Ok(event) => event.map(Some),
+            Ok(event) => {
+                self.sift(event?);
+                Ok(self.ready.pop_front())
+            }
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::UnexpectedEof.into()),
         }
+    }
+
+    fn look(&mut self) -> Option<Look> {
+        self.look.take()
     }
 
     fn turn(&mut self) -> Turn {

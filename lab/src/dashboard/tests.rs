@@ -4,6 +4,7 @@ mod faults;
 mod files;
 mod order;
 mod prompt;
+mod rescue;
 mod sessions;
 mod stuck;
 mod systems;
@@ -26,6 +27,7 @@ use ratelab::{
     cartpole::CartPole,
     experiment::Config,
     runtime::{ClockKind, Speed, Time},
+    system::WorldKind,
 };
 
 use super::{
@@ -76,6 +78,7 @@ fn options() -> Options {
     Options {
         fps: 30,
         theme: PLAIN,
+        ask_background: false,
     }
 }
 
@@ -208,27 +211,87 @@ fn every_size_shows_the_same_run() {
 /// A healthy run, one that is warned of, and one that fell.
 #[test]
 fn the_default_terminal_shows_angle_age_and_cause_uncut() {
-    for (knobs, verdict) in [
-        ("0 control-hz 50", "BALANCED"),
-        ("0 control-hz 5", "FELL at"),
-        ("0 sensor-hz 5", "it looks only 5 times a second"),
-        ("0 link /action delay:100", "link /action none mends it"),
+    for (knobs, [verdict, also]) in [
+        ("0 control-hz 50", ["BALANCED", "this push is"]),
+        (
+            "0 control-hz 5",
+            ["] raises", "a deeper queue changes nothing"],
+        ),
+        (
+            "0 sensor-hz 5",
+            ["it looks only 5 times a second", "this push is"],
+        ),
+        (
+            "0 link /action delay:100",
+            [":link /action none mends it", "this push is"],
+        ),
     ] {
         let app = ended(Config {
             knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
             ..Config::default()
         });
         let drawn = screen(&app, &PLAIN, 80, 24);
-        for part in [
-            "pole angle",
-            "age of the push",
-            " of 90",
-            "this push is",
-            verdict,
-        ] {
+        for part in ["pole angle", "age of the push", " of 90", verdict, also] {
             assert!(drawn.contains(part), "{knobs}: no {part:?} in\n{drawn}");
         }
         assert!(!drawn.contains('…'), "{knobs}:\n{drawn}");
+    }
+}
+
+/// Ways to lose the pole with long causes, and a healthy run.
+const LONG: [&str; 8] = [
+    "0 control-hz 50",
+    "0 control-hz 5\n0 queue-depth 100",
+    "0 sensor-hz 5\n0 control-hz 5",
+    "0 link /obs delay:40,loss:0.9",
+    "0 takes policy 60..110",
+    "0 control-hz 45\n0 read /obs oldest\n0 depth /obs 10",
+    "0.3 crash policy",
+    "0 policy random",
+];
+
+#[test]
+fn nothing_is_cut_at_the_usual_sizes() {
+    for knobs in LONG {
+        for world in [WorldKind::Course, WorldKind::OWN] {
+            let mut app = ended(Config {
+                knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+                world,
+                ..Config::default()
+            });
+            for pane in Pane::ALL {
+                app.focus = pane;
+                for overlay in ["", "i", "?"] {
+                    press(&mut app, overlay);
+                    for (width, height) in [(160, 50), (120, 35), (100, 30), (80, 24)] {
+                        let drawn = screen(&app, &PLAIN, width, height);
+                        // A table counts the rows that a zoom shows.
+                        let mut cut = drawn.lines().filter(|line| line.contains('…'));
+                        let whole = cut.all(|line| line.contains("more") && pane == Pane::Figures);
+                        assert!(whole, "{knobs} {pane:?} {overlay}:\n{drawn}");
+                    }
+                    press(&mut app, overlay);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_default_terminal_names_two_causes_with_their_keys() {
+    let knobs = "0 sensor-hz 5\n0 control-hz 5";
+    let app = ended(Config {
+        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
+        ..Config::default()
+    });
+    let drawn = screen(&app, &PLAIN, 80, 24);
+    for part in [
+        "FELL at",
+        "} raises sensor-hz",
+        "] raises control-hz",
+        "this loop bears 90",
+    ] {
+        assert!(drawn.contains(part), "no {part:?} in\n{drawn}");
     }
 }
 
@@ -376,11 +439,16 @@ fn the_cliff_map_lies_over_the_panes_and_is_kept_until_its_conditions_change() {
     assert!(!screen(&app, &PLAIN, 120, 36).contains("cliff map"));
     press(&mut app, "m");
     assert!(screen(&app, &PLAIN, 120, 36).contains("3000 runs of 10 s"));
+    // It begins at the rate in force again, and gets a column for it.
+    press(&mut app, "m]]]]m");
+    assert!(screen(&app, &PLAIN, 120, 36).contains("12 Hz, seed 0"));
+    press(&mut app, "m]]]]]m");
+    assert!(screen(&app, &PLAIN, 120, 36).contains("40 Hz, seed 0"));
     // Keys of the lab go on to work under it.
     press(&mut app, ">");
     app.sample().expect("no fault");
     assert!(screen(&app, &PLAIN, 120, 36).contains("queue-depth 2"));
-    assert!(screen(&app, &PLAIN, 120, 36).contains("of 3000 runs"));
+    assert!(screen(&app, &PLAIN, 120, 36).contains("of 3100 runs"));
 }
 
 /// The rate of `node` that the next session begins with, if it is set.

@@ -7,6 +7,8 @@ use ratelab::runtime::{
     telemetry::{Chain, Lineage, Sent, Worked},
 };
 
+use super::frame::PushSentence;
+
 /// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
 
@@ -77,7 +79,7 @@ pub struct Timeline {
     /// A lane per node, and per topic between them.
     pub lanes: Vec<Lane>,
     /// The age of the selected push and its parts.
-    pub sentence: String,
+    pub sentence: PushSentence,
     /// Whether the newest push is selected.
     pub newest: bool,
 }
@@ -154,7 +156,7 @@ impl Timeline {
             from,
             to,
             lanes: lanes.collect(),
-            sentence: push.parts(moment).sentence(topology),
+            sentence: PushSentence::of(&push.parts(moment), topology),
             newest: view.selected.is_none(),
         })
     }

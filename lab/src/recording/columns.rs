@@ -6,7 +6,7 @@ use rerun::{
     ComponentDescriptor, RecordingStreamResult, SerializedComponentBatch,
     SerializedComponentColumn,
     archetypes::Scalars,
-    external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
+    external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt8Array, UInt64Array},
 };
 
 /// One number per row.
@@ -23,6 +23,17 @@ pub fn numbers_or_none(
     values: impl IntoIterator<Item = Option<u64>>,
 ) -> RecordingStreamResult<SerializedComponentColumn> {
     units(name, Arc::new(UInt64Array::from_iter(values)))
+}
+
+/// Some bytes per row.
+pub fn bytes<'a>(
+    name: &'static str,
+    values: impl Iterator<Item = &'a [u8]> + Clone,
+) -> RecordingStreamResult<SerializedComponentColumn> {
+    let lengths: Vec<usize> = values.clone().map(<[u8]>::len).collect();
+    let array: ArrayRef = Arc::new(UInt8Array::from_iter_values(values.flatten().copied()));
+    let batch = SerializedComponentBatch::new(array, ComponentDescriptor::partial(name));
+    Ok(batch.partitioned(lengths)?)
 }
 
 /// One text per row.

@@ -12,9 +12,10 @@ use super::{
     limits::check_graph,
     rows,
     schema::{
-        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, UNTIL, node_entity,
+        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, THREADS, UNTIL, node_entity,
         topic_entity,
     },
+    thread_log::Pieces,
 };
 
 /// The defect of a file with an impossible row.
@@ -31,6 +32,8 @@ pub struct Content {
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
+    /// What the threads of the real clock did.
+    pub threads: Pieces,
     /// Run time up to which all of these are complete; `None` before the first
     /// checkpoint.
     pub until: Option<Time>,
@@ -73,6 +76,10 @@ impl Content {
                 EVENTS => add_events(&mut self.events, chunk),
                 END => self.end(chunk),
                 CHECKPOINT => self.check_in(chunk),
+                THREADS => {
+                    self.threads.add(chunk);
+                    Ok(())
+                }
                 _ => Ok(()),
             }
         };

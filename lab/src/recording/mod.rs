@@ -14,6 +14,7 @@
 //! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; where they differ `stamp_ns`, `arrives_ns` | both |
 //! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns`; where it acted on the world `pushed_ns`, `sensed_ns` | both |
 //! | `/events` | commands and ends: text, and as JSON | both |
+//! | `/threads` | what the threads of the real clock did, and in which order | readers |
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
 //! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
 //! | `/picture`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
@@ -48,6 +49,7 @@ pub mod schema;
 mod source;
 #[cfg(test)]
 mod tests;
+mod thread_log;
 mod tick_schedule;
 mod timeline;
 mod tracks;
@@ -63,6 +65,6 @@ pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
 pub use schema::RecordingEnd;
 pub use source::{Source, StopReason};
-pub use verify::{VerifyError, verify};
+pub use verify::{Branch, Look, VerifyError, branch, verify};
 pub use viewer::{VIEWER, Viewer};
 pub use writer::Recorded;

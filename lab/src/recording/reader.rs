@@ -18,6 +18,7 @@ use super::{
     frames::{Chunks, is_rrd, quietly},
     other::OtherSystem,
     schema::{Origin, RecordingEnd, SWEEP_APPLICATION},
+    thread_log::ThreadLog,
 };
 
 /// Maximum size of a file (bytes): half a day at 50 Hz. Reading takes about twice as much
@@ -71,6 +72,9 @@ pub struct Recording {
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,
+    /// What the threads of the real clock did, and in which order; `None` if the run was
+    /// never under it, or the file is too old.
+    pub threads: Option<ThreadLog>,
     /// Run time of the last item.
     pub until: Time,
     /// The end of the recording; `None` if the file was cut off.
@@ -116,7 +120,12 @@ impl Recording {
         let (Some(origin), Some(until)) = (content.origin, content.until) else {
             return Err(foreign(&nothing_whole(begun, chunks.damage)));
         };
+        let end = content.outcome.as_ref().map(|outcome| outcome.threads);
+        let threads = content
+            .threads
+            .finish(&origin.topology, &content.events, end);
         let mut recording = Self {
+            threads,
             path: path.to_owned(),
             bytes: bytes.len() as u64,
             topics: content.topics,

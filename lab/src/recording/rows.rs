@@ -8,7 +8,8 @@ use serde_json::Value;
 
 use super::{
     printable::make_printable,
-    schema::{JSON, message, tick},
+    schema::{JSON, message, piece, tick},
+    thread_log::Piece,
     timeline::RUN_TIME,
     tracks::NANOS_PER_MICRO,
 };
@@ -95,6 +96,26 @@ fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
         }
         _ => None,
     }
+}
+
+/// The pieces of the log of threads in `chunk`; `None` for a damaged row.
+pub fn pieces(chunk: &Chunk) -> Vec<Option<Piece>> {
+    let bytes = chunk.iter_slices::<u8>(piece::BYTES.into());
+    let bytes = one_a_row(chunk, bytes.map(|bytes| Some(bytes.to_vec())));
+    let rows = numbers(chunk, piece::ROW)
+        .into_iter()
+        .zip(numbers(chunk, piece::THREAD))
+        .zip(numbers(chunk, piece::DIGEST))
+        .zip(bytes);
+    let rows = rows.map(|(((row, thread), digest), bytes)| {
+        Some(Piece {
+            row: row??,
+            thread: thread??,
+            bytes: bytes?,
+            digest: digest??,
+        })
+    });
+    rows.collect()
 }
 
 /// The JSON in the rows of `chunk`; `None` for an invalid row.

@@ -31,6 +31,9 @@ pub const END: &str = "/end";
 /// Entity of marks up to which the file is complete.
 pub const CHECKPOINT: &str = "/checkpoint";
 
+/// Entity of the log of the threads of the real clock.
+pub const THREADS: &str = "/threads";
+
 /// Component of a checkpoint: run time (ns).
 pub const UNTIL: &str = "until_ns";
 
@@ -52,6 +55,18 @@ pub mod message {
     pub const LOST: u64 = u64::MAX;
     /// Messages of the topic lost unread so far.
     pub const DROPPED: &str = "dropped";
+}
+
+/// Components of a piece of a thread's log.
+pub mod piece {
+    /// Number of the piece, counted from zero.
+    pub const ROW: &str = "piece";
+    /// Number of the thread: the supervisor's is 0, then come the nodes.
+    pub const THREAD: &str = "thread";
+    /// The piece.
+    pub const BYTES: &str = "bytes";
+    /// Digest of this piece and all before it.
+    pub const DIGEST: &str = "digest";
 }
 
 /// Components of a tick.
@@ -180,6 +195,9 @@ pub struct RecordingEnd {
     /// on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dropped: Option<Vec<u64>>,
+    /// Digest of the log of the threads; `None` if the run was never under the real clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub threads: Option<u64>,
 }
 
 /// The end of a recorded run.

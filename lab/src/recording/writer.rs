@@ -27,6 +27,7 @@ use super::{
     scene::{Batch, Scene},
     schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
+    thread_log::{self, ThreadTrack},
     tracks::{NodeTrack, TopicTrack, Track},
     viewer::Live,
 };
@@ -112,6 +113,7 @@ pub struct RecordingWriter {
     origin: Origin,
     observer: Observer,
     scene: Scene,
+    threads: ThreadTrack,
     /// Wall time at which run time was zero, or would have been: pauses move it.
     epoch: Option<SystemTime>,
     events: usize,
@@ -145,6 +147,7 @@ impl RecordingWriter {
             file,
             taps,
             scene: Scene::new(&system, &start),
+            threads: ThreadTrack::default(),
             system,
             origin,
             observer,
@@ -189,6 +192,7 @@ impl RecordingWriter {
             ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
             lost: self.taps.lost(),
             dropped: reason.losses(observer),
+            threads: self.threads.digest(),
         };
         self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
@@ -225,9 +229,12 @@ impl RecordingWriter {
     /// Writes the waiting items up to run time `until`.
     fn batch(&mut self, until: Time) -> io::Result<()> {
         self.last_batch = Instant::now();
+        // The log has all that is in the ticks before, and mentions no later event.
+        let threads = self.threads.take(&self.observer);
         let events = self.observer.events(self.events);
         self.events += events.len();
         self.write_parts(until, &events)
+            .and_then(|()| self.write_threads(&threads))
             .and_then(|()| self.checkpoint())
             .map_err(io::Error::other)?;
         self.flush()
@@ -245,6 +252,12 @@ impl RecordingWriter {
         }
         self.anchor();
         self.write(until, rest)
+    }
+
+    fn write_threads(&mut self, pieces: &[(usize, Vec<u8>)]) -> RecordingStreamResult<()> {
+        let now = self.newest.unwrap_or(Time::ZERO);
+        let stamps = self.now().stamps_of(thread_log::times(pieces, now));
+        self.threads.write(&self.rec, pieces, &stamps)
     }
 
     /// Marks the run time up to which the file is complete, in case it is cut off later.

@@ -7,7 +7,7 @@ use super::{
     covariance::{Covariance, Loss, flat, symmetric},
     criterion::{Noise, Weights},
     monodromy::StabilityError,
-    passage::{NEWEST, Passage},
+    passage::{Disturbances, NEWEST, Passage},
     schedule::{ScheduleEvent, events},
     timing::TimedPush,
 };
@@ -30,8 +30,7 @@ impl Loop {
         weights: &Weights,
         loss: Loss,
     ) -> Result<Option<f64>, StabilityError> {
-        let (passage, schedule) =
-            Passage::of(self, noise, weights).map_err(|long| self.aperiodic(long))?;
+        let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
         if self.mean_square_growth(loss)? >= 0.0 {
             return Ok(None);
         }
@@ -39,6 +38,8 @@ impl Loop {
             passage: &passage,
             loss,
         };
+        let disturbances = Disturbances::of(&passage, self, noise, weights);
+        let noise = (noise, &disturbances);
         let size = passage.size();
         // The covariance that disturbances add in one period, and the map of the
         // covariance over a period.
@@ -65,22 +66,27 @@ impl Loop {
         let end = pushes.iter().map(|push| push.applied).max();
         let end = end.unwrap_or(Time::ZERO);
         let events = events(pushes, self.world, Time::ZERO, Time::ZERO, end);
-        let passage = Passage::through(self, events, noise, weights);
+        let passage = Passage::through(self, events);
+        let disturbances = Disturbances::of(&passage, self, noise, weights);
         let covariance = Covariance {
             passage: &passage,
             loss: Loss::NONE,
         };
         let mut rest = DMatrix::zeros(passage.size(), passage.size());
-        cost_of(&covariance, noise, &mut rest) / end.as_secs_f64()
+        cost_of(&covariance, (noise, &disturbances), &mut rest) / end.as_secs_f64()
     }
 }
 
 /// Takes `covariance` through the passage. Returns its cost.
-fn cost_of(through: &Covariance, noise: &Noise, covariance: &mut DMatrix<f64>) -> f64 {
+fn cost_of(
+    through: &Covariance,
+    noise: (&Noise, &Disturbances),
+    covariance: &mut DMatrix<f64>,
+) -> f64 {
     let mut cost = 0.0;
     for event in &through.passage.events {
         if let ScheduleEvent::Advance(units) = *event {
-            let span = through.passage.span(units);
+            let span = noise.1.span(units);
             let before = covariance.fixed_view::<NEWEST, NEWEST>(0, 0);
             cost += (span.cost * before).trace() + span.noise_cost;
         }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     criterion::Noise,
-    passage::{ACTION, NEWEST, Passage},
+    passage::{ACTION, Disturbances, NEWEST, Passage},
     schedule::ScheduleEvent,
 };
 
@@ -62,13 +62,19 @@ impl Covariance<'_> {
         lost
     }
 
-    /// The same with the disturbances of the event.
-    pub fn happen_in(&self, noise: &Noise, event: ScheduleEvent, covariance: &mut DMatrix<f64>) {
+    /// The same with the disturbances of the event, of which `disturbances` are those of
+    /// the plant.
+    pub fn happen_in(
+        &self,
+        (noise, disturbances): (&Noise, &Disturbances),
+        event: ScheduleEvent,
+        covariance: &mut DMatrix<f64>,
+    ) {
         self.happen(event, covariance);
         match event {
             ScheduleEvent::Advance(units) => {
                 let mut moved = covariance.fixed_view_mut::<NEWEST, NEWEST>(0, 0);
-                moved += self.passage.span(units).noise;
+                moved += disturbances.span(units).noise;
             }
             ScheduleEvent::Sense => {
                 let errors = self.passage.gains.iter().zip(noise.reading);

@@ -3,7 +3,6 @@
 use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, Lost},
-    criterion::{Noise, Weights},
     monodromy::StabilityError,
     passage::Passage,
     spectral::log_spectral_radius,
@@ -25,8 +24,7 @@ impl Loop {
     /// [`StabilityError`], as for [`Loop::stability`]. The work grows with the sixth
     /// power of the number of readings in flight.
     pub fn mean_square_growth(&self, loss: Loss) -> Result<f64, StabilityError> {
-        let (passage, schedule) = Passage::of(self, &Noise::default(), &Weights::default())
-            .map_err(|long| self.aperiodic(long))?;
+        let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
         let squares = Covariance {
             passage: &passage,
             loss,

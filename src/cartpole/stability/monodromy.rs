@@ -7,7 +7,6 @@ use thiserror::Error;
 
 use super::{
     control_loop::Loop,
-    criterion::{Noise, Weights},
     passage::Passage,
     schedule::{LONGEST, TooLong},
     spectral::log_spectral_radius,
@@ -111,8 +110,7 @@ impl Loop {
     /// # Errors
     /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
     pub fn stability(&self) -> Result<Stability, StabilityError> {
-        let (passage, schedule) = Passage::of(self, &Noise::default(), &Weights::default())
-            .map_err(|long| self.aperiodic(long))?;
+        let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
         let (scaled, log_scale) = product(&passage);
         Ok(Stability {
             hyper_period: schedule.period,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, RowVector4};
+use nalgebra::{DMatrix, Matrix5, RowVector4};
 
 use super::{
     control_loop::Loop,
@@ -23,39 +23,31 @@ pub(super) const NEWEST: usize = 5;
 pub(super) struct Passage {
     pub events: Vec<ScheduleEvent>,
     pub gains: RowVector4<f64>,
-    spans: BTreeMap<u64, Span>,
+    /// The motion of each length of advance.
+    motions: BTreeMap<u64, Matrix5<f64>>,
 }
+
+/// The noise and the cost of each length of advance in a passage, which take several times
+/// as long to compute as its motion.
+pub(super) struct Disturbances(BTreeMap<u64, Span>);
 
 impl Passage {
     /// The passage of one hyper-period of `control`.
-    pub fn of(
-        control: &Loop,
-        noise: &Noise,
-        weights: &Weights,
-    ) -> Result<(Self, Schedule), TooLong> {
+    pub fn of(control: &Loop) -> Result<(Self, Schedule), TooLong> {
         let schedule = Schedule::of(control.timing, control.world)?;
-        let passage = Self::through(control, schedule.events.clone(), noise, weights);
+        let passage = Self::through(control, schedule.events.clone());
         Ok((passage, schedule))
     }
 
     /// The passage of these events in `control`'s world.
-    pub fn through(
-        control: &Loop,
-        events: Vec<ScheduleEvent>,
-        noise: &Noise,
-        weights: &Weights,
-    ) -> Self {
-        let mut spans = BTreeMap::new();
-        for event in &events {
-            if let ScheduleEvent::Advance(units) = *event {
-                let span = || control.world.span(&control.dynamics, units, noise, weights);
-                spans.entry(units).or_insert_with(span);
-            }
-        }
+    pub fn through(control: &Loop, events: Vec<ScheduleEvent>) -> Self {
+        let Loop {
+            world, dynamics, ..
+        } = control;
         Self {
+            motions: of_lengths(&events, |units| world.motion(dynamics, units)),
             events,
             gains: control.gains.into(),
-            spans,
         }
     }
 
@@ -64,16 +56,11 @@ impl Passage {
         NEWEST + readings(&self.events)
     }
 
-    /// The effect of an advance by `units`, which must occur among the events.
-    pub fn span(&self, units: u64) -> &Span {
-        &self.spans[&units]
-    }
-
     /// Applies `event` to each column of `states`.
     pub fn happen(&self, event: ScheduleEvent, states: &mut DMatrix<f64>) {
         match event {
             ScheduleEvent::Advance(units) => {
-                let moved = self.span(units).motion * states.fixed_rows::<NEWEST>(0);
+                let moved = self.motions[&units] * states.fixed_rows::<NEWEST>(0);
                 states.fixed_rows_mut::<NEWEST>(0).copy_from(&moved);
             }
             ScheduleEvent::Sense => {
@@ -90,4 +77,28 @@ impl Passage {
             }
         }
     }
+}
+
+impl Disturbances {
+    /// The disturbances of `passage` in `control`'s world.
+    pub fn of(passage: &Passage, control: &Loop, noise: &Noise, weights: &Weights) -> Self {
+        let span = |units| control.world.span(&control.dynamics, units, noise, weights);
+        Self(of_lengths(&passage.events, span))
+    }
+
+    /// Those of an advance by `units`, which must occur among the events.
+    pub fn span(&self, units: u64) -> &Span {
+        &self.0[&units]
+    }
+}
+
+/// `of` each length of advance among `events`.
+fn of_lengths<T>(events: &[ScheduleEvent], of: impl Fn(u64) -> T) -> BTreeMap<u64, T> {
+    let mut known = BTreeMap::new();
+    for event in events {
+        if let ScheduleEvent::Advance(units) = *event {
+            known.entry(units).or_insert_with(|| of(units));
+        }
+    }
+    known
 }

@@ -31,6 +31,20 @@ pub(super) struct Span {
 }
 
 impl Span {
+    /// The motion alone of a stretch of `seconds` in continuous time.
+    pub fn motion(dynamics: &Dynamics, seconds: f64) -> Matrix5<f64> {
+        let f = extended(dynamics);
+        let doublings = doublings(&f, seconds);
+        let seconds = seconds / 2.0_f64.powi(doublings);
+        let mut power = Matrix5::identity();
+        let mut short = power;
+        for term in 1..TERMS {
+            power = f * power * (seconds / f64::from(term));
+            short += power;
+        }
+        (0..doublings).fold(short, |motion, _| motion * motion)
+    }
+
     /// A stretch of length zero.
     fn nothing() -> Self {
         Self {
@@ -49,7 +63,7 @@ impl Span {
     /// Control 23 (1978).
     pub fn flow(dynamics: &Dynamics, seconds: f64, noise: &Noise, weights: &Weights) -> Self {
         let f = extended(dynamics);
-        let doublings = (f.norm() * seconds / SHORT).log2().ceil().max(0.0) as i32;
+        let doublings = doublings(&f, seconds);
         let short = series(&f, seconds / 2.0_f64.powi(doublings), noise, weights);
         (0..doublings).fold(short, |span, _| span.then(&span))
     }
@@ -106,6 +120,11 @@ impl Span {
         }
         all
     }
+}
+
+/// The number of halvings after which a stretch is short.
+fn doublings(f: &Matrix5<f64>, seconds: f64) -> i32 {
+    (f.norm() * seconds / SHORT).log2().ceil().max(0.0) as i32
 }
 
 /// The dynamics of `z`: the action is constant.

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use nalgebra::Matrix5;
+
 use super::{
     criterion::{Noise, Weights},
     dynamics::Dynamics,
@@ -52,6 +54,18 @@ impl World {
         time.as_nanos().div_ceil(self.unit().as_nanos())
     }
 
+    /// The motion of the plant in `units`, which is the quickest part of their
+    /// [`span`](Self::span).
+    pub(super) fn motion(self, dynamics: &Dynamics, units: u64) -> Matrix5<f64> {
+        match self {
+            Self::Continuous => Span::motion(dynamics, self.seconds(units)),
+            Self::Course | Self::Own(_) => {
+                let (noise, weights) = (Noise::default(), Weights::default());
+                self.span(dynamics, units, &noise, &weights).motion
+            }
+        }
+    }
+
     /// The effect of `units` on the plant.
     pub(super) fn span(
         self,
@@ -64,10 +78,11 @@ impl World {
         match self {
             Self::Course => step(self.unit() / SUBSTEPS).times(units * u64::from(SUBSTEPS)),
             Self::Own(_) => step(self.unit()).times(units),
-            Self::Continuous => {
-                let seconds = units as f64 * self.unit().as_secs_f64();
-                Span::flow(dynamics, seconds, noise, weights)
-            }
+            Self::Continuous => Span::flow(dynamics, self.seconds(units), noise, weights),
         }
+    }
+
+    fn seconds(self, units: u64) -> f64 {
+        units as f64 * self.unit().as_secs_f64()
     }
 }

@@ -1,4 +1,5 @@
-//! Two schedulers behind one interface.
+//! Two schedulers behind one interface, and a third clock that executes a run of the real
+//! one again.
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
 //! handed over to the other clock. All state of the run stays in the graph, so [`run`]
@@ -10,23 +11,22 @@
 
 mod event_queue;
 mod mailbox;
+mod obey;
 mod pacer;
 mod real;
 mod realtime;
+mod rerun;
+mod steps;
 mod virtual_time;
 mod wall;
 
 pub use real::RealClock;
 pub use realtime::{RealtimeError, RealtimePriority, lower_priority};
+pub use rerun::Rerun;
 pub use virtual_time::VirtualClock;
 
 use super::{
-    command::{ClockKind, Command},
-    graph::{ControlPlane, Graph},
-    inbox::Inbox,
-    node::Fault,
-    telemetry::EventKind,
-    time::Time,
+    command::ClockKind, graph::Graph, inbox::Inbox, node::Fault, telemetry::EventKind, time::Time,
 };
 
 /// Runs a graph.
@@ -65,7 +65,8 @@ pub enum ClockExit {
     HandedOver(ClockKind),
 }
 
-/// Runs a graph to its end, with handovers between the clocks.
+/// Runs a graph to its end, with handovers between the clocks. `real` runs it whenever it
+/// is under the real clock: [`RealClock`], or [`Rerun`] for a run that has been.
 ///
 /// # Errors
 /// [`Fault`] if a node failed.
@@ -74,7 +75,7 @@ pub fn run(
     inbox: &mut Inbox,
     until: Time,
     first: ClockKind,
-    real: &mut RealClock,
+    real: &mut dyn Clock,
 ) -> Result<ClockExit, Fault> {
     let mut kind = first;
     loop {
@@ -114,68 +115,4 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     if let Some((at, what)) = ended {
         graph.control.log().note(at, what);
     }
-}
-
-/// Carries out a command that needs no node, as both clocks do; `Some` if the clock must
-/// stop.
-fn obey(
-    control: &mut ControlPlane,
-    kind: ClockKind,
-    command: &Command,
-    at: Time,
-) -> Option<ClockExit> {
-    let was = match command {
-        Command::Set(knob) => match control.turn(knob, at) {
-            Ok(before) => Some(before),
-            Err(reason) => return refuse(control, command, at, &reason),
-        },
-        Command::Pause => {
-            control.update(|status| status.paused = true);
-            None
-        }
-        Command::Resume => {
-            control.update(|status| status.paused = false);
-            None
-        }
-        Command::Speed(_) | Command::Step if kind == ClockKind::Real => {
-            let reason =
-                "the real clock knows one speed, that of the wall; hand over to the virtual clock";
-            return refuse(control, command, at, reason);
-        }
-        Command::Speed(speed) => {
-            let before = control.status.speed;
-            control.update(|status| status.speed = *speed);
-            Some(before.to_string())
-        }
-        Command::HandOver(next) if *next == kind => {
-            return refuse(control, command, at, "it runs under that clock already");
-        }
-        Command::Step | Command::HandOver(_) | Command::Stop => None,
-    };
-    control.log().applied(at, command, was);
-    match command {
-        Command::Stop => Some(ClockExit::Stopped),
-        Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
-        _ => None,
-    }
-}
-
-fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Option<ClockExit> {
-    control.log().refused(at, command, reason);
-    None
-}
-
-/// Carries out any command while no node is in a tick.
-fn obey_at_rest(
-    graph: &mut Graph,
-    kind: ClockKind,
-    command: &Command,
-    at: Time,
-) -> Option<ClockExit> {
-    if let Some(node) = command.node() {
-        let answer = graph.obey(node, command, at);
-        graph.control.log().answered(at, command, answer);
-        return None;
-    }
-    obey(&mut graph.control, kind, command, at)
 }

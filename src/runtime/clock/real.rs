@@ -1,24 +1,27 @@
 //! One thread per node against the wall clock.
 
-use std::ops::ControlFlow;
+use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{
     Clock, ClockExit,
     mailbox::{Mailbox, Wakeup},
-    note_end, obey, obey_at_rest,
+    note_end,
+    obey::obey_at_rest,
     realtime::{self, RealtimePriority},
+    steps::{self, Outcome, TickEnd},
     wall::Wall,
 };
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     inbox::{Inbox, Received, Wait},
-    node::{Fault, Tick},
+    node::Fault,
+    reexecution::{End, Entry, Noter, Stream},
     scheduled_node::ScheduledNode,
-    sync::{Arc, atomic::Ordering, spawn_named, thread},
-    telemetry::Shared,
+    sync::{Arc, spawn_named, thread},
+    telemetry::RunState,
     time::Time,
 };
 
@@ -87,21 +90,48 @@ impl Clock for RealClock {
 
 /// Carries out commands during a pause. Timed commands wait until run time goes on.
 fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
-    match inbox.receive(Wait::Forever) {
-        Some(command) => obey_at_rest(graph, ClockKind::Real, &command, graph.now()),
+    let log = graph.control.state.threads.stream(SUPERVISOR);
+    let Some(command) = inbox.receive(Wait::Forever) else {
         // All senders are gone, so nothing can end the pause.
-        None => Some(ClockExit::Stopped),
-    }
+        log.note_alone(Entry::Abandoned);
+        return Some(ClockExit::Stopped);
+    };
+    let obeyed = obey_at_rest(graph, ClockKind::Real, &command, graph.now());
+    let event = obeyed.event as u64;
+    log.note_alone(Entry::Rest { event });
+    obeyed.exit
 }
+
+/// Number of the supervisor's thread in the log; the nodes follow.
+const SUPERVISOR: usize = 0;
 
 /// The report of a node's thread when it ends.
 enum Report {
     /// The node's last tick before the end of the run is over.
     Finished,
     /// The node ended the run.
-    Ended(ClockExit),
+    Ended(NodeEnd),
     /// The node failed.
-    Failed(Fault),
+    Failed(NodeEnd, Fault),
+    /// The node has no thread.
+    NoThread(NodeEnd, Fault),
+}
+
+/// The node that ended the run, and the run time.
+#[derive(Clone, Copy, PartialEq)]
+struct NodeEnd {
+    /// Its index.
+    node: usize,
+    at: Time,
+}
+
+/// The reason for the end of a stretch.
+enum StretchEnd {
+    Paused,
+    Exit(ClockExit),
+    Ended(NodeEnd),
+    Failed(NodeEnd, Fault),
+    NoThread(NodeEnd, Fault),
 }
 
 impl RealClock {
@@ -114,6 +144,8 @@ impl RealClock {
     ) -> Result<Option<ClockExit>, Fault> {
         let mailboxes: Vec<Mailbox> = graph.nodes.iter().map(|_| Mailbox::default()).collect();
         let (reporter, reports) = crossbeam_channel::unbounded();
+        let state = graph.control.state.clone();
+        let log = state.threads.begin(graph.nodes.len());
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
@@ -121,22 +153,28 @@ impl RealClock {
             mailboxes: &mailboxes,
             reports,
             working: graph.nodes.len(),
+            log: log.clone(),
         };
+        let noter = Noter::new();
         let end = thread::scope(|scope| {
-            for (node, mailbox) in graph.nodes.iter_mut().zip(&mailboxes) {
+            for (index, (node, mailbox)) in graph.nodes.iter_mut().zip(&mailboxes).enumerate() {
                 let name = node.entry.name.clone();
                 let worker = Worker {
                     node,
+                    index,
                     mailbox,
                     until,
-                    shared: supervisor.control.shared.clone(),
+                    state: state.clone(),
+                    log: state.threads.stream(SUPERVISOR + 1 + index),
                     realtime: self.realtime.clone(),
                     reporter: reporter.clone(),
                 };
                 if let Err(error) = spawn_named(scope, &name, move || worker.run()) {
                     let (node, at) = (name.to_string(), supervisor.control.now());
                     let cause = error.into();
-                    let _ = reporter.send(Report::Failed(Fault { node, at, cause }));
+                    let fault = Fault { node, at, cause };
+                    let end = NodeEnd { node: index, at };
+                    let _ = reporter.send(Report::NoThread(end, fault));
                 }
             }
             let end = supervisor.supervise();
@@ -146,7 +184,57 @@ impl RealClock {
             }
             end
         });
-        supervisor.settle(end)
+        let end = supervisor.settle(end);
+        drop(noter);
+        log.note_alone(Entry::End(end.entry(until)));
+        end.exit(graph)
+    }
+}
+
+impl StretchEnd {
+    fn entry(&self, until: Time) -> End {
+        match self {
+            Self::Paused => End::Paused,
+            Self::Exit(ClockExit::Completed) => End::Completed { until },
+            Self::Exit(ClockExit::HandedOver(_)) => End::HandedOver,
+            Self::Exit(_) => End::Stopped,
+            Self::Ended(NodeEnd { node, at }) => End::Ended {
+                node: *node,
+                at: *at,
+            },
+            Self::Failed(NodeEnd { node, at }, _) => End::Failed {
+                node: *node,
+                at: *at,
+            },
+            Self::NoThread(NodeEnd { node, at }, _) => End::NoThread {
+                node: *node,
+                at: *at,
+            },
+        }
+    }
+
+    fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
+        match self {
+            Self::Paused => Ok(None),
+            Self::Exit(exit) => Ok(Some(exit)),
+            Self::Ended(NodeEnd { node, at }) => Ok(Some(ClockExit::Ended {
+                node: graph.nodes[node].entry.name.to_string(),
+                at,
+            })),
+            Self::Failed(_, fault) | Self::NoThread(_, fault) => Err(fault),
+        }
+    }
+}
+
+impl Report {
+    /// The end of the stretch, if this is one.
+    fn end(self) -> Option<StretchEnd> {
+        match self {
+            Self::Finished => None,
+            Self::Ended(end) => Some(StretchEnd::Ended(end)),
+            Self::Failed(end, fault) => Some(StretchEnd::Failed(end, fault)),
+            Self::NoThread(end, fault) => Some(StretchEnd::NoThread(end, fault)),
+        }
     }
 }
 
@@ -159,11 +247,12 @@ struct Supervisor<'a> {
     reports: Receiver<Report>,
     /// Number of nodes with ticks left before the end.
     working: usize,
+    log: Arc<Stream>,
 }
 
 impl Supervisor<'_> {
-    /// Starts the nodes; returns when they are to stop, with `None` for a pause.
-    fn supervise(&mut self) -> Result<Option<ClockExit>, Fault> {
+    /// Starts the nodes; returns when they are to stop.
+    fn supervise(&mut self) -> StretchEnd {
         let wall = Wall::starting_at(self.control.now());
         for mailbox in self.mailboxes {
             mailbox.post(Wakeup::Start(wall));
@@ -171,22 +260,23 @@ impl Supervisor<'_> {
         while self.working > 0 || wall.now() < self.until {
             match self.next_received(&wall) {
                 Received::Command(command) => {
-                    let at = wall.now();
-                    let exit = self.obey(command, at);
-                    if exit.is_some() || self.control.status.paused {
-                        // A node may have begun a tick later than `at` already.
-                        self.control.shared.advance_to(at);
-                        return Ok(exit);
+                    let exit = self.obey(command, wall.now());
+                    if let Some(exit) = exit {
+                        return StretchEnd::Exit(exit);
+                    }
+                    if self.control.status.paused {
+                        return StretchEnd::Paused;
                     }
                 }
-                Received::Other(Report::Finished) => self.working -= 1,
-                Received::Other(Report::Ended(exit)) => return Ok(Some(exit)),
-                Received::Other(Report::Failed(fault)) => return Err(fault),
+                Received::Other(report) => match report.end() {
+                    None => self.working -= 1,
+                    Some(end) => return end,
+                },
                 Received::Timeout => {}
             }
         }
         self.control.set_now(self.until);
-        Ok(Some(ClockExit::Completed))
+        StretchEnd::Exit(ClockExit::Completed)
     }
 
     /// A timed command that is due, or else whatever arrives before the next timed one.
@@ -208,39 +298,46 @@ impl Supervisor<'_> {
     }
 
     fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
-        let Some(node) = command.node() else {
-            return obey(self.control, ClockKind::Real, &command, at);
-        };
-        match self.control.node_index(node) {
-            Ok(index) => self.mailboxes[index].post(Wakeup::Command(command)),
-            Err(reason) => self.control.log().refused(at, &command, reason),
+        let node = command.node().map(|node| self.control.node_index(node));
+        if let Some(Ok(index)) = node {
+            self.mailboxes[index].post(Wakeup::Command(command));
+            return None;
         }
-        None
+        let obeyed = steps::supervise(self.control, &command, at);
+        let event = obeyed.event as u64;
+        self.log.note(Entry::Obey { at, event });
+        obeyed.exit
     }
 
     /// Combines the reason for the stop with the nodes' reports: a failure has priority,
     /// then an end.
-    fn settle(self, end: Result<Option<ClockExit>, Fault>) -> Result<Option<ClockExit>, Fault> {
-        let mut end = end?;
+    fn settle(&self, end: StretchEnd) -> StretchEnd {
+        let mut end = end;
+        if matches!(end, StretchEnd::Failed(..) | StretchEnd::NoThread(..)) {
+            return end;
+        }
         for report in self.reports.try_iter() {
             match report {
-                Report::Failed(fault) => return Err(fault),
-                Report::Ended(exit) if !matches!(end, Some(ClockExit::Ended { .. })) => {
-                    end = Some(exit)
+                Report::Ended(node) if !matches!(end, StretchEnd::Ended(_)) => {
+                    end = StretchEnd::Ended(node);
                 }
                 Report::Ended(_) | Report::Finished => {}
+                Report::Failed(node, fault) => return StretchEnd::Failed(node, fault),
+                Report::NoThread(node, fault) => return StretchEnd::NoThread(node, fault),
             }
         }
-        Ok(end)
+        end
     }
 }
 
 /// A node's thread.
 struct Worker<'a> {
     node: &'a mut ScheduledNode,
+    index: usize,
     mailbox: &'a Mailbox,
     until: Time,
-    shared: Arc<Shared>,
+    state: Arc<RunState>,
+    log: Arc<Stream>,
     realtime: Option<RealtimePriority>,
     reporter: Sender<Report>,
 }
@@ -248,6 +345,7 @@ struct Worker<'a> {
 impl Worker<'_> {
     fn run(mut self) {
         realtime::prepare_thread(self.realtime.as_ref());
+        let _noter = Noter::new();
         if let Wakeup::Start(wall) = self.mailbox.wait()
             && let Some(report) = self.work(&wall)
         {
@@ -262,22 +360,22 @@ impl Worker<'_> {
             let next = self.node.next_at();
             match self.wait_until(wall, next.min(self.until)) {
                 Some(Wakeup::Stop(at)) => {
-                    self.node.overrun_before(at.min(self.until) + Time::TICK);
+                    self.leave(at.min(self.until) + Time::TICK);
                     return None;
                 }
                 Some(Wakeup::Start(_)) => {}
                 Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
                 None if next > self.until => {
-                    self.node.overrun_before(self.until + Time::TICK);
+                    self.leave(self.until + Time::TICK);
                     return Some(Report::Finished);
                 }
                 None => {
-                    let report = match self.node.running() {
+                    let outcome = match self.node.running() {
                         Some(_) => self.finish(wall),
                         None => self.tick(wall),
                     };
-                    if report.is_some() {
-                        return report;
+                    if let Some(outcome) = outcome {
+                        return Some(self.report(outcome));
                     }
                 }
             }
@@ -293,63 +391,59 @@ impl Worker<'_> {
         }
     }
 
-    fn obey(&mut self, command: &Command, at: Time) {
-        self.shared.advance_to(at);
-        let answer = self.node.obey(command, at);
-        self.shared.log.answered(at, command, answer);
+    fn leave(&mut self, before: Time) {
+        self.node.overrun_before(before);
+        self.log.note(Entry::Leave { before });
     }
 
-    fn tick(&mut self, wall: &Wall) -> Option<Report> {
+    fn obey(&mut self, command: &Command, at: Time) {
+        let event = steps::obey_node(self.node, &self.state, command, at) as u64;
+        self.log.note(Entry::Obey { at, event });
+    }
+
+    fn tick(&mut self, wall: &Wall) -> Outcome {
         let began = wall.now();
-        self.shared.advance_to(began);
-        let lateness = Some(began.since(self.node.take_due()));
-        if let Some(cost) = self.node.cost() {
-            let started = self.node.start(began, cost, lateness);
-            return match started {
-                Ok(_) => None,
-                Err(cause) => Some(Report::Failed(self.node.fault(began, cause))),
+        let (mailbox, until) = (self.mailbox, self.until);
+        let mut entry = Entry::Start { began };
+        let outcome = steps::tick(self.node, &self.state, began, || {
+            let ended = wall.now();
+            let took: Duration = ended.since(began);
+            let passed = passed(mailbox, until, began, ended);
+            entry = Entry::Tick {
+                began,
+                took,
+                passed,
             };
-        }
-        self.node.entry.counters.busy.store(true, Ordering::Relaxed);
-        let outcome = self.node.tick(began);
-        self.node
-            .entry
-            .counters
-            .busy
-            .store(false, Ordering::Relaxed);
-        let ended = wall.now();
-        self.node.overrun_until(self.passed(began, ended));
-        let took = Some(ended.since(began));
-        self.node.note_tick(began, lateness, took, Some(began));
-        self.report(began, outcome)
+            TickEnd { took, passed }
+        });
+        self.log.note(entry);
+        outcome
     }
 
     /// Ends a tick that takes time.
-    fn finish(&mut self, wall: &Wall) -> Option<Report> {
+    fn finish(&mut self, wall: &Wall) -> Outcome {
         let ended = wall.now();
-        self.shared.advance_to(ended);
-        let outcome = self.node.finish(ended, self.passed(ended, ended));
-        self.report(ended, outcome)
+        let passed = passed(self.mailbox, self.until, ended, ended);
+        let outcome = steps::finish(self.node, &self.state, ended, passed);
+        self.log.note(Entry::Finish { ended, passed });
+        outcome
     }
 
-    /// The limit before which due ticks count as missed, for a tick that ended at
-    /// `ended`. Run time may have stopped or ended while the node was busy: only ticks
-    /// due by then are missed.
-    fn passed(&self, at: Time, ended: Time) -> Time {
-        let stopped = self.mailbox.stop_requested().unwrap_or(Time::MAX);
-        let last = stopped.max(at).min(self.until);
-        ended.min(last + Time::TICK)
-    }
-
-    /// The report after a tick whose work was done at `at`, if there is one.
-    fn report(&self, at: Time, outcome: Tick) -> Option<Report> {
+    /// The report after a tick that was the node's last one.
+    fn report(&self, outcome: Result<Time, Fault>) -> Report {
+        let node = self.index;
         match outcome {
-            Ok(ControlFlow::Continue(())) => None,
-            Ok(ControlFlow::Break(())) => Some(Report::Ended(ClockExit::Ended {
-                node: self.node.entry.name.to_string(),
-                at,
-            })),
-            Err(cause) => Some(Report::Failed(self.node.fault(at, cause))),
+            Ok(at) => Report::Ended(NodeEnd { node, at }),
+            Err(fault) => Report::Failed(NodeEnd { node, at: fault.at }, fault),
         }
     }
+}
+
+/// The limit before which due ticks count as missed, for a tick at `at` that ended at
+/// `ended`. Run time may have stopped or ended while the node was busy: only ticks due by
+/// then are missed.
+fn passed(mailbox: &Mailbox, until: Time, at: Time, ended: Time) -> Time {
+    let stopped = mailbox.stop_requested().unwrap_or(Time::MAX);
+    let last = stopped.max(at).min(until);
+    ended.min(last + Time::TICK)
 }

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use super::{
     Clock, ClockExit,
     event_queue::{EventQueue, NodeEventKind},
-    note_end, obey_at_rest,
+    note_end,
+    obey::obey_at_rest,
     pacer::Pacer,
 };
 use crate::runtime::{
@@ -197,7 +198,7 @@ impl<'a> Scheduler<'a> {
             self.graph.control.update(|status| status.paused = true);
             self.steps += 1;
         }
-        let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at);
+        let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
         match command {
             // Knobs that change a node's due time.
             Command::Set(

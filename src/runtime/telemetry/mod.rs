@@ -26,5 +26,5 @@ pub use topology::{NodeTopology, TopicTopology, Topology};
 
 pub(crate) use counters::{NodeCounters, ReadMark, TopicCounters};
 pub(crate) use event_log::EventLog;
-pub(crate) use observer::{NodeEntry, Shared, SubscriptionEntry, TickMeters, TopicEntry};
+pub(crate) use observer::{NodeEntry, RunState, SubscriptionEntry, TickMeters, TopicEntry};
 pub(crate) use window::RateWindow;

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
+    reexecution::{Log, LogPosition, RunLog},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -29,13 +30,15 @@ pub struct Status {
 
 /// State of a run, written by its clock and read by observers.
 #[derive(Debug)]
-pub(crate) struct Shared {
+pub(crate) struct RunState {
     pub(crate) now: AtomicU64,
     pub(crate) status: Mutex<Status>,
     pub(crate) log: EventLog,
+    /// What the threads of the real clock did.
+    pub(crate) threads: RunLog,
 }
 
-impl Shared {
+impl RunState {
     /// Advances run time to at least `now`.
     pub(crate) fn advance_to(&self, now: Time) {
         self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
@@ -115,7 +118,7 @@ pub(crate) struct SubscriptionEntry {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Observer {
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) state: Arc<RunState>,
     pub(crate) nodes: Vec<NodeEntry>,
     pub(crate) topics: Vec<TopicEntry>,
 }
@@ -291,17 +294,33 @@ impl Observer {
 
     /// Run time of the last tick or command.
     pub fn now(&self) -> Time {
-        Time::from_nanos(self.shared.now.load(Ordering::Relaxed))
+        Time::from_nanos(self.state.now.load(Ordering::Relaxed))
     }
 
     /// The state of the graph's clock.
     pub fn status(&self) -> Status {
-        *lock(&self.shared.status)
+        *lock(&self.state.status)
     }
 
     /// Commands and ends of the run so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
-        self.shared.log.since(first)
+        self.state.log.since(first)
+    }
+
+    /// What the threads of the real clock did after `position`: bytes for a
+    /// [`Log`](crate::runtime::Log), each piece with its thread. Moves the position to
+    /// the end. Events that these mention are in [`events`](Self::events) afterwards.
+    pub fn log_since(&self, position: &mut LogPosition) -> Vec<(usize, Vec<u8>)> {
+        self.state.threads.since(position)
+    }
+
+    /// The log of the run so far, as far as it was under the real clock.
+    pub fn log(&self) -> Log {
+        self.state
+            .threads
+            .since(&mut LogPosition::default())
+            .into_iter()
+            .collect()
     }
 }
 

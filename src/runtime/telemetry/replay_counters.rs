@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, time::Duration};
 
 use super::{
     Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeEntry, NodeTopology, Observer,
-    PushAge, Shared, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry,
+    PushAge, RunState, Status, SubscriptionEntry, TickMeters, TopicCounters, TopicEntry,
     TopicTopology, Topology,
 };
 use crate::runtime::{
@@ -12,6 +12,7 @@ use crate::runtime::{
     head::Head,
     knob::Knob,
     push::Push,
+    reexecution::RunLog,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -32,7 +33,7 @@ use crate::runtime::{
 /// ordered by priority. Messages lost to a shallower queue appear with the next message,
 /// or with the total passed to [`lost`](Self::lost) at the end.
 pub struct ReplayCounters {
-    shared: Arc<Shared>,
+    state: Arc<RunState>,
     nodes: Vec<ReplayNode>,
     topics: Vec<ReplayTopic>,
 }
@@ -61,10 +62,11 @@ impl ReplayCounters {
     /// Creates counters at zero for a graph with this `topology` and `status`.
     pub fn new(topology: &Topology, status: Status) -> Self {
         Self {
-            shared: Arc::new(Shared {
+            state: Arc::new(RunState {
                 now: AtomicU64::new(0),
                 status: Mutex::new(status),
                 log: EventLog::default(),
+                threads: RunLog::default(),
             }),
             nodes: topology.nodes.iter().map(ReplayNode::new).collect(),
             topics: topology.topics.iter().map(ReplayTopic::new).collect(),
@@ -74,7 +76,7 @@ impl ReplayCounters {
     /// Returns an observer of the counters.
     pub fn observer(&self) -> Observer {
         Observer {
-            shared: self.shared.clone(),
+            state: self.state.clone(),
             nodes: self.nodes.iter().map(|node| node.entry.clone()).collect(),
             topics: self.topics.iter().map(|t| t.entry.clone()).collect(),
         }
@@ -83,7 +85,7 @@ impl ReplayCounters {
     /// Sets run time to `now`. At the end of a run it may go back: the real clock ends at
     /// its end time, even if the last tick began a little later.
     pub fn set_now(&self, now: Time) {
-        self.shared.now.store(now.as_nanos(), Ordering::Relaxed);
+        self.state.now.store(now.as_nanos(), Ordering::Relaxed);
     }
 
     /// Records a tick of the node with index `node`, which read the newest message of
@@ -144,11 +146,11 @@ impl ReplayCounters {
         if let EventKind::Applied { command, .. } = &event.what {
             self.apply(event.at, command);
         }
-        self.shared.log.note(event.at, event.what.clone());
+        self.state.log.note(event.at, event.what.clone());
     }
 
     fn apply(&mut self, at: Time, command: &Command) {
-        let mut status = lock(&self.shared.status);
+        let mut status = lock(&self.state.status);
         match command {
             Command::Set(Knob::Rate { node, hz }) => {
                 let known = self.nodes.iter().find(|n| *n.entry.name == **node);

@@ -13,7 +13,7 @@ use super::{Graded, file_name};
 use crate::{
     error::Error,
     program::Program,
-    recording::{Recording, VerifyError, verify},
+    recording::{Look, Recording, VerifyError, verify},
     rescue::{is_shipped, judge_recording},
 };
 
@@ -65,11 +65,11 @@ impl Session {
             Ok(rescued) => session.rescued = Some(rescued.to_string()),
             Err(failure) => session.refused.push(format!("no rescue: {failure}")),
         }
-        let watch = |_| match asked.load(Ordering::Relaxed) {
+        let watch = |_: &Look| match asked.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         };
-        match verify(&recording, &program.system, watch) {
+        match verify(&recording, &program.system, false, watch) {
             Ok(identical) => session.verified = Some(identical.to_string()),
             Err(why @ VerifyError::Stopped) => {
                 let file = file.display().to_string();

@@ -8,9 +8,12 @@ use super::App;
 use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
 
 impl App {
-    /// Opens the map for the session's conditions; a previous map is kept.
+    /// Opens the map for the session's conditions, at its run; a previous map is kept if
+    /// it has that run.
     pub(super) fn open_map(&mut self) {
         self.mapping = true;
+        let (config, graph) = (self.wanted(), self.graph());
+        self.map.take_if(|map| !map.go_to(&graph, &config));
         self.follow_conditions();
     }
 

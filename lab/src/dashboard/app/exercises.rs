@@ -1,29 +1,33 @@
 //! The exercises over a running session.
 
 use crossterm::event::KeyEvent;
-use ratelab::{
-    experiment::Config,
-    runtime::{Knob, Speed, telemetry::Event},
-};
+use ratelab::{experiment::Config, runtime::Speed, system::Verdict};
 
 use super::{App, LabError};
 use crate::{
-    dashboard::exercise_panel::{ExercisePanel, PanelAction},
+    dashboard::{
+        exercise_panel::{ExercisePanel, PanelAction},
+        frame::FrameData,
+        sampler::{RunSource, WatchedRows},
+    },
     recording::StopReason,
+    rescue::RescueStage,
 };
 
 /// Speed of a rescue by hand: slow enough to think.
 const BY_HAND: f64 = 0.2;
 
 impl App {
-    /// Opens the list, or judges the current rescue.
-    pub(super) fn open_exercises(&mut self) {
+    /// Opens the list, or judges the current rescue. A rescue that can still succeed goes
+    /// on, unless this is asked for at once again: then `insist` is true.
+    pub(super) fn open_exercises(&mut self, insist: bool) {
         if !self.setup.course {
             return self.notify("there are no exercises for this system");
         }
-        if self.by_hand && !self.ended() && !self.may_be_rescued() {
-            return self
-                .notify("not yet: b breaks it, ] brings it back while the pole leans, then e");
+        let over = self.ended() || self.stage().is_none_or(RescueStage::is_over);
+        if !over && !insist {
+            self.early = true;
+            return self.notify("not yet, the try goes on: e again gives it up");
         }
         self.panel = Some(match self.judged() {
             Some(panel) => panel,
@@ -31,23 +35,30 @@ impl App {
         });
     }
 
-    /// Whether the system was broken and then restored, so that the rescue can be judged.
-    fn may_be_rescued(&self) -> bool {
-        let rates = self.events.iter().filter_map(Event::knob);
-        let rates = rates.filter_map(|timed| match timed.knob {
-            Knob::Rate { hz, .. } => Some(hz.get()),
-            _ => None,
-        });
-        let rates: Vec<f64> = rates.collect();
-        let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
-        rates.last().is_some_and(|last| *last > slowest)
+    /// How far the rescue by hand has come.
+    fn stage(&self) -> Option<RescueStage> {
+        let rescue = self.by_hand.as_ref()?;
+        let summary = self.session.summary();
+        let lost = summary.map(|summary| summary.verdict);
+        Some(rescue.stage(&self.events, lost.filter(Verdict::is_lost)))
+    }
+
+    /// Adds the control steps in `rows` to the rescue by hand, and its next step to
+    /// `frame`.
+    pub(super) fn follow_rescue(&mut self, rows: &[WatchedRows], frame: &mut FrameData) {
+        let Some(rescue) = &mut self.by_hand else {
+            return;
+        };
+        let states = self.session.system().state();
+        let steps = rows.iter().filter(|(topic, _)| Some(*topic) == states);
+        steps.for_each(|(_, rows)| rescue.add(rows));
+        let advice = self.stage().map(RescueStage::advice);
+        frame.verdict.why.splice(0..0, advice);
     }
 
     /// The verdict on the recorded rescue; `None` if there is none.
     fn judged(&mut self) -> Option<ExercisePanel> {
-        if !std::mem::take(&mut self.by_hand) {
-            return None;
-        }
+        self.by_hand.take()?;
         if let Some(recorder) = self.session.recorder() {
             recorder.end(StopReason::Off);
             self.record = false;
@@ -85,7 +96,7 @@ impl App {
     }
 
     /// Starts the usual session in slow motion, with a recording.
-    fn try_by_hand(&mut self) -> Result<(), LabError> {
+    pub(super) fn try_by_hand(&mut self) -> Result<(), LabError> {
         let by_hand = Config {
             speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),
             end: self.config.end,

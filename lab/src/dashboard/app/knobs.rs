@@ -47,8 +47,8 @@ impl App {
             return;
         };
         let presets = match self.by_hand {
-            true => &presets::COARSE_RATES[..],
-            false => &presets::RATES,
+            Some(_) => &presets::COARSE_RATES[..],
+            None => &presets::RATES,
         };
         let nodes = [node.to_owned()];
         let current = (presets, hz.get());

@@ -47,6 +47,7 @@ use super::{
 };
 use crate::{
     recording::{Destination, RecordError, Recorded, Recorder},
+    rescue::RescueTry,
     timing::own_world,
 };
 
@@ -94,8 +95,10 @@ pub struct App {
     tour: Option<Tour>,
     /// The knobs that undo the one that breaks the system, after that was turned.
     unbroken: Vec<Knob>,
-    /// Whether the session is a rescue by hand, which will be judged.
-    by_hand: bool,
+    /// The rescue by hand, which will be judged, if the session is one.
+    by_hand: Option<RescueTry>,
+    /// Whether the last key was that of the exercises, too early in a rescue.
+    early: bool,
     /// The cliff map, after it was first opened.
     map: Option<CliffMap>,
     /// The quantities of its axes.
@@ -153,7 +156,8 @@ impl App {
             panel: None,
             tour: None,
             unbroken: Vec::new(),
-            by_hand: false,
+            by_hand: None,
+            early: false,
             map: None,
             map_axes: MapAxes::default(),
             mapping: false,
@@ -225,7 +229,7 @@ impl Model for App {
         self.follow_events();
         self.follow_recordings();
         let measured = self.panel.as_mut().is_some_and(ExercisePanel::poll);
-        let new = measured | self.history.add(self.sampler.frame_data(&mut self.session));
+        let new = measured | self.add_frame();
         self.frame = self.history.shown();
         let mapped = self.follow_map();
         Ok(new || mapped)
@@ -240,6 +244,7 @@ impl Model for App {
             frame,
             trace: trace.map(|trace| SignalTrace {
                 marks: marks(system, self.events(frame.now), frame.now),
+                safe: self.by_hand.as_ref().map(|_| RescueTry::SAFE_DEG),
                 ..trace
             }),
             timeline: sampler::timeline(&self.session, self.timeline, frame.now),
@@ -321,7 +326,16 @@ impl Model for App {
 }
 
 impl App {
+    /// Adds a frame of the session; returns whether it is a new one.
+    fn add_frame(&mut self) -> bool {
+        let rows = self.session.new_rows();
+        let mut frame = self.sampler.frame_data(&mut self.session, &rows);
+        self.follow_rescue(&rows, &mut frame);
+        self.history.add(frame)
+    }
+
     fn act(&mut self, action: LabAction) -> Result<(), LabError> {
+        let early = std::mem::take(&mut self.early);
         match action {
             LabAction::Rate(direction) => self.turn_rate(direction),
             LabAction::SecondRate(direction) => self.turn_second_rate(direction),
@@ -349,8 +363,9 @@ impl App {
             LabAction::OtherClock => self.other_clock(),
             LabAction::Map => self.open_map(),
             LabAction::Record => self.toggle_recording(),
-            LabAction::Exercises => self.open_exercises(),
+            LabAction::Exercises => self.open_exercises(early),
             LabAction::Tour => self.toggle_tour(),
+            LabAction::Restart if self.by_hand.is_some() => return self.try_by_hand(),
             LabAction::Restart => return self.restart(self.wanted()),
             LabAction::OtherWorld => return self.other_world(),
             LabAction::Seed(direction) => return self.change_seed(direction),

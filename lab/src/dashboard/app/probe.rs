@@ -6,8 +6,9 @@ use ratelab::runtime::{Knob, telemetry::Event};
 
 use super::App;
 use crate::{
-    dashboard::{frame::FrameData, knob_focus::KnobFocus, session::Session},
+    dashboard::{frame::FrameData, knob_focus::KnobFocus, sampler::RunSource, session::Session},
     recording::Destination,
+    rescue::RescueTry,
 };
 
 impl App {
@@ -49,7 +50,18 @@ impl App {
 
     /// A frame of the session.
     pub fn picture_now(&mut self) -> FrameData {
-        self.sampler.frame_data(&mut self.session)
+        let rows = self.session.new_rows();
+        self.sampler.frame_data(&mut self.session, &rows)
+    }
+
+    /// Begins a rescue by hand.
+    pub fn rescue_by_hand(&mut self) {
+        self.try_by_hand().expect("a session");
+    }
+
+    /// The rescue by hand, if the session is one.
+    pub fn by_hand(&self) -> Option<&RescueTry> {
+        self.by_hand.as_ref()
     }
 
     /// Sends recordings to `folder`.

@@ -17,6 +17,7 @@ use crate::{
         timeline::TimelineView,
     },
     recording::RecordError,
+    rescue::RescueTry,
 };
 
 /// Maximum time that a key waits for the end of a session, or for a pause. After that,
@@ -126,12 +127,7 @@ impl App {
         self.events.clear();
         self.pause = false;
         // A rescue is judged by its recording.
-        self.by_hand = by_hand && self.record;
-        if self.by_hand {
-            self.notify(
-                "b breaks it; when the pole leans, ] three times brings 50 Hz back; e judges",
-            );
-        }
+        self.by_hand = (by_hand && self.record).then(RescueTry::default);
         Ok(())
     }
 

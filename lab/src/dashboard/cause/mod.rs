@@ -8,13 +8,17 @@ mod owner;
 use std::time::Duration;
 
 use ratelab::{
-    runtime::{KnobKind, Snapshot, Time, telemetry::Lineage},
-    system::{Setup, System},
+    runtime::{Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
+    system::{Alias, Setup, System},
 };
 
 pub use owner::{Explained, Owner};
 
-use super::frame::{AgeData, Strain};
+use super::{
+    frame::{AgeData, Strain},
+    settings::setting,
+};
+use crate::names;
 
 /// A lost run.
 pub struct Facts<'a> {
@@ -59,17 +63,12 @@ impl Facts<'_> {
             return Cause::default();
         };
         let fresh = self.fresh();
-        if let Some(anyway) = self.system.lost_anyway(self.setup) {
-            let lines = vec![fresh.map_or(anyway.clone(), |fresh| format!("{fresh}: {anyway}"))];
+        let anyway = self.system.lost_anyway(self.setup);
+        if anyway.is_some() || fresh.is_some() {
+            let why = anyway.unwrap_or_else(|| self.unequal());
+            let line = fresh.map_or(why.clone(), |fresh| format!("{fresh}: {why}"));
             return Cause {
-                lines,
-                ..Cause::default()
-            };
-        }
-        if let Some(fresh) = fresh {
-            let why = "what decides does not balance it";
-            return Cause {
-                lines: vec![format!("{fresh}: {why}")],
+                lines: vec![line + self.another()],
                 ..Cause::default()
             };
         }
@@ -103,6 +102,31 @@ impl Facts<'_> {
         fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
     }
 
+    /// States that the message in force, such as a policy, does not hold the system.
+    fn unequal(&self) -> String {
+        match self.choice() {
+            Some(alias) => {
+                let what = setting(self.system, alias, self.setup);
+                format!("{what} does not balance it")
+            }
+            None => "what decides does not balance it".to_owned(),
+        }
+    }
+
+    /// The key for another message, where there are several to choose from.
+    fn another(&self) -> &'static str {
+        match self.choice() {
+            Some(_) if self.live => ". p takes another",
+            _ => "",
+        }
+    }
+
+    /// The alias of the messages to choose from.
+    fn choice(&self) -> Option<&'static Alias> {
+        let alias = names::first_alias(self.system, KnobKind::Send);
+        alias.filter(|alias| !alias.choices.is_empty())
+    }
+
     /// The age of readings, beside the limit of the loop.
     fn how_old(&self) -> Option<String> {
         let age = self.age?;
@@ -122,10 +146,13 @@ impl Facts<'_> {
                 let (name, every) = (self.node(node), ms(explained.interval(node)));
                 let time = explained.to.since(explained.from).as_secs_f64();
                 let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
+                let cure = match self.is_set_to_take(name) {
+                    true => self.mended_by(&format!("takes {name} none")),
+                    false => "a faster one mends it".to_owned(),
+                };
                 format!(
                     "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
-                     come every {every}. {}",
-                    self.mended_by(&format!("takes {name} none"))
+                     come every {every}. {cure}"
                 )
             }
             Owner::Late(node) => {
@@ -171,6 +198,14 @@ impl Facts<'_> {
         }
     }
 
+    /// Whether a knob sets the duration of the ticks of `node`; without one they take the
+    /// time that they need.
+    fn is_set_to_take(&self, node: &str) -> bool {
+        let mut knobs = self.setup.iter();
+        let sets = |knob: &Knob| matches!(knob.kind(), KnobKind::Takes | KnobKind::Hang);
+        knobs.any(|knob| knob.target() == node && sets(knob))
+    }
+
     /// Names `knob` as the cure; where keys turn knobs, with the key of the prompt.
     fn mended_by(&self, knob: &str) -> String {
         let key = if self.live { ":" } else { "" };
@@ -178,10 +213,10 @@ impl Facts<'_> {
     }
 
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
-        let (name, every) = (self.node(node), explained.interval(node));
+        let name = self.node(node);
         let every = match self.graph.nodes[node].overruns {
-            0 => self.graph.nodes[node].hz.period(),
-            _ => every,
+            0 => explained.pace(node),
+            _ => explained.interval(node),
         };
         let (setting, key) = rate_setting(self.system, name);
         let cure = match key.filter(|_| self.live) {
@@ -247,8 +282,8 @@ fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
     let Owner::Rate(slowest) = first else {
         return vec![first];
     };
-    let period = |node: usize| explained.graph.nodes[node].hz.period();
-    let as_slow = |node: &usize| period(*node) >= period(slowest).mul_f64(AS_SLOW);
+    let slow = explained.pace(slowest).mul_f64(AS_SLOW);
+    let as_slow = |node: &usize| explained.pace(*node) >= slow;
     let path = upstream(explained.graph, acts).into_iter();
     let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
     if !slow.contains(&first) {

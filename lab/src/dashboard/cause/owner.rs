@@ -152,6 +152,17 @@ impl Explained<'_> {
         self.time() / u32::try_from(ticks.max(1)).unwrap_or(u32::MAX)
     }
 
+    /// The period of a node, or the recent mean interval between its ticks if that is much
+    /// longer, as just after a change of its rate.
+    pub fn pace(&self, node: usize) -> Duration {
+        let (period, interval) = (self.graph.nodes[node].hz.period(), self.interval(node));
+        if interval > period * 2 {
+            interval
+        } else {
+            period
+        }
+    }
+
     /// The recent ticks of a node.
     fn ticks(&self, node: usize) -> impl Iterator<Item = &Worked> {
         let ticks = self.lineage.ticks(node).rev();
@@ -161,9 +172,16 @@ impl Explained<'_> {
     }
 
     /// Recent time in ticks of a node. A tick in progress counts from one period after
-    /// the end of the previous one.
+    /// the end of the previous one. Under the real clock a tick may act at its start and
+    /// be busy for longer.
     pub fn busy(&self, node: usize) -> Duration {
-        let ends = |worked: &Worked| worked.tick.ends.unwrap_or(self.to).min(self.to);
+        let ends = |worked: &Worked| {
+            let tick = &worked.tick;
+            let acted = tick.ends.unwrap_or(self.to);
+            acted
+                .max(tick.at + tick.took.unwrap_or_default())
+                .min(self.to)
+        };
         let ticks = self.ticks(node);
         let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
         let last = self.ticks(node).next().map(ends);

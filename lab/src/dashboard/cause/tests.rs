@@ -1,16 +1,16 @@
 //! Ways to lose the pole: each has its cause named, and the named cure works.
 
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use ratelab::{
     cartpole::CartPole,
     experiment::{Config, Experiment, Summary},
-    runtime::{Knob, Snapshot, Time, TimedKnob},
+    runtime::{Head, Knob, Snapshot, TickRecord, Time, TimedKnob},
     system::{AgeLimits, Setup, System, WorldKind},
 };
 
 use super::*;
-use crate::dashboard::lineage_taps::LineageTaps;
+use crate::{dashboard::lineage_taps::LineageTaps, recording::Recording};
 
 /// A way to lose the pole: the world, knobs from the start, timed knobs, and the owner of
 /// the age, such as `Rate policy`; none if age is not the cause.
@@ -47,7 +47,7 @@ const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
 
 /// Ways to lose the pole.
-const WAYS: [Way; 25] = [
+const WAYS: [Way; 26] = [
     way(COURSE, &["rate policy 5"], &["Rate policy"]),
     way(
         COURSE,
@@ -97,6 +97,11 @@ const WAYS: [Way; 25] = [
     fault(&[(1.0, "crash policy")], &["Crash policy"]),
     fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
     fault(&[(0.1, "hang policy 900")], &["Cost policy"]),
+    // Restored, but too late.
+    fault(
+        &[(0.1, "rate policy 4"), (0.6, "rate policy 50")],
+        &["Rate policy"],
+    ),
 ];
 
 fn knob(text: &str) -> Knob {
@@ -122,26 +127,56 @@ impl Way {
 
 /// The summary of a run, its graph at the end, and the cause if it was lost.
 fn run(config: &Config) -> (Summary, Snapshot, Cause) {
-    let system: Arc<dyn System> = Arc::new(CartPole::default());
-    let experiment = Experiment::new(system.clone(), config).expect("a graph");
-    let (observer, mut taps) = (experiment.observer(), LineageTaps::new(&experiment));
-    let summary = experiment.run().expect("no fault");
-    let (graph, lineage) = (observer.snapshot(), taps.update());
-    let mut setup: Setup = config.setup.clone();
-    setup.extend(summary.knobs().into_iter().map(|timed| timed.knob));
-    let acts = acting(&*system, &graph).expect("an actuator");
-    let late = latest(&graph, lineage, acts);
+    let played = Played::of(config);
+    let cause = cause(&played.graph, &played.lineage, &played.setup());
+    (played.summary, played.graph, cause)
+}
+
+/// The cause of a loss at the moment of `graph`.
+fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> Cause {
+    let system = CartPole::default();
+    let acts = acting(&system, graph).expect("an actuator");
+    let late = latest(graph, lineage, acts);
     let facts = Facts {
-        system: &*system,
-        setup: &setup,
-        graph: &graph,
+        system: &system,
+        setup,
+        graph,
         lineage,
-        age: age(lineage, acts, late, system.age_limits(&setup)),
+        age: age(lineage, acts, late, system.age_limits(setup)),
         late,
         live: false,
     };
-    let cause = facts.cause();
-    (summary, graph, cause)
+    facts.cause()
+}
+
+/// A run that is over, with its chains and all knobs, those of the start first.
+struct Played {
+    summary: Summary,
+    graph: Snapshot,
+    lineage: Lineage,
+    knobs: Vec<TimedKnob>,
+}
+
+impl Played {
+    fn of(config: &Config) -> Self {
+        let system: Arc<dyn System> = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system, config).expect("a graph");
+        let (observer, mut taps) = (experiment.observer(), LineageTaps::new(&experiment));
+        let summary = experiment.run().expect("no fault");
+        let at = Time::ZERO;
+        let start = config.setup.iter().cloned();
+        let start = start.map(|knob| TimedKnob { at, knob });
+        Self {
+            knobs: start.chain(summary.knobs()).collect(),
+            lineage: taps.update().clone(),
+            graph: observer.snapshot(),
+            summary,
+        }
+    }
+
+    fn setup(&self) -> Setup {
+        self.knobs.iter().map(|timed| timed.knob.clone()).collect()
+    }
 }
 
 /// The push age over run time `late`.
@@ -255,6 +290,192 @@ fn where_age_is_not_to_blame_no_node_is() {
         assert!(summary.verdict.is_lost(), "{setup}");
         assert_eq!(cause.owners, [], "{setup}");
         assert!(cause.lines[0].contains(why), "{:?}", cause.lines);
+    }
+}
+
+/// `patient` learned with pushes that are held. Half of each push is cut off here, so that
+/// the motor is weaker than any that it met. Linear feedback bears that.
+const WEAK_MOTOR: [&str; 2] = ["rate actuator 500", "send actuator zero:5"];
+
+#[test]
+fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
+    let with = |policy: &str| {
+        let mut config = way(OWN, &WEAK_MOTOR, &[]).config(0);
+        config.setup.set(knob(&format!("send policy {policy}")));
+        run(&config)
+    };
+    let (summary, _, cause) = with(&network());
+    assert!(summary.verdict.is_lost());
+    assert_eq!(cause.owners, []);
+    let text = "age is not to blame (10 ms of 104): policy patient.safetensors does not balance it";
+    assert_eq!(cause.lines, [text]);
+    for linear in ["scripted", "lqr"] {
+        assert!(!with(linear).0.verdict.is_lost(), "{linear}");
+    }
+}
+
+/// The shipped network `patient` with the digest of its content.
+fn network() -> String {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../policies/patient.safetensors"
+    );
+    let setup = Setup::default();
+    let pinned = CartPole::default().resolve(0, &setup, "policy", path);
+    pinned.expect("weights")
+}
+
+/// A policy at 50 Hz whose ticks take 85 ms, as the real clock measures it: a tick acts at
+/// its start, and four of five periods are overruns.
+fn overrunning() -> (Snapshot, Lineage) {
+    let system: Arc<dyn System> = Arc::new(CartPole::default());
+    let experiment = Experiment::new(system, &Config::default()).expect("a graph");
+    let observer = experiment.observer();
+    let (mut graph, mut lineage) = (observer.snapshot(), Lineage::new(observer.topology()));
+    let [sensor, policy, actuator] = [0, 1, 2];
+    let [observations, actions] = [0, 1];
+    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
+    for number in 0..150 {
+        let at = ms(20 * number);
+        lineage.tick(sensor, tick(number, at, 0));
+        lineage.message(observations, &head(number, at, None));
+        if number % 5 == 0 {
+            let decides = at + Time::TICK;
+            lineage.tick(policy, tick(number / 5, decides, 85));
+            lineage.message(actions, &head(number / 5, decides, Some(at)));
+        }
+        lineage.tick(actuator, tick(number, at + 2 * Time::TICK, 0));
+    }
+    lineage.settle();
+    graph.nodes[policy].overruns = 120;
+    graph.now = ms(3_000);
+    (graph, lineage)
+}
+
+fn tick(number: u64, at: Time, took_ms: u64) -> TickRecord {
+    TickRecord {
+        number,
+        at,
+        ends: Some(at),
+        lateness: Some(Duration::ZERO),
+        took: Some(Duration::from_millis(took_ms)),
+        overruns: 0,
+        push: None,
+    }
+}
+
+fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
+    Head {
+        at,
+        stamp: at,
+        seq,
+        origin,
+        arrives: Some(at),
+        dropped: 0,
+    }
+}
+
+#[test]
+fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
+    let (graph, lineage) = overrunning();
+    let by_itself = cause(&graph, &lineage, &Setup::default());
+    assert_eq!(names(&by_itself.owners, &graph), ["Cost policy"]);
+    let text = "the age arose in the policy: its ticks take 85 % of the time and come every 100 \
+                ms. a faster one mends it";
+    assert_eq!(by_itself.lines[0], text);
+    let by_knob = cause(
+        &graph,
+        &lineage,
+        &[knob("takes policy 85")].into_iter().collect(),
+    );
+    assert!(
+        by_knob.lines[0].ends_with("takes policy none mends it"),
+        "{:?}",
+        by_knob.lines
+    );
+}
+
+/// Whether the push age ever warned before the end of a run.
+fn warned(lineage: &Lineage, graph: &Snapshot, knobs: &[TimedKnob], end: Time) -> bool {
+    const STEP: Duration = Duration::from_millis(20);
+    let system = CartPole::default();
+    let acts = acting(&system, graph).expect("an actuator");
+    let (mut now, mut setup) = (Time::ZERO + STEP, None);
+    let mut limits = AgeLimits::default();
+    while now < end {
+        let so_far = knobs.iter().filter(|timed| timed.at <= now);
+        let in_force: Setup = so_far.map(|timed| timed.knob.clone()).collect();
+        if setup.as_ref() != Some(&in_force) {
+            limits = system.age_limits(&in_force);
+            setup = Some(in_force);
+        }
+        let graph = Snapshot {
+            now,
+            ..graph.clone()
+        };
+        let late = latest(&graph, lineage, acts);
+        let age = age(lineage, acts, late, limits);
+        if age.is_some_and(|age| matches!(age.strain(), Strain::Swings | Strain::Falls)) {
+            return true;
+        }
+        now = now + STEP;
+    }
+    false
+}
+
+#[test]
+fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
+    let not_age = [
+        &["send policy zero"][..],
+        &["send policy random"],
+        &[WEAK_MOTOR[0], WEAK_MOTOR[1], "send policy PATIENT"],
+    ];
+    let others = not_age.map(|setup| way(OWN, setup, &[]));
+    let mut wrong = Vec::new();
+    for way in WAYS.iter().chain(&others) {
+        let mut config = way.config(0);
+        for text in way.setup {
+            config.setup.set(knob(&text.replace("PATIENT", &network())));
+        }
+        let played = Played::of(&config);
+        let end = played.summary.verdict.at;
+        let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
+        if !played.summary.verdict.is_lost() || warned == way.owners.is_empty() {
+            wrong.push(format!("{:?} {:?}: warned {warned}", way.setup, way.later));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_healthy_run_is_never_warned() {
+    for policy in ["scripted", "lqr", &network()] {
+        for world in [COURSE, OWN] {
+            let mut config = way(world, &[], &[]).config(1);
+            config.setup.set(knob(&format!("send policy {policy}")));
+            let played = Played::of(&config);
+            let end = played.summary.verdict.at;
+            let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
+            assert!(!warned, "{policy}");
+        }
+    }
+}
+
+#[test]
+fn the_shipped_recordings_are_warned_where_age_felled_or_endangered_the_pole() {
+    for (name, expected) in [
+        ("balanced-50hz", false),
+        ("fall-5hz", true),
+        ("rescued", true),
+    ] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+        let recording = Recording::read(&root.join(format!("{name}.rrd"))).expect("a recording");
+        let system: Arc<dyn System> = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system, &recording.origin.config).expect("a graph");
+        let graph = experiment.observer().snapshot();
+        let (lineage, knobs) = (recording.lineage(), recording.knobs());
+        let warned = warned(&lineage, &graph, &knobs, recording.until);
+        assert_eq!(warned, expected, "{name}");
     }
 }
 

@@ -83,7 +83,7 @@ impl CliffMap {
         axes: MapAxes,
         config: &Config,
     ) -> Result<Self, AxisError> {
-        let quantity = |number| Quantity::number(&**system, graph, focus, number);
+        let quantity = |number| Quantity::number(&**system, graph, focus, &config.setup, number);
         let (x, y) = (quantity(axes.x), axes.y.map(quantity));
         let now = x.value(graph, &config.setup);
         let over_x = x.axis(&**system)?;
@@ -92,19 +92,15 @@ impl CliffMap {
         let rows = over_y
             .as_ref()
             .map_or(Vec::new(), |axis| axis.values.clone());
-        let nearest = nearest(over_x, now);
-        let first = nearest.values.first();
-        let column = columns.iter().position(|value| Some(value) == first);
         let seeds = match over_y {
             Some(_) => vec![config.seed],
             None => seeds(config.seed),
         };
-        let row = match &y {
-            None => seeds.iter().position(|seed| *seed == config.seed),
-            Some(y) => row_of(&rows, y.value(graph, &config.setup)),
-        };
         let sweep = Sweep {
-            axes: [Some(nearest), over_y].into_iter().flatten().collect(),
+            axes: [Some(nearest(over_x, now)), over_y]
+                .into_iter()
+                .flatten()
+                .collect(),
             seeds,
             ..Sweep::of(
                 system.clone(),
@@ -116,7 +112,7 @@ impl CliffMap {
             )
         };
         let count = rows.len().max(sweep.seeds.len());
-        Ok(Self {
+        let mut map = Self {
             outcomes: vec![None; columns.len() * count],
             axes,
             x,
@@ -124,10 +120,12 @@ impl CliffMap {
             columns,
             rows,
             done: 0,
-            at: (column.unwrap_or(0), row.unwrap_or(0)),
+            at: (0, 0),
             fill: Fill::start(sweep.clone()),
             sweep,
-        })
+        };
+        map.go_to(graph, config);
+        Ok(map)
     }
 
     /// Whether the map has the conditions of `config`, apart from the seed's place in its
@@ -142,6 +140,21 @@ impl CliffMap {
             && self.covers(mine, theirs)
             && self.covers(theirs, mine)
             && self.sweep.seeds.contains(&config.seed)
+    }
+
+    /// Moves the cursor to the run of `config`; returns whether its rate is on the map.
+    pub fn go_to(&mut self, graph: &Snapshot, config: &Config) -> bool {
+        let now = self.x.value(graph, &config.setup);
+        let row = match &self.y {
+            None => self
+                .sweep
+                .seeds
+                .iter()
+                .position(|seed| *seed == config.seed),
+            Some(y) => index_of(&self.rows, y.value(graph, &config.setup)),
+        };
+        self.at = (index_of(&self.columns, now).unwrap_or(0), row.unwrap_or(0));
+        self.x.covers(now)
     }
 
     /// Whether `setup` has all settings of `other`, apart from those on the axes.
@@ -300,13 +313,13 @@ fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     axis
 }
 
-/// The row with the value nearest to `now`.
-fn row_of(rows: &[Arc<SweepValue>], now: f64) -> Option<usize> {
-    let distances = rows.iter().map(|value| (number(value) - now).abs());
+/// Index of the value nearest to `now`.
+fn index_of(values: &[Arc<SweepValue>], now: f64) -> Option<usize> {
+    let distances = values.iter().map(|value| (number(value) - now).abs());
     let nearest = distances
         .enumerate()
         .min_by(|(_, a), (_, b)| a.total_cmp(b));
-    nearest.map(|(row, _)| row)
+    nearest.map(|(index, _)| index)
 }
 
 fn number(value: &SweepValue) -> f64 {
@@ -362,7 +375,7 @@ pub mod sample {
     pub fn half_filled() -> CliffMap {
         let mut map = around(&Config {
             seed: 103,
-            ..CartPole::config("control-hz 7.5").expect("a knob")
+            ..CartPole::config("control-hz 7").expect("a knob")
         });
         map.fill = Fill::nobody();
         map.outcomes.fill(None);
@@ -451,6 +464,20 @@ mod tests {
     }
 
     #[test]
+    fn it_begins_at_the_rate_in_force_which_has_a_column() {
+        for (hz, columns) in [(50.0, 31), (7.0, 30), (7.5, 31), (200.0, 31)] {
+            let config = CartPole::config(&format!("control-hz {hz}")).expect("a knob");
+            let map = around(&config);
+            assert_eq!(map.place().0, format!("{hz} Hz"));
+            assert_eq!(map.columns().len(), columns, "{hz} Hz");
+            assert!(map.columns().is_sorted_by(|a, b| number(a) < number(b)));
+        }
+        // The digits of a rate are rows of the map.
+        let long = around(&CartPole::config("control-hz 7.654321").expect("a knob"));
+        assert_eq!(long.place().0, "8 Hz");
+    }
+
+    #[test]
     fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
         let map = around(&Config::default());
         let axes = MapAxes::default();
@@ -508,6 +535,6 @@ mod tests {
             map.move_rate(Direction::Up);
             map.move_seed(Direction::Down);
         }
-        assert_eq!(map.at(), (29, 0));
+        assert_eq!(map.at(), (map.columns().len() - 1, 0));
     }
 }

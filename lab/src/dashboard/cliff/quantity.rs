@@ -15,6 +15,10 @@ const RATES: u32 = 30;
 /// for a usual rate of 50 Hz.
 const PARTS: f64 = 50.0;
 
+/// Maximum length of the rate in force for a column of its own; the cursor begins at the
+/// nearest column otherwise.
+const LONGEST: usize = 5;
+
 /// Number of quantities.
 pub const COUNT: usize = 4;
 
@@ -32,10 +36,17 @@ impl Quantity {
     /// Quantity `number` of the nodes and topics in `focus`: the first alias of a rate, or
     /// else the rate of the node; delay and loss of the first topic; the cost of the
     /// node.
-    pub fn number(system: &dyn System, graph: &Snapshot, focus: &KnobFocus, number: usize) -> Self {
+    pub fn number(
+        system: &dyn System,
+        graph: &Snapshot,
+        focus: &KnobFocus,
+        setup: &Setup,
+        number: usize,
+    ) -> Self {
         let (kind, name) = named(system, focus, number);
+        let node = names::paced_node(system).unwrap_or(&focus.node);
         let texts = match number {
-            0 => rates(system, graph, focus),
+            0 => rates(system, node, rate_in_force(graph, setup, node)),
             2 => (0..=24)
                 .map(|part| (f64::from(part * 4) / 100.0).to_string())
                 .collect(),
@@ -45,7 +56,7 @@ impl Quantity {
             number,
             name,
             kind,
-            node: names::paced_node(system).unwrap_or(&focus.node).to_owned(),
+            node: node.to_owned(),
             texts,
         }
     }
@@ -64,6 +75,12 @@ impl Quantity {
         named(system, focus, self.number).1 == self.name
     }
 
+    /// Whether `value` has a column of its own, if it can have one.
+    pub fn covers(&self, value: f64) -> bool {
+        let text = value.to_string();
+        self.number != 0 || text.len() > LONGEST || self.texts.contains(&text)
+    }
+
     /// The value in force.
     pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
         let axis_knob = |knob: &&Knob| {
@@ -73,10 +90,7 @@ impl Quantity {
             Some(Knob::Link { spec, .. }) if self.number == 2 => spec.loss(),
             Some(Knob::Link { spec, .. }) => spec.delay_ms().unwrap_or_default(),
             Some(Knob::Takes { spec, .. }) => spec.to_string().parse().unwrap_or_default(),
-            _ if self.kind == KnobKind::Rate => {
-                let runs = graph.node(&self.node).map_or(PARTS, |node| node.hz.get());
-                setup.rate(&self.node).map_or(runs, Hz::get)
-            }
+            _ if self.kind == KnobKind::Rate => rate_in_force(graph, setup, &self.node),
             _ => 0.0,
         }
     }
@@ -113,12 +127,24 @@ fn rate_name(system: &dyn System, node: &str) -> String {
     alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
 }
 
-fn rates(system: &dyn System, graph: &Snapshot, focus: &KnobFocus) -> Vec<String> {
-    let alias = names::first_alias(system, KnobKind::Rate);
-    let node = names::paced_node(system).unwrap_or(&focus.node);
+/// The rate of `node` (Hz).
+fn rate_in_force(graph: &Snapshot, setup: &Setup, node: &str) -> f64 {
     let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
+    setup.rate(node).map_or(runs, Hz::get)
+}
+
+/// The rates of a map, ascending: the multiples of a part of the usual rate of `node`, and
+/// the one in force.
+fn rates(system: &dyn System, node: &str, in_force: f64) -> Vec<String> {
+    let alias = names::rate_alias(system, |of| of == node);
     let usual = alias.and_then(|alias| alias.default.parse().ok());
-    let part = usual.unwrap_or(runs) / PARTS;
-    let rates = (1..=RATES).filter_map(|number| Hz::new(part * f64::from(number)).ok());
+    let part = usual.unwrap_or(in_force) / PARTS;
+    let mut rates: Vec<f64> = (1..=RATES).map(|number| part * f64::from(number)).collect();
+    // Its digits are rows of the map.
+    if in_force.to_string().len() <= LONGEST && !rates.contains(&in_force) {
+        rates.push(in_force);
+        rates.sort_by(f64::total_cmp);
+    }
+    let rates = rates.into_iter().filter_map(|hz| Hz::new(hz).ok());
     rates.map(|hz| hz.get().to_string()).collect()
 }

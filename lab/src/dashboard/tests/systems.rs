@@ -269,7 +269,7 @@ fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
     press(&mut app, "m");
     app.sample().expect("no fault");
     let drawn = screen(&app, &PLAIN, 120, 40);
-    assert!(drawn.contains("12 Hz, seed 0"), "{drawn}");
+    assert!(drawn.contains("20 Hz, seed 0"), "{drawn}");
     press(&mut app, "m");
     app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
         .expect("obeyed");
@@ -277,7 +277,7 @@ fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
     app.sample().expect("no fault");
     let drawn = screen(&app, &PLAIN, 120, 40);
     assert!(
-        drawn.contains("cliff map") && drawn.contains("30 Hz, seed 0"),
+        drawn.contains("cliff map") && drawn.contains("50 Hz, seed 0"),
         "{drawn}"
     );
     app.finish().ended.expect("no fault");

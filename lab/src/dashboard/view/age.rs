@@ -20,8 +20,7 @@ const BAR: (usize, usize) = (40, 8);
 /// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
-/// Draws the number, a bar with a tick at each limit, and the parts of the age; below it
-/// the parts of the push in force.
+/// Draws the number, a bar with a tick at each limit, and the mean parts of the age.
 pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let number = number(age);
     let (sign, word, style) = verdict(age.strain(), theme);
@@ -53,12 +52,13 @@ pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect,
             put(&verdict, style, begin + wide + 2, line, buf);
         }
     }
-    if let Some(push) = push {
-        let whole = pane::width(&push.sentence) < room;
-        let text = if whole { &push.sentence } else { &push.short };
-        let text = clip(text, room.saturating_sub(1), theme);
-        put(&text, Style::new(), 1, pane::row(area, 1), buf);
-    }
+}
+
+/// Draws the parts of the push in force.
+pub fn push_line(push: &PushData, theme: &Theme, line: Rect, buf: &mut Buffer) {
+    let room = usize::from(line.width).saturating_sub(1);
+    let text = push.sentence.fitting(|text| pane::width(text) <= room);
+    put(&clip(text, room, theme), Style::new(), 1, line, buf);
 }
 
 /// The age and the limit, in a constant width.
@@ -130,6 +130,7 @@ fn bar(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dashboard::frame::PushSentence;
     use crate::dashboard::view::{
         pane::testing::{POOR, RICH, screen, styled, text, torture},
         sample,
@@ -142,9 +143,12 @@ mod tests {
     fn push() -> PushData {
         let parts = [12, 0, 20, 63].map(Duration::from_millis);
         PushData {
-            sentence: "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
-                .to_owned(),
-            short: "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+            sentence: PushSentence(vec![
+                "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
+                    .to_owned(),
+                "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+            ]),
+            reaction: Some(Duration::from_millis(110)),
             mean: PartKind::ALL.into_iter().zip(parts).collect(),
         }
     }
@@ -154,6 +158,7 @@ mod tests {
         let drawn = |width, theme| {
             screen(width, 2, |area, buf| {
                 render(&sample::age(95, 200), Some(&push()), theme, area, buf);
+                push_line(&push(), theme, pane::row(area, 1), buf);
             })
         };
         insta::assert_snapshot!(text(&drawn(100, &RICH)));
@@ -198,6 +203,7 @@ mod tests {
             let push = push();
             torture(|theme, area, buf| {
                 render(&sample::age(mean, mean), Some(&push), theme, area, buf);
+                push_line(&push, theme, pane::row(area, 1), buf);
             });
         }
     }

@@ -92,7 +92,8 @@ fn side_by_side(
     };
     let used = topics(&frame.topics, theme, left, buf);
     nodes(&frame.nodes, theme, rows(left, used + 1, usize::MAX), buf);
-    let used = latency_figures(latency, theme, right, buf);
+    let mut used = latency_figures(latency, theme, right, buf);
+    used += reaction(frame, theme, rows(right, used, usize::MAX), buf);
     let bars = usize::from(inner.height)
         .saturating_sub(used + 1)
         .min(BEST_HISTOGRAM);
@@ -107,10 +108,12 @@ fn stacked(frame: &FrameData, latency: &LatencyData, theme: &Theme, inner: Rect,
     let mut used = topics(&frame.topics, theme, inner, buf);
     // Blank lines only if everything fits.
     let table = 1 + frame.nodes.len();
-    let least = used + latency_rows(latency, inner) + LEAST_HISTOGRAM + table;
+    let above = latency_rows(latency, inner) + usize::from(has_reaction(frame));
+    let least = used + above + LEAST_HISTOGRAM + table;
     let blank = usize::from(least + 2 <= height);
     used += blank;
     used += latency_figures(latency, theme, rows(inner, used, usize::MAX), buf);
+    used += reaction(frame, theme, rows(inner, used, usize::MAX), buf);
     let spare = height.saturating_sub(used + blank + table);
     let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
     if used + bars <= height {
@@ -204,6 +207,30 @@ fn latency_grid(latency: &LatencyData, area: Rect) -> (usize, usize) {
     let begin = pane::width(latency.name) + 2;
     let room = usize::from(area.width).saturating_sub(begin) + 2;
     (begin, (room / LATENCY_FIGURE).clamp(1, 4))
+}
+
+/// Draws the greatest push age and reaction time of late, which theory equates; returns
+/// the number of rows.
+fn reaction(frame: &FrameData, theme: &Theme, area: Rect, buf: &mut Buffer) -> usize {
+    let reaction = frame.push.as_ref().and_then(|push| push.reaction);
+    let Some((age, reaction)) = frame.age.zip(reaction) else {
+        return 0;
+    };
+    let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
+    let (age, reaction) = (ms(age.greatest), ms(reaction));
+    let texts = [
+        format!("lately     push age up to {age:.1} ms, reaction time up to {reaction:.1} ms"),
+        format!("lately  age {age:.1} ms, reaction {reaction:.1} ms"),
+    ];
+    let fits = |text: &&String| pane::width(text) <= usize::from(area.width);
+    let text = texts.iter().find(fits).map_or("", String::as_str);
+    put(text, theme.faint(), 0, row(area, 0), buf);
+    usize::from(!text.is_empty() && area.height > 0)
+}
+
+fn has_reaction(frame: &FrameData) -> bool {
+    let push = frame.push.as_ref();
+    frame.age.is_some() && push.is_some_and(|push| push.reaction.is_some())
 }
 
 fn latency_rows(latency: &LatencyData, area: Rect) -> usize {

@@ -15,7 +15,7 @@ const ROOMY: Size = Size::new(120, 36);
 
 /// Minimum height of a body with a separate timeline, and the height of that timeline.
 const TALL: u16 = 40;
-const LANES: u16 = 9;
+const LANES: u16 = 10;
 
 /// The parts of the screen.
 #[derive(Debug)]
@@ -110,7 +110,7 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     let [graph, below] = rows(body, [Constraint::Length(11), rest]);
     let [left, right] = columns(below, [Constraint::Percentage(56), rest]);
     let [plant, figures] = rows(left, [rest, Constraint::Length(19)]);
-    let lengths = [rest, Constraint::Length(LANES), Constraint::Length(10)];
+    let lengths = [rest, Constraint::Length(LANES), Constraint::Length(12)];
     let [signal, timeline, events] = rows(right, lengths);
     vec![
         (Pane::Graph, graph),

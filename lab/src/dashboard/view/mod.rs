@@ -95,7 +95,8 @@ impl ScreenState<'_> {
 
     /// The state of the run and its cause, across a screen of the size of `area`, if the
     /// pane of events is too small. Beside several panes always the same number of lines,
-    /// for a stable layout; a single pane has the verdict below it.
+    /// for a stable layout: a long cause takes the line of the [`push`](Self::push). A
+    /// single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let single = layout::is_single(area, self.zoomed);
         if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
@@ -112,16 +113,26 @@ impl ScreenState<'_> {
             false => {
                 let mut lines = vec![events::headline(verdict, theme)];
                 lines.extend(why);
-                lines.resize(VERDICT_LINES, Line::default());
+                let more = usize::from(self.has_push(area));
+                lines.resize(
+                    lines.len().clamp(VERDICT_LINES, VERDICT_LINES + more),
+                    Line::default(),
+                );
                 lines
             }
         }
     }
 
-    /// The parts of the age of the push in force, if there is room for them.
-    fn push(&self, area: Rect) -> Option<&PushData> {
+    /// The parts of the age of the push in force, if there is room for them beside
+    /// `verdict` lines.
+    fn push(&self, area: Rect, verdict: usize) -> Option<&PushData> {
         let push = self.frame.push.as_ref();
-        push.filter(|_| area.height >= LEAST_FOR_PARTS)
+        push.filter(|_| self.has_push(area) && verdict <= VERDICT_LINES)
+    }
+
+    /// Whether a screen of the size of `area` has room for the parts of an age.
+    fn has_push(&self, area: Rect) -> bool {
+        self.frame.push.is_some() && area.height >= LEAST_FOR_PARTS
     }
 
     /// Whether the system has a picture, or may have one after the first state.
@@ -161,8 +172,8 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
         let frame = shown.frame;
-        let age = [frame.age.is_some(), shown.push(area).is_some()].map(usize::from);
         let verdict = shown.verdict_lines(area, theme).len();
+        let age = [frame.age.is_some(), shown.push(area, verdict).is_some()].map(usize::from);
         let age = pane::clamp(age.iter().sum::<usize>() + verdict);
         let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
             shown.has(pane)
@@ -175,11 +186,19 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
     if let Some(age) = &shown.frame.age {
-        let push = shown.push(buf.area);
-        age::render(age, push, theme, layout.age, buf);
+        let lines = shown.verdict_lines(buf.area, theme);
+        let push = shown.push(buf.area, lines.len());
+        let parts = shown
+            .frame
+            .push
+            .as_ref()
+            .filter(|_| shown.has_push(buf.area));
+        age::render(age, parts, theme, layout.age, buf);
+        if let Some(push) = push {
+            age::push_line(push, theme, pane::row(layout.age, 1), buf);
+        }
         let above = 1 + usize::from(push.is_some());
-        let lines = shown.verdict_lines(buf.area, theme).into_iter();
-        for (number, line) in lines.enumerate() {
+        for (number, line) in lines.into_iter().enumerate() {
             let mut place = pane::row(layout.age, above + number);
             place.x += 1;
             place.width = place.width.saturating_sub(1);

@@ -155,6 +155,7 @@ pub fn trace() -> SignalTrace {
                 [(0.0, 0.0), (0.2, 200.0)].map(|(at, ms)| (0.2 * f64::from(tooth) + at, ms))
             })
             .collect(),
+        safe: None,
         marks: vec![
             (0.2, "policy 5 Hz".to_owned()),
             (0.6, "/obs depth 100".to_owned()),
@@ -181,6 +182,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
 pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
     NodeData {
         name: name.into(),
+        caption: None,
         hz: Hz::new(hz).expect("a valid rate"),
         ticks,
         overruns: 0,

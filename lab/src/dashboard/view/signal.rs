@@ -67,11 +67,14 @@ pub fn render(
     if inner.is_empty() {
         return;
     }
-    let two = !ages.is_empty() && inner.height >= TALL;
+    // A task is about the signal.
+    let least = if trace.safe.is_some() { 2 * TALL } else { TALL };
+    let two = !ages.is_empty() && inner.height >= least;
     let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
     let lower = usize::from(inner.height) / 2;
     let upper = usize::from(inner.height) - if two { lower } else { 0 };
-    let signal_levels = signal_levels(trace.signal, theme);
+    let mut signal_levels = signal_levels(trace.signal, theme);
+    signal_levels.extend(safe_levels(trace, theme));
     let age_levels = age_levels(trace.limits);
     let levels = signal_levels.iter().chain(&age_levels);
     let widest = levels.map(|level| pane::width(&level.label)).max();
@@ -176,6 +179,16 @@ fn signal_levels(signal: &Signal, theme: &Theme) -> Vec<Level> {
         label: label(signal, at, theme),
     };
     levels.map(level).collect()
+}
+
+/// The range of a task.
+fn safe_levels(trace: &SignalTrace, theme: &Theme) -> impl Iterator<Item = Level> {
+    let ends = trace.safe.into_iter().flatten();
+    ends.map(|at| Level {
+        at,
+        line: Some((1, 2, '=')),
+        label: label(trace.signal, at, theme),
+    })
 }
 
 /// The age limits of the loop (ms).

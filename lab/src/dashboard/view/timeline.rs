@@ -9,7 +9,7 @@ use ratatui::{
 use ratelab::runtime::Time;
 
 use super::{
-    pane::{self, border, clip, put, row, width},
+    pane::{self, border, broken, clip, plain, put, row, width},
     theme::Theme,
 };
 use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
@@ -23,6 +23,12 @@ const LEGEND: [(MarkKind, &str); 6] = [
     (MarkKind::Unread, "unread"),
     (MarkKind::Lost, "lost"),
 ];
+
+/// Its keys.
+const KEYS: [&str; 2] = ["( ) select", "v V zoom"];
+
+/// Maximum number of rows of the sentence.
+const SENTENCE_ROWS: usize = 2;
 
 /// Draws `timeline`, or the reason for an empty one.
 pub fn render(
@@ -77,20 +83,33 @@ pub fn render(
     below(timeline, theme, pane::rows(inner, lanes, height), buf);
 }
 
-/// The sentence about the push, and the legend of the glyphs.
+/// The sentence about the push, and as much of the legend of the glyphs as fits.
 fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(1);
-    let sentence = clip(&timeline.sentence, room, theme);
-    put(&sentence, theme.strong(), 1, row(area, 0), buf);
-    let legend = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
-    let text = format!("{}   ( ) select  v V zoom", legend.join("  "));
-    put(
-        &clip(&text, room, theme),
-        theme.faint(),
-        1,
-        row(area, 1),
-        buf,
-    );
+    let height = usize::from(area.height);
+    let lines = |text: &str| broken(&plain(text, theme), room);
+    // One row at least is for the legend.
+    let most = height.saturating_sub(1).clamp(1, SENTENCE_ROWS);
+    let sentence = timeline.sentence.fitting(|text| lines(text).len() <= most);
+    let sentence = lines(sentence);
+    let entries = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
+    let entries = entries.into_iter().chain(KEYS.map(str::to_owned));
+    let mut legend = vec![String::new()];
+    for entry in entries {
+        let line = legend.last_mut().filter(|line| !line.is_empty());
+        match line.filter(|line| width(line) + 2 + width(&entry) <= room) {
+            Some(line) => *line += &format!("  {entry}"),
+            None => legend.push(entry),
+        }
+    }
+    for (number, line) in sentence.iter().take(most).enumerate() {
+        let text = clip(line, room, theme);
+        put(&text, theme.strong(), 1, row(area, number), buf);
+    }
+    for (number, line) in legend.iter().skip(1).enumerate() {
+        let place = row(area, sentence.len().min(most) + number);
+        put(&clip(line, room, theme), theme.faint(), 1, place, buf);
+    }
 }
 
 /// The columns of a lane.
@@ -153,6 +172,7 @@ fn style(mark: &Mark, theme: &Theme) -> Style {
 mod tests {
     use super::*;
     use crate::dashboard::{
+        frame::PushSentence,
         timeline::Lane,
         view::pane::testing::{POOR, RICH, screen, styled, text, torture},
     };
@@ -204,7 +224,9 @@ mod tests {
                     ],
                 ),
             ],
-            sentence: "this push is 110 ms old: 30 waiting for the policy + 80 thinking".to_owned(),
+            sentence: PushSentence(vec![
+                "this push is 110 ms old: 30 waiting for the policy + 80 thinking".to_owned(),
+            ]),
             newest: true,
         }
     }

@@ -129,7 +129,7 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
-    super::verify(recording, system, |_| ControlFlow::Continue(()))
+    super::verify(recording, system, false, |_| ControlFlow::Continue(()))
 }
 
 /// A recording of the cart-pole, to be replayed.

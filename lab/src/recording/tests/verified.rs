@@ -15,7 +15,7 @@ use super::{
     Dice, cart_pole, cases, experiment, folder, read, record, record_run, recording, verify,
     with_knobs,
 };
-use crate::recording::{Recording, VerifyError, schema::RunStatus};
+use crate::recording::{Recording, VerifyError, schema::RunStatus, verify::Look};
 
 /// `rows` with message `index` as `change` makes it.
 fn changed(rows: &Rows, index: usize, change: impl FnOnce(&mut Head, &mut [f64])) -> Rows {
@@ -215,11 +215,11 @@ fn whoever_watches_a_verification_can_end_it() {
     };
     years.events.push(Event { at, what });
     let mut advance_to = Time::ZERO;
-    let watch = |now| {
-        advance_to = now;
+    let watch = |look: &Look| {
+        advance_to = look.now;
         ControlFlow::Break(())
     };
-    let error = crate::recording::verify(&years, &cart_pole(), watch).expect_err("ended");
+    let error = crate::recording::verify(&years, &cart_pole(), false, watch).expect_err("ended");
     assert!(matches!(error, VerifyError::Stopped), "{error}");
     assert!(Time::ZERO < advance_to && advance_to < at, "{advance_to}");
 }

@@ -5,21 +5,21 @@ use std::{
     panic::resume_unwind,
     sync::Arc,
     thread::{self, Scope, ScopedJoinHandle},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
-    runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Event},
+    runtime::{Doing, Observer, Rerun, Speed, Time, TimedKnob, Watch, telemetry::Event},
     system::{BuildError, System},
 };
 
 use super::{
-    VerifyError,
+    Identical, VerifyError,
     compare::Comparison,
     difference::Difference,
-    end, events,
+    end, events, order,
     series::{Messages, Ticks},
     topology,
 };
@@ -43,13 +43,48 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// Messages or ticks that may wait to be compared.
 const BACKLOG: usize = 1024;
 
-/// Runs it again with `system`; what is different. `watch` is given the run time
-/// now and then, and may end it.
+/// Wall time that a node may be in one tick, unless it was longer when it was recorded.
+const LONGEST_TICK: Duration = Duration::from_secs(10);
+
+/// What a watcher sees of a run.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// Run time.
+    pub now: Time,
+    /// The node that the run waits for in vain, and the run time of its tick: it cannot be
+    /// stopped.
+    pub stuck: Option<(Arc<str>, Time)>,
+}
+
+/// The result of a run.
+pub struct Outcome {
+    /// The first difference of each series, or of the rest.
+    pub differences: Vec<Difference>,
+    /// Where the nodes left the recorded order, if they did.
+    pub diverged: Option<String>,
+    /// What is the same.
+    pub identical: Identical,
+}
+
+impl Outcome {
+    /// Of a run that was not begun.
+    fn of(difference: Difference) -> Self {
+        Self {
+            differences: vec![difference],
+            diverged: None,
+            identical: Identical::default(),
+        }
+    }
+}
+
+/// Runs it again with `system`, in the order of `rerun` where it was under the real clock;
+/// what is different. `watch` looks on now and then, and may end it.
 pub fn run_again(
     recording: &Recording,
     system: &Arc<dyn System>,
-    mut watch: impl FnMut(Time) -> ControlFlow<()> + Send,
-) -> Result<Vec<Difference>, VerifyError> {
+    mut rerun: Option<Rerun>,
+    watch: impl FnMut(&Look) -> ControlFlow<()> + Send,
+) -> Result<Outcome, VerifyError> {
     let whole = recording
         .outcome
         .as_ref()
@@ -65,29 +100,38 @@ pub fn run_again(
     let mut experiment = Experiment::again(system.clone(), &config, &taken(&config, turned))?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
-    let before =
-        topology::compare(topology, &observer.topology()).or_else(|| events::check(recording));
+    let before = topology::compare(topology, &observer.topology())
+        .or_else(|| events::check(recording, rerun.is_some()));
     if let Some(difference) = before {
-        return Ok(vec![difference]);
+        return Ok(Outcome::of(difference));
     }
-    experiment.schedule(events::commands(recording, &**system)?);
-    let comparison = Comparison::new(recording, whole.is_some(), experiment.commands());
+    let complete = whole.is_some() && (rerun.is_none() || order::is_whole(recording));
+    experiment.schedule(events::commands(recording, &**system, rerun.as_ref())?);
+    let comparison = Comparison::new(recording, complete, rerun.is_some(), experiment.commands());
+    let mut watcher = Watcher {
+        observer: observer.clone(),
+        rerun: rerun.as_ref().map(Rerun::watch),
+        last: None,
+        watch,
+    };
     let taps = experiment.taps();
     let (over, watched) = bounded(0);
     let (mut differences, outcome, stopped) = thread::scope(|scope| {
         let comparison = &comparison;
-        let checks = compare(scope, comparison, recording, taps);
-        let observer = &observer;
+        let checks = compare(scope, comparison, recording, taps, rerun.is_some());
         let watch = scope.spawn(move || {
             while watched.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                if watch(observer.now()).is_break() {
+                if watcher.look().is_break() {
                     comparison.stop();
                     return true;
                 }
             }
             false
         });
-        let outcome = experiment.run();
+        let outcome = match &mut rerun {
+            Some(rerun) => experiment.run_with(rerun),
+            None => experiment.run(),
+        };
         drop::<Sender<()>>(over);
         let found: Vec<_> = checks.into_iter().filter_map(found).collect();
         let stopped = watch.join().unwrap_or_else(|panic| resume_unwind(panic));
@@ -96,21 +140,74 @@ pub fn run_again(
     if stopped {
         return Err(VerifyError::Stopped);
     }
-    if differences.is_empty() {
+    let diverged = rerun.as_ref().and_then(Rerun::difference);
+    let same_so_far = diverged.is_none();
+    if differences.is_empty() && same_so_far {
         let events = observer.events(0);
-        let complete = whole.is_some();
         differences.extend(events::compare(recording, &**system, complete, &events));
     }
-    if differences.is_empty() {
+    if differences.is_empty() && same_so_far && complete {
         let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
-        differences.extend(whole.and_then(|end| end::compare(end, topology, &ended, &observer)));
+        let lost = comparison.lacks();
+        let newest = newest_tick(recording);
+        let end =
+            whole.and_then(|end| end::compare(end, topology, &ended, &observer, (newest, lost)));
+        differences.extend(end);
     }
-    Ok(differences)
+    let (messages, ticks) = comparison.same();
+    let cut = rerun.is_some() && !order::is_whole(recording);
+    let identical = Identical {
+        topics: recording
+            .topics
+            .iter()
+            .filter(|rows| !rows.is_empty())
+            .count(),
+        messages,
+        ticks,
+        until: cut.then(|| observer.now()),
+    };
+    Ok(Outcome {
+        differences,
+        diverged,
+        identical,
+    })
+}
+
+/// Run time of the last tick: under the real clock it may be late, and begin after the end.
+fn newest_tick(recording: &Recording) -> Time {
+    let last = recording.ticks.iter().filter_map(|ticks| ticks.last());
+    last.map(|tick| tick.at).max().unwrap_or_default()
+}
+
+/// Looks on.
+struct Watcher<W> {
+    observer: Observer,
+    rerun: Option<Arc<Watch>>,
+    /// What the run did when it last did something else, and when that was.
+    last: Option<(Doing, Instant)>,
+    watch: W,
+}
+
+impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
+    fn look(&mut self) -> ControlFlow<()> {
+        let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
+        let stuck = doing.and_then(|doing| match &self.last {
+            Some((last, since)) if *last == doing => {
+                doing.node.filter(|_| since.elapsed() > LONGEST_TICK)
+            }
+            _ => {
+                self.last = Some((doing, Instant::now()));
+                None
+            }
+        });
+        let now = self.observer.now();
+        (self.watch)(&Look { now, stuck })
+    }
 }
 
 /// The knobs that the recorded run took: those of its setup, and those that were
 /// `turned` while it ran.
-fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
+pub fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
     let before = config.setup.iter().cloned();
     let at = Time::ZERO;
     turned.extend(before.map(|knob| TimedKnob { at, knob }));
@@ -118,7 +215,7 @@ fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
 }
 
 /// `config` with the measured durations that its knobs draw from.
-fn with_tables(mut config: Config) -> Result<Config, BuildError> {
+pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     let knobs = config.setup.iter().cloned().map(with_durations);
     let knobs = knobs.collect::<Result<_, _>>();
     config.setup = knobs.map_err(BuildError::Setting)?;
@@ -132,13 +229,14 @@ fn compare<'scope>(
     comparison: &'scope Comparison,
     recording: &'scope Recording,
     taps: Taps,
+    threads: bool,
 ) -> Vec<Check<'scope>> {
     let nodes = recording.origin.topology.nodes.iter();
     // A tap that is never emptied would block the run for ever.
     let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
     let mut checks: Vec<Check<'_>> = nodes
         .map(|((node, ticks), tap)| {
-            let series = Ticks::new(&node.name, ticks, tap);
+            let series = Ticks::new(&node.name, ticks, tap, threads);
             scope.spawn(move || comparison.compare(series))
         })
         .collect();
@@ -163,7 +261,7 @@ fn found(check: Check<'_>) -> Option<Difference> {
 
 /// The configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
-fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
+pub fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let given = &recording.origin.config;
     let messages = recording
         .topics
@@ -176,7 +274,6 @@ fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
     let event = recording.events.iter().map(|event| event.at).max();
     let event = event.unwrap_or(Time::ZERO);
     Config {
-        clock: ClockKind::Virtual,
         speed: Speed::Unlimited,
         knobs: Vec::new(),
         end: match whole {

@@ -1,12 +1,13 @@
 //! Compares the recorded items with those of the new run, one by one.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crossbeam_channel::Sender;
 use ratelab::runtime::{Command, Time};
 
 use super::{
     difference::{Difference, SeriesItem},
+    order,
     series::Series,
 };
 use crate::recording::reader::Recording;
@@ -15,6 +16,14 @@ use crate::recording::reader::Recording;
 pub struct Comparison {
     /// Whether the recording goes on to the end of the run.
     complete: bool,
+    /// Whether it was under the real clock, and can be executed again up to some moment
+    /// only.
+    cut: bool,
+    /// Number of items that the recorder may have lost.
+    may_lack: u64,
+    lacks: AtomicU64,
+    messages: AtomicU64,
+    ticks: AtomicU64,
     /// When the last of its series had begun: those that are empty had, too.
     begun: Time,
     /// Whether one differs, or the run was to end early.
@@ -24,8 +33,14 @@ pub struct Comparison {
 
 impl Comparison {
     /// Of `recording`, which may not be `complete`, and of the run that obeys
-    /// `commands`.
-    pub fn new(recording: &Recording, complete: bool, commands: Sender<Command>) -> Self {
+    /// `commands`. With `threads` it was under the real clock, and the recorder may have
+    /// lost some.
+    pub fn new(
+        recording: &Recording,
+        complete: bool,
+        threads: bool,
+        commands: Sender<Command>,
+    ) -> Self {
         let messages = recording
             .topics
             .iter()
@@ -34,6 +49,16 @@ impl Comparison {
         let firsts = messages.map(|head| head.at);
         Self {
             complete,
+            cut: threads && !order::is_whole(recording),
+            may_lack: match &recording.outcome {
+                Some(outcome) if threads => outcome.lost,
+                // A file that was cut off lacks the number.
+                None if threads => u64::MAX,
+                _ => 0,
+            },
+            lacks: AtomicU64::new(0),
+            messages: AtomicU64::new(0),
+            ticks: AtomicU64::new(0),
             begun: firsts
                 .chain(ticks.map(|tick| tick.at))
                 .max()
@@ -58,28 +83,67 @@ impl Comparison {
         let _ = self.commands.send(Command::Stop); // It may be over.
     }
 
-    fn first_difference(&self, series: &mut impl Series) -> Option<Difference> {
+    /// Number of items that the recorder lost.
+    pub fn lacks(&self) -> u64 {
+        self.lacks.load(Ordering::Relaxed)
+    }
+
+    /// Number of messages and ticks that are the same.
+    pub fn same(&self) -> (usize, usize) {
+        let [messages, ticks] =
+            [&self.messages, &self.ticks].map(|count| count.load(Ordering::Relaxed) as usize);
+        (messages, ticks)
+    }
+
+    fn first_difference<S: Series>(&self, series: &mut S) -> Option<Difference> {
         let mut index = 0;
         while series.wait() {
             let mut computed = 0;
             while let Some(item) = series.computed(computed) {
-                if !self.is_before(series, &item) {
-                    if series.recorded(index).is_none() {
-                        return self.complete.then(|| item.not_recorded());
-                    }
-                    let difference = series.compare(index, computed);
-                    if difference.is_some() {
-                        return difference;
-                    }
-                    index += 1;
+                if self.is_before(series, &item) || self.was_lost(series, index, &item) {
+                    computed += 1;
+                    continue;
                 }
-                computed += 1;
+                if series.recorded(index).is_none() {
+                    return self.complete.then(|| item.not_recorded());
+                }
+                let difference = series.compare(index, computed);
+                if difference.is_some() {
+                    return difference;
+                }
+                self.count::<S>();
+                (index, computed) = (index + 1, computed + 1);
             }
         }
         let missing = series.recorded(index)?;
+        if self.cut {
+            return None;
+        }
         // A run that was ended because of another difference lacks what came after.
         let ended = self.found.load(Ordering::Relaxed);
         (!ended).then(|| missing.not_computed())
+    }
+
+    fn count<S: Series>(&self) {
+        let count = if S::MESSAGES {
+            &self.messages
+        } else {
+            &self.ticks
+        };
+        count.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether the recorder lost `item`, as it lost others.
+    fn was_lost(&self, series: &impl Series, index: usize, item: &SeriesItem) -> bool {
+        let next = series.recorded(index);
+        let lost = match next {
+            Some(next) => item.number < next.number,
+            None => self.complete,
+        };
+        lost && self.may_lack
+            > self
+                .lacks
+                .fetch_add(u64::from(self.may_lack > 0), Ordering::Relaxed)
     }
 
     /// Whether something came before it was recorded: recordings may begin later

@@ -1,19 +1,22 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
 use ratelab::runtime::{
-    Fault, Observer,
+    Fault, Observer, Time,
     telemetry::{TopicView, Topology},
 };
 
 use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};
 
-/// The first part of the end that is not the same: all of it but the wall's time.
+/// The first part of the end that is not the same: all of it but the wall's time. `newest` is
+/// the run time of the last tick. What came too fast for the recorder was `lost`, and came
+/// again.
 pub fn compare(
     outcome: &RecordingEnd,
     topology: &Topology,
     computed: &Result<RunResult, Fault>,
     observer: &Observer,
+    (newest, lost): (Time, u64),
 ) -> Option<Difference> {
     let differs = |what: &str, recorded: String, computed: String| {
         (recorded != computed).then(|| Difference {
@@ -39,7 +42,7 @@ pub fn compare(
             differs("the end of the run", recorded, computed)
         }
     };
-    let now = observer.now();
+    let now = observer.now().max(newest);
     let clock = observer.status().clock;
     ends.or_else(|| differs("run time at the end", nanos(outcome.at), nanos(now)))
         .or_else(|| {
@@ -53,7 +56,7 @@ pub fn compare(
             differs(
                 "what came too fast",
                 outcome.lost.to_string(),
-                "0".to_owned(),
+                lost.to_string(),
             )
         })
         .or_else(|| {

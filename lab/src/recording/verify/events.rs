@@ -5,7 +5,7 @@ use std::iter;
 
 use ratelab::{
     runtime::{
-        ClockKind, Command, Knob, Time, TimedCommand,
+        ClockKind, Command, Knob, Rerun, Time, TimedCommand,
         telemetry::{Event, EventKind},
     },
     system::{BuildError, System},
@@ -22,9 +22,20 @@ use crate::recording::{durations::with_durations, reader::Recording};
 pub fn commands(
     recording: &Recording,
     system: &dyn System,
+    rerun: Option<&Rerun>,
 ) -> Result<Vec<TimedCommand>, BuildError> {
-    let events = recording.events.iter();
-    let commands = events.filter_map(|event| match &event.what {
+    // A log of threads counts the events of a damaged file too.
+    let threads = recording.threads.as_ref().filter(|_| rerun.is_some());
+    let events = threads.map_or(&recording.events, |threads| &threads.events);
+    let events = events.iter().enumerate();
+    let events = events.filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
+    let commands = events.filter_map(|(_, event)| match &event.what {
+        EventKind::Applied { command, .. } if matches!(command, Command::HandOver(_)) => {
+            Some(TimedCommand {
+                at: event.at,
+                command: command.clone(),
+            })
+        }
         EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => {
             Some(TimedCommand {
                 at: event.at,
@@ -37,12 +48,20 @@ pub fn commands(
 }
 
 /// `timed` with the measured durations that its knob draws from.
-fn with_table(timed: TimedCommand) -> Result<TimedCommand, BuildError> {
-    let command = match timed.command {
-        Command::Set(knob) => with_durations(knob).map_err(BuildError::Setting)?.into(),
-        other => other,
-    };
-    Ok(TimedCommand { command, ..timed })
+fn with_table(mut timed: TimedCommand) -> Result<TimedCommand, BuildError> {
+    load_table(&mut timed.command).map_err(BuildError::Setting)?;
+    Ok(timed)
+}
+
+/// Loads the measured durations that the knob of `command` draws from.
+///
+/// # Errors
+/// The reason why they cannot be had.
+pub fn load_table(command: &mut Command) -> Result<(), String> {
+    if let Command::Set(knob) = command {
+        *knob = with_durations(knob.clone())?;
+    }
+    Ok(())
 }
 
 /// Whether the graph alone decides what becomes of `command`. Of files it may be
@@ -57,7 +76,8 @@ fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
     }
 }
 
-fn names_a_file(system: &dyn System, command: &Command) -> bool {
+/// Whether the content of a file decides what becomes of `command`.
+pub fn names_a_file(system: &dyn System, command: &Command) -> bool {
     match command {
         Command::Set(Knob::Send { node, text }) => system.file(node, text).is_some(),
         _ => false,
@@ -85,11 +105,13 @@ fn paces(command: &Command) -> bool {
 /// The first thing in what was recorded that no run can have: an event before the
 /// one before it, a speed that was not the last one, a knob that was given and
 /// never turned.
-pub fn check(recording: &Recording) -> Option<Difference> {
+///
+/// Of a run with `threads` the log has the order, which is not that of time.
+pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
     let config = &recording.origin.config;
     let (mut last, mut speed) = (Time::ZERO, config.speed);
     for event in &recording.events {
-        if event.at < last {
+        if event.at < last && !threads {
             let recorded = format!("{event}");
             return Some(differs(
                 event.at,
@@ -111,7 +133,11 @@ pub fn check(recording: &Recording) -> Option<Difference> {
             return Some(differs(event.at, event.to_string(), before));
         }
     }
-    first_knob_left_out(recording)
+    match threads {
+        // The wall decides when they come, and whether a node still reads them.
+        true => None,
+        false => first_knob_left_out(recording),
+    }
 }
 
 /// The first knob of the configuration that was due in the run, and that was not turned

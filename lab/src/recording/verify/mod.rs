@@ -1,22 +1,29 @@
 //! Runs a recorded run again and compares, bit for bit.
 
 mod again;
+mod branch;
 mod compare;
 mod difference;
 mod end;
 mod events;
+mod order;
 mod series;
 mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{
-    runtime::{ClockKind, Command, Rows, Time, telemetry::Event},
+    runtime::{LogError, Rows, Time},
     system::{BuildError, System},
 };
 use thiserror::Error;
 
-use self::{again::run_again, difference::Difference};
+pub use self::again::Look;
+pub use self::branch::{Branch, branch};
+use self::{
+    again::{Outcome, run_again},
+    difference::Difference,
+};
 use super::{reader::Recording, schema::Origin};
 
 /// Why a recording cannot be run again, or is not what comes of it.
@@ -36,17 +43,32 @@ pub enum VerifyError {
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, where the system decides in which order \
-         threads run: the same run does not come twice, so there is nothing to verify"
+         threads run, and an early ratelab recorded it without that order: the same run does \
+         not come twice, so there is nothing to verify"
     )]
     RealClock(&'static str),
+    /// The order of what happened is not that of a run.
+    #[error("{0}")]
+    Order(#[from] LogError),
+    /// The log of the threads is damaged.
+    #[error("the log of its threads is damaged: {0}")]
+    Log(&'static str),
+    /// Executed in the recorded order, the nodes did something else.
+    #[error(
+        "differs: {0}: its nodes share something that is no topic, read a clock, or a file \
+         was changed"
+    )]
+    Diverged(String),
     /// There is nothing in it.
     #[error("there is nothing in it to verify: no {0} was recorded")]
     Nothing(String),
     /// The run that comes of it is another one.
-    #[error("{difference}{}", if_made_elsewhere(.made))]
+    #[error("{difference}{why}{}", if_made_elsewhere(.made))]
     Differs {
         /// Where.
         difference: Box<Difference>,
+        /// Why, as far as that is known.
+        why: String,
         /// By what it was made, if by other software than this.
         made: Option<String>,
     },
@@ -64,7 +86,7 @@ fn if_made_elsewhere(made: &Option<String>) -> String {
 }
 
 /// The result of a comparison without differences.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identical {
     /// Topics compared, of which something was recorded.
     pub topics: usize,
@@ -72,6 +94,9 @@ pub struct Identical {
     pub messages: usize,
     /// Ticks compared.
     pub ticks: usize,
+    /// Run time up to which the recording can be executed again, if it is cut off and the
+    /// rest cannot.
+    pub until: Option<Time>,
 }
 
 impl fmt::Display for Identical {
@@ -81,7 +106,11 @@ impl fmt::Display for Identical {
         write!(
             f,
             "identical, {topics} topics, {messages} messages, {ticks} ticks"
-        )
+        )?;
+        match self.until {
+            Some(until) => write!(f, ", up to {until}"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -97,41 +126,49 @@ fn thousands(number: usize) -> String {
     groups.join(",")
 }
 
-/// Runs the recorded run of `system` again with its commands, and compares the graph,
-/// every message, every tick, every event and the end. Wall time is not compared:
-/// durations of ticks and of the run, pauses and speeds. `watch` gets the run time now
-/// and then, and ends the comparison with a break.
+/// Runs the recorded run of `system` again with its commands, in the recorded order where
+/// it was under the real clock, and compares the graph, every message, every tick, every
+/// event and the end. Wall time is not compared: durations of ticks under the virtual
+/// clock and of the run, pauses and speeds. With `perturb` threads pause at random.
+/// `watch` looks on now and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.
 pub fn verify(
     recording: &Recording,
     system: &Arc<dyn System>,
-    watch: impl FnMut(Time) -> ControlFlow<()> + Send,
+    perturb: bool,
+    watch: impl FnMut(&Look) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
-    if !recording.is_of(&**system) {
-        return Err(VerifyError::OtherSystem {
-            recorded: recording.origin.system.clone(),
-            known: system.name(),
-        });
-    }
-    refuse_real_clock(recording)?;
+    refuse_other_system(recording, system)?;
     refuse_nothing(recording, &**system)?;
-    let mut differences = run_again(recording, system, watch)?;
+    let mut rerun = order::rerun(recording, &**system)?;
+    if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
+        rerun.perturb();
+    }
+    let Outcome {
+        mut differences,
+        diverged,
+        identical,
+    } = run_again(recording, system, rerun, watch)?;
     differences.sort_by_key(|difference| difference.at);
-    match differences.into_iter().next() {
-        Some(difference) => Err(VerifyError::Differs {
+    match (differences.into_iter().next(), diverged) {
+        (Some(difference), diverged) => Err(VerifyError::Differs {
             difference: Box::new(difference),
+            why: diverged.map_or_else(String::new, |diverged| format!(" ({diverged})")),
             made: made_elsewhere(recording, system),
         }),
-        None => Ok(Identical {
-            topics: recording
-                .topics
-                .iter()
-                .filter(|rows| !rows.is_empty())
-                .count(),
-            messages: recording.topics.iter().map(Rows::len).sum(),
-            ticks: recording.ticks.iter().map(Vec::len).sum(),
+        (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
+        (None, None) => Ok(identical),
+    }
+}
+
+fn refuse_other_system(recording: &Recording, system: &Arc<dyn System>) -> Result<(), VerifyError> {
+    match recording.is_of(&**system) {
+        true => Ok(()),
+        false => Err(VerifyError::OtherSystem {
+            recorded: recording.origin.system.clone(),
+            known: system.name(),
         }),
     }
 }
@@ -147,16 +184,6 @@ fn refuse_nothing(recording: &Recording, system: &dyn System) -> Result<(), Veri
         return Err(VerifyError::Nothing("tick".to_owned()));
     }
     Ok(())
-}
-
-fn refuse_real_clock(recording: &Recording) -> Result<(), VerifyError> {
-    let handed_over =
-        |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
-    match recording.origin.config.clock {
-        ClockKind::Real => Err(VerifyError::RealClock("begun")),
-        _ if recording.events.iter().any(handed_over) => Err(VerifyError::RealClock("for a while")),
-        _ => Ok(()),
-    }
 }
 
 /// The software of the recording, if it may compute other bits than this program.

@@ -8,6 +8,9 @@ use super::difference::{Difference, SeriesItem};
 
 /// The recorded items, and those of a tap of the new run.
 pub trait Series {
+    /// Whether these are messages, and not ticks.
+    const MESSAGES: bool;
+
     /// Takes what comes next; false when no more can come.
     fn wait(&mut self) -> bool;
 
@@ -61,6 +64,8 @@ impl<'a> Messages<'a> {
 }
 
 impl Series for Messages<'_> {
+    const MESSAGES: bool = true;
+
     fn wait(&mut self) -> bool {
         self.computed.clear();
         self.tap.wait(&mut self.computed)
@@ -127,16 +132,25 @@ pub struct Ticks<'a> {
     recorded: &'a [TickRecord],
     /// Whether it was recorded what they did to the world: not in old files.
     has_pushes: bool,
+    /// Whether the run was under the real clock, for a while at least.
+    threads: bool,
     tap: Tap<TickRecord>,
     computed: Vec<TickRecord>,
 }
 
 impl<'a> Ticks<'a> {
-    /// Those of the node called `node`: recorded, and out of `tap`.
-    pub fn new(node: &'a str, recorded: &'a [TickRecord], tap: Tap<TickRecord>) -> Self {
+    /// Those of the node called `node`: recorded, and out of `tap`; with `threads` of a
+    /// run that was under the real clock.
+    pub fn new(
+        node: &'a str,
+        recorded: &'a [TickRecord],
+        tap: Tap<TickRecord>,
+        threads: bool,
+    ) -> Self {
         Self {
             node,
             recorded,
+            threads,
             has_pushes: recorded.iter().any(|tick| tick.push.is_some()),
             tap,
             computed: Vec::new(),
@@ -155,6 +169,8 @@ impl<'a> Ticks<'a> {
 }
 
 impl Series for Ticks<'_> {
+    const MESSAGES: bool = false;
+
     fn wait(&mut self) -> bool {
         self.computed.clear();
         let items = self.tap.items();
@@ -175,8 +191,10 @@ impl Series for Ticks<'_> {
     fn compare(&self, recorded: usize, computed: usize) -> Option<Difference> {
         let item = self.recorded(recorded)?;
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
-        // How long a tick took is the wall's time, and not what comes again.
-        let (took, ends) = (recorded.took, recorded.ends);
+        // How long a tick took under the virtual clock is the wall's time, and not what
+        // comes again.
+        let of_threads = computed.took.filter(|_| self.threads);
+        let (took, ends) = (of_threads.or(recorded.took), recorded.ends);
         let push = computed.push.filter(|_| self.has_pushes);
         let computed = &TickRecord {
             took,
@@ -195,6 +213,7 @@ impl Series for Ticks<'_> {
                 ("number", tick.number.to_string()),
                 ("run time", nanos(tick.at)),
                 ("lateness", tick.lateness.map_or("none".to_owned(), late)),
+                ("duration", tick.took.map_or("none".to_owned(), late)),
                 ("overruns by then", tick.overruns.to_string()),
                 ("what it applied", tick.push.map_or("none".to_owned(), push)),
             ]

@@ -51,7 +51,7 @@ pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, area: Rect, buf: &
     }
 }
 
-/// A node with name, rate, overruns and tick marker; `mark` comes before the name.
+/// A node with name, rate, overruns, caption and tick marker; `mark` comes before the name.
 fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer) {
     let room = usize::from(rect.width.saturating_sub(2));
     let name = match room.checked_sub(2) {
@@ -71,6 +71,7 @@ fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer
     if beneath {
         lines.push(overruns(node, theme, room));
     }
+    lines.extend(node.caption.map(|text| caption(text, theme, room)));
     for (row, line) in lines.into_iter().enumerate() {
         line.render(pane::row(inner, row), buf);
     }
@@ -150,6 +151,13 @@ fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
         count,
     ];
     Line::from(Span::styled(fitting(texts, room), theme.strong()))
+}
+
+/// A caption, or its verb if that is all that fits.
+fn caption(text: &str, theme: &Theme, room: usize) -> Line<'static> {
+    let verb = text.split(' ').next().unwrap_or_default();
+    let texts = [format!("  {text}"), text.to_owned(), format!("  {verb}")];
+    Line::from(Span::styled(fitting(texts, room), theme.faint()))
 }
 
 fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {

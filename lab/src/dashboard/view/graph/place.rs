@@ -16,6 +16,8 @@ const LEAST_BOX: usize = 8;
 const LEAST_GAP: usize = 3;
 /// Maximum width for names; longer ones are cut.
 const LONGEST_NAME: usize = 16;
+/// Minimum length of a line with figures side by side.
+const WIDE_GAP: usize = 20;
 /// Maximum space between the boxes of a column.
 const MOST_SPACE: usize = 3;
 
@@ -126,28 +128,39 @@ struct BoxLook {
 impl BoxLook {
     /// From the most spacious to the tightest.
     fn all(name: usize) -> [Self; 7] {
-        let roomy = |width: usize, gap, height| Self {
-            width: [width.max(name + 4); 2],
-            height,
-            gap,
-            roomy: true,
-        };
         let tight = |width: usize, height| Self {
             width: [width, LEAST_BOX],
             height,
             gap: LEAST_GAP,
             roomy: false,
         };
-        let (wide, narrow) = (20, NARROW + 2);
+        let (wide, narrow) = (WIDE_GAP, NARROW + 2);
         [
-            roomy(18, wide, 4),
-            roomy(15, narrow, 4),
-            roomy(18, wide, 3),
-            roomy(15, narrow, 3),
+            Self::roomy(18.max(name + 4), wide, 4),
+            Self::roomy(15.max(name + 4), narrow, 4),
+            Self::roomy(18.max(name + 4), wide, 3),
+            Self::roomy(15.max(name + 4), narrow, 3),
             tight((name + 4).max(15), 4),
             tight((name + 2).max(10), 3),
             tight(name + 12, 1),
         ]
+    }
+
+    /// Those with a row for captions, or for the verbs of captions.
+    fn captioned(name: usize, caption: usize) -> [Self; 2] {
+        [
+            Self::roomy((caption + 6).max(name + 4), WIDE_GAP, 5),
+            Self::roomy(15.max(name + 4), NARROW + 2, 5),
+        ]
+    }
+
+    fn roomy(width: usize, gap: usize, height: usize) -> Self {
+        Self {
+            width: [width; 2],
+            height,
+            gap,
+            roomy: true,
+        }
     }
 }
 
@@ -159,9 +172,12 @@ impl Plan {
         }
         let names = frame.nodes.iter().map(|node| pane::width(&node.name));
         let name = names.max().unwrap_or(0).min(LONGEST_NAME);
+        let captions = frame.nodes.iter().filter_map(|node| node.caption);
+        let caption = captions.map(pane::width).max();
+        let captioned = caption.map(|caption| BoxLook::captioned(name, caption));
         let looks = BoxLook::all(name);
         if layers.len() <= room[0] {
-            for look in looks {
+            for look in captioned.into_iter().flatten().chain(looks) {
                 let plan = Self::new(frame, layers.to_vec(), look);
                 let list = if look.roomy {
                     0

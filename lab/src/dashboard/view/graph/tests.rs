@@ -106,6 +106,22 @@ fn compact() {
 }
 
 #[test]
+fn captions_are_in_the_boxes_whole_or_as_their_verbs() {
+    let mut frame = sample::balanced();
+    let captions = ["reads the plant", "decides", "pushes"];
+    for (node, caption) in frame.nodes.iter_mut().zip(captions) {
+        node.caption = Some(caption);
+    }
+    assert_snapshot!(rich(&frame, 120, 9));
+    assert_snapshot!(rich(&frame, 80, 7));
+    let low = rich(&frame, 80, 6);
+    assert!(
+        low.contains("0 overruns") && !low.contains("decides"),
+        "{low}"
+    );
+}
+
+#[test]
 fn small() {
     assert_snapshot!(rich(&sample::broken(), 38, 7), @"
     ┌1 graph─────────────────────────────┐

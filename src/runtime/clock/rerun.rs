@@ -1,0 +1,637 @@
+//! Executes a run of the real clock again.
+
+use std::{
+    collections::{BTreeSet, VecDeque},
+    time::Duration,
+};
+
+use super::{
+    Clock, ClockExit, note_end,
+    obey::obey_at_rest,
+    steps::{self, Outcome, TickEnd},
+};
+use crate::runtime::{
+    command::{ClockKind, Command},
+    graph::{ControlPlane, Graph},
+    inbox::Inbox,
+    node::Fault,
+    reexecution::{
+        End, Entry, Follower, Log, LogError, Part, Section, Sections, Stretch, Thread, Watch,
+        expect, finish_entry,
+    },
+    scheduled_node::ScheduledNode,
+    sync::{Arc, spawn_named, thread},
+    telemetry::{Event, EventKind, RunState, Topology},
+    time::Time,
+};
+
+/// Executes a run again that was under [`RealClock`](super::RealClock), in the recorded
+/// order and with the recorded times: on the same build and kind of machine it is the same
+/// run, to the bit, as long as its nodes share nothing but topics and
+/// [`Shared`](crate::runtime::Shared) values.
+///
+/// Whole ticks run one after the other on the calling thread, as fast as they can. Ticks
+/// that overlapped, each waiting for the other, run on threads of their own.
+///
+/// ```
+/// use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Rerun, Time};
+///
+/// let graph = || {
+///     let mut graph = Graph::new();
+///     graph.node("a", Hz::new(500.0)?, 0, |_| |_| GO_ON)?;
+///     Ok::<_, Box<dyn std::error::Error>>(graph)
+/// };
+/// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);
+/// RealClock::default().run(&mut first, &mut Inbox::default(), end)?;
+/// let observer = first.observer();
+///
+/// let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology())?;
+/// let mut again = graph()?;
+/// rerun.run(&mut again, &mut Inbox::default(), end)?;
+/// assert_eq!(rerun.difference(), None);
+/// let [one, other] = [observer, again.observer()].map(|observer| observer.snapshot());
+/// assert_eq!(one.nodes[0].ticks, other.nodes[0].ticks);
+/// assert_eq!(one.nodes[0].lateness.mean_s(), other.nodes[0].lateness.mean_s());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Rerun {
+    sections: VecDeque<Section>,
+    events: Vec<Event>,
+    /// Positions of the events that happened under the real clock.
+    known: BTreeSet<usize>,
+    /// Of these, commands that are refused again without a try.
+    refused: BTreeSet<usize>,
+    whole: bool,
+    /// The moment at which to leave the recorded run.
+    branch: Option<Branch>,
+    watch: Arc<Watch>,
+}
+
+/// The end of what is executed again.
+#[derive(Debug)]
+struct Branch {
+    at: Time,
+    /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
+    /// to stop.
+    then: Option<Vec<Command>>,
+}
+
+impl Rerun {
+    /// Prepares to execute the run with this `log` again, with its `events` and the
+    /// `topology` of its graph.
+    ///
+    /// # Errors
+    /// [`LogError`] if no run can have been like that, or if it cannot come back.
+    pub fn new(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
+        Self::read(log, events, topology, true)
+    }
+
+    /// The same for a log that may be cut off at any place: the run is executed for as
+    /// long as the log goes, and stopped then.
+    ///
+    /// # Errors
+    /// As of [`Rerun::new`].
+    pub fn of_torn(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
+        Self::read(log, events, topology, false)
+    }
+
+    fn read(
+        log: &Log,
+        events: &[Event],
+        topology: &Topology,
+        whole: bool,
+    ) -> Result<Self, LogError> {
+        let names: Vec<Arc<str>> = topology
+            .nodes
+            .iter()
+            .map(|node| (&*node.name).into())
+            .collect();
+        let sections = Sections::read(log, events, &names, whole)?;
+        let supervisor = std::iter::once(Arc::from("the supervisor"));
+        Ok(Self {
+            sections: sections.all.into(),
+            events: events.to_vec(),
+            known: sections.events,
+            refused: BTreeSet::new(),
+            whole,
+            branch: None,
+            watch: Arc::new(Watch::new(supervisor.chain(names))),
+        })
+    }
+
+    /// Whether the event at this position of the event log happened under the real clock:
+    /// the log of the threads has it. All others have to be given again.
+    pub fn knows(&self, event: usize) -> bool {
+        self.known.contains(&event)
+    }
+
+    /// The commands under the real clock that have yet to be carried out, to be loaded
+    /// with what they need.
+    pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
+        let known = &self.known;
+        let events = self.events.iter_mut().enumerate();
+        events
+            .filter(|(index, _)| known.contains(index))
+            .filter_map(|(_, event)| match &mut event.what {
+                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                    Some(command)
+                }
+                _ => None,
+            })
+    }
+
+    /// Refuses those commands again, for the recorded reason, that were refused and that
+    /// `of` selects: a file that was missing may be there now.
+    pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
+        let events = self
+            .known
+            .iter()
+            .filter(|index| match &self.events[**index].what {
+                EventKind::Refused { command, .. } => of(command),
+                _ => false,
+            });
+        self.refused = events.copied().collect();
+    }
+
+    /// Gives every node a thread of its own, which pauses for a random time before each
+    /// operation: the result is the same.
+    pub fn perturb(&mut self) {
+        self.watch.set_perturbed();
+    }
+
+    /// Stops the run at the last rest at or before run time `at`, if it is under the real
+    /// clock then.
+    pub fn until(&mut self, at: Time) {
+        self.branch = Some(Branch { at, then: None });
+    }
+
+    /// Leaves the recorded run at the last rest at or before run time `at`: carries out
+    /// `commands` there, and goes on under the virtual clock.
+    pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
+        let then = Some(commands);
+        self.branch = Some(Branch { at, then });
+    }
+
+    /// The run times at which the graph rests between two ticks under the real clock, in
+    /// order: where a run can be stopped, and left.
+    pub fn rests(&self) -> Vec<Time> {
+        let stretches = self.sections.iter().filter_map(|section| match section {
+            Section::Stretch(stretch) => Some(stretch),
+            _ => None,
+        });
+        let parts = stretches.flat_map(|stretch| stretch.plan.parts());
+        let mut now = Time::ZERO;
+        let rests = parts.map(|planned| {
+            now = now.max(planned.at);
+            now
+        });
+        let mut rests: Vec<Time> = std::iter::once(Time::ZERO).chain(rests).collect();
+        rests.dedup();
+        rests
+    }
+
+    /// The last of these at or before `at`; `None` if the run, which began under the clock
+    /// `first`, was under the virtual clock then.
+    pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
+        let (mut now, mut clock) = (Time::ZERO, first);
+        for section in &self.sections {
+            let Section::Stretch(stretch) = section else {
+                continue;
+            };
+            for planned in stretch.plan.parts() {
+                if planned.at > at {
+                    return (clock == ClockKind::Real).then_some(now);
+                }
+                now = now.max(planned.at);
+                clock = ClockKind::Real;
+            }
+            if stretch.end == Some(End::HandedOver) {
+                clock = ClockKind::Virtual;
+            }
+        }
+        (clock == ClockKind::Real).then_some(now)
+    }
+
+    /// The number of entries of all threads, and of those in knots.
+    pub fn entries(&self) -> (usize, usize) {
+        let (mut all, mut knotted) = (0, 0);
+        for section in &self.sections {
+            let Section::Stretch(stretch) = section else {
+                continue;
+            };
+            for planned in stretch.plan.parts() {
+                let knot = match &planned.part {
+                    Part::Entry(_) => 0,
+                    Part::Knot(counts) => counts.iter().map(|(_, count)| count).sum(),
+                };
+                all += knot.max(1);
+                knotted += knot;
+            }
+        }
+        (all, knotted)
+    }
+
+    /// Watches the run from another thread.
+    pub fn watch(&self) -> Arc<Watch> {
+        self.watch.clone()
+    }
+
+    /// What was different first, beside messages and events; `None` if nothing was.
+    pub fn difference(&self) -> Option<String> {
+        let more = self.whole && self.branch.is_none() && !self.sections.is_empty();
+        let more = more.then(|| "the recorded run went on under the real clock".to_owned());
+        self.watch.difference().or(more)
+    }
+}
+
+impl Clock for Rerun {
+    fn kind(&self) -> ClockKind {
+        ClockKind::Real
+    }
+
+    /// As recorded; the live commands in `inbox` are not read.
+    fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
+        graph.set_clock(ClockKind::Real);
+        // There is no wall to keep up with: taps lose nothing.
+        graph.control.backpressure.set(true);
+        let end = loop {
+            let end = match self.sections.pop_front() {
+                Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),
+                Some(Section::Rest(event)) => Ok(self.rest(graph, event)),
+                Some(Section::Abandoned) => Ok(Some(ClockExit::Stopped)),
+                None => Ok(Some(self.no_more())),
+            };
+            if let Some(end) = end.transpose() {
+                break end;
+            }
+        };
+        // Nobody is there to end a pause under the other clock.
+        graph.control.update(|status| status.paused = false);
+        note_end(graph, &end);
+        end
+    }
+}
+
+impl Rerun {
+    fn no_more(&self) -> ClockExit {
+        if self.whole {
+            let reason = "it is under the real clock, and the recorded run was not";
+            self.watch.differs(reason.to_owned());
+        }
+        ClockExit::Stopped
+    }
+
+    fn rest(&self, graph: &mut Graph, event: usize) -> Option<ClockExit> {
+        let now = graph.now();
+        let events = Events {
+            all: &self.events,
+            refused: &self.refused,
+        };
+        let state = graph.control.state.clone();
+        let command = events.command(event as u64, now, &state)?;
+        obey_at_rest(graph, ClockKind::Real, command, now).exit
+    }
+
+    fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
+        if stretch.threads.len() != graph.nodes.len() + 1 {
+            self.watch.differs("the graph has other nodes".to_owned());
+            return Ok(Some(ClockExit::Stopped));
+        }
+        let whole: Vec<(usize, usize)>;
+        let all = stretch.threads.iter().enumerate();
+        whole = all
+            .map(|(thread, entries)| (thread, entries.len()))
+            .collect();
+        let mut players = Players {
+            events: Events {
+                all: &self.events,
+                refused: &self.refused,
+            },
+            watch: &self.watch,
+            state: graph.control.state.clone(),
+            threads: stretch.threads.iter().map(Player::new).collect(),
+            exit: None,
+        };
+        if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
+            players.knot(graph, &whole);
+        } else {
+            for planned in stretch.plan.parts() {
+                if self
+                    .branch
+                    .as_ref()
+                    .is_some_and(|branch| branch.at < planned.at)
+                {
+                    return Ok(Some(self.leave(graph)));
+                }
+                if self.watch.is_over() {
+                    break;
+                }
+                match &planned.part {
+                    Part::Entry(thread) => players.entry(graph, *thread),
+                    Part::Knot(counts) => players.knot(graph, counts),
+                }
+            }
+        }
+        players.end(graph, stretch.end)
+    }
+
+    /// Leaves the recorded run.
+    fn leave(&mut self, graph: &mut Graph) -> ClockExit {
+        let then = self.branch.as_mut().and_then(|branch| branch.then.take());
+        let Some(commands) = then else {
+            return ClockExit::Stopped;
+        };
+        let now = graph.now();
+        for command in &commands {
+            obey_at_rest(graph, ClockKind::Real, command, now);
+        }
+        let on = Command::HandOver(ClockKind::Virtual);
+        obey_at_rest(graph, ClockKind::Real, &on, now);
+        ClockExit::HandedOver(ClockKind::Virtual)
+    }
+}
+
+fn command(event: &Event) -> Option<&Command> {
+    match &event.what {
+        EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => Some(command),
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
+    }
+}
+
+/// The events of the recorded run.
+#[derive(Clone, Copy)]
+struct Events<'a> {
+    all: &'a [Event],
+    refused: &'a BTreeSet<usize>,
+}
+
+impl<'a> Events<'a> {
+    /// The command of an event, unless it is to be refused as recorded: that is done here.
+    fn command(self, index: u64, at: Time, state: &RunState) -> Option<&'a Command> {
+        let index = usize::try_from(index).ok()?;
+        let event = self.all.get(index)?;
+        if let EventKind::Refused { command, reason } = &event.what
+            && self.refused.contains(&index)
+        {
+            state.advance_to(at);
+            state.log.refused(at, command, reason.as_str());
+            return None;
+        }
+        command(event)
+    }
+}
+
+/// All threads of a stretch.
+struct Players<'a> {
+    events: Events<'a>,
+    watch: &'a Arc<Watch>,
+    state: Arc<RunState>,
+    threads: Vec<Player<'a>>,
+    /// What the supervisor decided last.
+    exit: Option<ClockExit>,
+}
+
+/// Does again what a thread did.
+struct Player<'a> {
+    thread: &'a Thread,
+    /// Number of entries done.
+    done: usize,
+    outcome: Outcome,
+}
+
+impl<'a> Player<'a> {
+    fn new(thread: &'a Thread) -> Self {
+        Self {
+            thread,
+            done: 0,
+            outcome: None,
+        }
+    }
+}
+
+impl Players<'_> {
+    /// Runs the next entry of thread number `thread` on the calling thread.
+    fn entry(&mut self, graph: &mut Graph, thread: usize) {
+        let _follower = Follower::new(self.watch.clone());
+        let Some(index) = thread.checked_sub(1) else {
+            self.supervise(&mut graph.control, 1);
+            return;
+        };
+        let (events, watch, state) = (self.events, &**self.watch, &*self.state);
+        let node = NodeAgain {
+            events,
+            watch,
+            state,
+            thread,
+        };
+        node.play(&mut self.threads[thread], &mut graph.nodes[index], 1);
+    }
+
+    /// Runs the next entries of several threads at the same time.
+    fn knot(&mut self, graph: &mut Graph, counts: &[(usize, usize)]) {
+        let count = |thread: usize| {
+            let count = counts.iter().find(|(known, _)| *known == thread);
+            count.map_or(0, |(_, count)| *count)
+        };
+        let own = count(0);
+        let Graph { nodes, control } = graph;
+        let (events, watch, state) = (self.events, self.watch, self.state.clone());
+        let (supervisor, players) = self.threads.split_at_mut(1);
+        let mut exit = self.exit.take();
+        thread::scope(|scope| {
+            for (index, (node, player)) in nodes.iter_mut().zip(players).enumerate() {
+                let (thread, entries) = (index + 1, count(index + 1));
+                if entries == 0 {
+                    continue;
+                }
+                let (name, state) = (node.entry.name.clone(), &*state);
+                let run = move || {
+                    let _follower = Follower::new(watch.clone());
+                    let again = NodeAgain {
+                        events,
+                        watch,
+                        state,
+                        thread,
+                    };
+                    again.play(player, node, entries);
+                };
+                if let Err(error) = spawn_named(scope, &name, run) {
+                    watch.differs(format!("{name} has no thread: {error}"));
+                }
+            }
+            if own > 0 {
+                let _follower = Follower::new(watch.clone());
+                supervise(&mut supervisor[0], control, events, watch, own, &mut exit);
+            }
+        });
+        self.exit = exit;
+    }
+
+    fn supervise(&mut self, control: &mut ControlPlane, entries: usize) {
+        let (events, watch) = (self.events, self.watch);
+        let supervisor = &mut self.threads[0];
+        supervise(supervisor, control, events, watch, entries, &mut self.exit);
+    }
+
+    /// Comes to the recorded `end`.
+    fn end(self, graph: &mut Graph, end: Option<End>) -> Result<Option<ClockExit>, Fault> {
+        let watch = self.watch;
+        let mut outcomes: Vec<Outcome> = self
+            .threads
+            .into_iter()
+            .map(|player| player.outcome)
+            .collect();
+        let mut of_node = |node: usize| outcomes.get_mut(node + 1).and_then(Option::take);
+        let recorded = match end {
+            _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
+            None => return Ok(Some(ClockExit::Stopped)),
+            Some(End::Paused) => graph.control.status.paused.then_some(Ok(None)),
+            Some(End::Completed { until }) => {
+                graph.control.set_now(until);
+                Some(Ok(Some(ClockExit::Completed)))
+            }
+            Some(End::Stopped | End::HandedOver) => self.exit.map(|exit| Ok(Some(exit))),
+            Some(End::Ended { node, at }) => match of_node(node) {
+                Some(Ok(ended)) if ended == at => {
+                    let node = graph.nodes[node].entry.name.to_string();
+                    Some(Ok(Some(ClockExit::Ended { node, at })))
+                }
+                _ => None,
+            },
+            Some(End::Failed { node, at }) => match of_node(node) {
+                Some(Err(fault)) if fault.at == at => Some(Err(fault)),
+                _ => None,
+            },
+            Some(End::NoThread { node, at }) => {
+                let node = graph.nodes[node].entry.name.to_string();
+                let cause = "the system gave it no thread in the recorded run".into();
+                Some(Err(Fault { node, at, cause }))
+            }
+        };
+        let others = outcomes.into_iter().flatten();
+        let outweighs = match end {
+            Some(End::Failed { .. } | End::NoThread { .. }) => None,
+            Some(End::Ended { .. }) => others.filter_map(Result::err).next().map(|f| f.to_string()),
+            _ => others
+                .map(|o| {
+                    o.map_or_else(
+                        |f| f.to_string(),
+                        |at| format!("a node ended the run at {at}"),
+                    )
+                })
+                .next(),
+        };
+        match (recorded, outweighs) {
+            (Some(end), None) => end,
+            (_, Some(outcome)) => {
+                watch.differs(format!("{outcome}; the recorded run went on"));
+                Ok(Some(ClockExit::Stopped))
+            }
+            (None, None) => {
+                watch.differs(format!("it did not come to its recorded end, {end:?}"));
+                Ok(Some(ClockExit::Stopped))
+            }
+        }
+    }
+}
+
+/// Has the supervisor do its next entries again.
+fn supervise(
+    player: &mut Player<'_>,
+    control: &mut ControlPlane,
+    events: Events<'_>,
+    watch: &Watch,
+    entries: usize,
+    exit: &mut Option<ClockExit>,
+) {
+    for _ in 0..entries {
+        let Some((entry, operations)) = player.thread.entry(player.done) else {
+            return;
+        };
+        expect(0, operations);
+        if let Entry::Obey { at, event } = entry
+            && let Some(command) = events.command(*event, *at, &control.state.clone())
+        {
+            *exit = steps::supervise(control, command, *at).exit;
+        }
+        finish_entry();
+        watch.finishes(0);
+        player.done += 1;
+    }
+}
+
+/// Has a node do again what its thread did.
+#[derive(Clone, Copy)]
+struct NodeAgain<'a> {
+    events: Events<'a>,
+    watch: &'a Watch,
+    state: &'a RunState,
+    thread: usize,
+}
+
+impl NodeAgain<'_> {
+    /// Runs the next `entries`.
+    fn play(&self, player: &mut Player<'_>, node: &mut ScheduledNode, entries: usize) {
+        for _ in 0..entries {
+            let Some((entry, operations)) = player.thread.entry(player.done) else {
+                return;
+            };
+            if player.outcome.is_some() || self.watch.is_over() {
+                self.differs(entry, "it had ended before");
+                return;
+            }
+            self.watch
+                .begins(self.thread, entry.at().unwrap_or_default());
+            expect(self.thread, operations);
+            player.outcome = self.step(node, entry);
+            finish_entry();
+            self.watch.finishes(self.thread);
+            player.done += 1;
+        }
+    }
+
+    fn step(&self, node: &mut ScheduledNode, entry: &Entry) -> Outcome {
+        match *entry {
+            Entry::Tick {
+                began,
+                took,
+                passed,
+            } => {
+                let mut at_once = false;
+                let outcome = steps::tick(node, self.state, began, || {
+                    at_once = true;
+                    TickEnd { took, passed }
+                });
+                if !at_once && outcome.is_none() {
+                    self.differs(entry, "its tick takes run time, and took none");
+                }
+                outcome
+            }
+            Entry::Start { began } => steps::tick(node, self.state, began, || {
+                self.differs(entry, "its tick takes no run time, and took some");
+                TickEnd {
+                    took: Duration::ZERO,
+                    passed: began,
+                }
+            }),
+            Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
+            Entry::Obey { at, event } => {
+                if let Some(command) = self.events.command(event, at, self.state) {
+                    steps::obey_node(node, self.state, command, at);
+                }
+                None
+            }
+            Entry::Leave { before } => {
+                node.overrun_before(before);
+                None
+            }
+            Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
+        }
+    }
+
+    fn differs(&self, entry: &Entry, why: &str) {
+        let (name, at) = (self.watch.name(self.thread), entry.at().unwrap_or_default());
+        self.watch.differs(format!("{name} at {at}: {why}"));
+    }
+}

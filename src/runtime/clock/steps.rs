@@ -1,0 +1,98 @@
+//! The steps of a graph under the real clock, between two waits: the same whether the wall
+//! gives their times or a log does.
+
+use std::{ops::ControlFlow, time::Duration};
+
+use super::obey;
+use crate::runtime::{
+    command::{ClockKind, Command},
+    graph::ControlPlane,
+    node::{Fault, Tick},
+    scheduled_node::ScheduledNode,
+    sync::atomic::Ordering,
+    telemetry::RunState,
+    time::Time,
+};
+
+/// The end of a tick that takes no run time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TickEnd {
+    /// Duration.
+    pub(super) took: Duration,
+    /// Ticks due before this are missed.
+    pub(super) passed: Time,
+}
+
+/// A node ended the run at this run time, or failed.
+pub(super) type Outcome = Option<Result<Time, Fault>>;
+
+/// Ticks at run time `began`; `end` measures the end, of a tick that takes no run time.
+pub(super) fn tick(
+    node: &mut ScheduledNode,
+    state: &RunState,
+    began: Time,
+    end: impl FnOnce() -> TickEnd,
+) -> Outcome {
+    state.advance_to(began);
+    let lateness = Some(began.since(node.take_due()));
+    if let Some(cost) = node.cost() {
+        let started = node.start(began, cost, lateness);
+        return started.err().map(|cause| Err(node.fault(began, cause)));
+    }
+    node.entry.counters.busy.store(true, Ordering::Relaxed);
+    let outcome = node.tick(began);
+    node.entry.counters.busy.store(false, Ordering::Relaxed);
+    let TickEnd { took, passed } = end();
+    node.overrun_until(passed);
+    node.note_tick(began, lateness, Some(took), Some(began));
+    result(node, began, outcome)
+}
+
+/// Ends a tick that takes time. Ticks due before `passed` are missed.
+pub(super) fn finish(
+    node: &mut ScheduledNode,
+    state: &RunState,
+    ended: Time,
+    passed: Time,
+) -> Outcome {
+    state.advance_to(ended);
+    let outcome = node.finish(ended, passed);
+    result(node, ended, outcome)
+}
+
+/// Has a node carry out its command; returns the position of the event.
+pub(super) fn obey_node(
+    node: &mut ScheduledNode,
+    state: &RunState,
+    command: &Command,
+    at: Time,
+) -> usize {
+    state.advance_to(at);
+    let answer = node.obey(command, at);
+    state.log.answered(at, command, answer)
+}
+
+/// Carries out a command that no node can.
+pub(super) fn supervise(control: &mut ControlPlane, command: &Command, at: Time) -> obey::Obeyed {
+    let unknown = command
+        .node()
+        .and_then(|node| control.node_index(node).err());
+    let obeyed = match unknown {
+        Some(reason) => obey::refuse(control, command, at, &reason),
+        None => obey::obey(control, ClockKind::Real, command, at),
+    };
+    if obeyed.exit.is_some() || control.status.paused {
+        // A node may have begun a tick later than `at` already.
+        control.state.advance_to(at);
+    }
+    obeyed
+}
+
+/// What came of a tick whose work was done at `at`.
+fn result(node: &ScheduledNode, at: Time, outcome: Tick) -> Outcome {
+    match outcome {
+        Ok(ControlFlow::Continue(())) => None,
+        Ok(ControlFlow::Break(())) => Some(Ok(at)),
+        Err(cause) => Some(Err(node.fault(at, cause))),
+    }
+}

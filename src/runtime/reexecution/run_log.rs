@@ -1,0 +1,93 @@
+//! The log of a run while it goes on.
+
+use super::{
+    entry::{Coder, Entry},
+    log::{Log, LogPosition},
+    turns::{Noter, Operation},
+};
+use crate::runtime::sync::{
+    Arc, Mutex,
+    atomic::{AtomicUsize, Ordering},
+    lock,
+};
+
+/// The log of a run, as far as it was under the real clock: the supervisor's, then one per
+/// node. Beyond a limit the rest of the run is not logged.
+#[derive(Debug, Default)]
+pub(crate) struct RunLog {
+    streams: Mutex<Vec<Arc<Stream>>>,
+    size: Arc<AtomicUsize>,
+}
+
+/// The log of one thread.
+#[derive(Debug, Default)]
+pub(crate) struct Stream {
+    size: Arc<AtomicUsize>,
+    content: Mutex<Content>,
+}
+
+#[derive(Debug, Default)]
+struct Content {
+    coder: Coder,
+    bytes: Vec<u8>,
+}
+
+impl RunLog {
+    /// Begins a stretch with `nodes` threads; returns the log of the supervisor.
+    pub(crate) fn begin(&self, nodes: usize) -> Arc<Stream> {
+        for thread in 0..=nodes {
+            self.stream(thread).note_alone(Entry::Begin);
+        }
+        self.stream(0)
+    }
+
+    /// The log of thread number `thread`.
+    pub(crate) fn stream(&self, thread: usize) -> Arc<Stream> {
+        let mut streams = lock(&self.streams);
+        while streams.len() <= thread {
+            streams.push(Arc::new(Stream {
+                size: self.size.clone(),
+                content: Mutex::default(),
+            }));
+        }
+        streams[thread].clone()
+    }
+
+    /// The bytes after `position`, each piece with the number of its thread; moves the
+    /// position to the end.
+    pub(crate) fn since(&self, position: &mut LogPosition) -> Vec<(usize, Vec<u8>)> {
+        let streams = lock(&self.streams).clone();
+        position.0.resize(streams.len(), 0);
+        let pieces = streams.iter().zip(&mut position.0).enumerate();
+        let pieces = pieces.map(|(thread, (stream, known))| {
+            let content = lock(&stream.content);
+            let piece = content.bytes[*known..].to_vec();
+            *known = content.bytes.len();
+            (thread, piece)
+        });
+        pieces.filter(|(_, piece)| !piece.is_empty()).collect()
+    }
+}
+
+impl Stream {
+    /// Adds an entry of this thread, with the operations that it noted since its last one.
+    pub(crate) fn note(&self, entry: Entry) {
+        Noter::take(|operations| self.add(&entry, operations));
+    }
+
+    /// Adds an entry of a thread without operations.
+    pub(crate) fn note_alone(&self, entry: Entry) {
+        self.add(&entry, &[]);
+    }
+
+    fn add(&self, entry: &Entry, operations: &[Operation]) {
+        if self.size.load(Ordering::Relaxed) > Log::MOST {
+            return;
+        }
+        let mut content = lock(&self.content);
+        let Content { coder, bytes } = &mut *content;
+        let before = bytes.len();
+        coder.put(bytes, entry, operations);
+        self.size.fetch_add(bytes.len() - before, Ordering::Relaxed);
+    }
+}
