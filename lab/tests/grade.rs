@@ -91,7 +91,7 @@ fn thirty_hand_ins_are_graded_in_one_command_and_two_copies_are_found() {
         "✖ learner-20/mine.rrd: the same session as learner-02/rescue.rrd",
         "✖ learner-03/rescue.rrd: the same session as learner-21/rescue.rrd",
         "✖ learner-21/rescue.rrd: the same session as learner-03/rescue.rrd",
-        "✓ learner-08: 8 Hz, learner 8 says so",
+        "✓ learner-07: 7 Hz, learner 7 says so",
         "✖ learner-12: 12 Hz, learner 12 says so",
     ] {
         assert!(table.contains(line), "{line:?} is missing in\n{table}");
@@ -100,7 +100,7 @@ fn thirty_hand_ins_are_graded_in_one_command_and_two_copies_are_found() {
     let rows = fs::read_to_string(csv).expect("written");
     assert_eq!(rows.lines().count(), 1 + 2 * 30 + 8, "{rows}");
     assert!(
-        rows.contains("learner-08,true,exercise 1,true,8,Hz,learner 8 says so,\n"),
+        rows.contains("learner-07,true,exercise 1,true,7,Hz,learner 7 says so,\n"),
         "{rows}"
     );
 
