@@ -185,26 +185,7 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
 fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
     let name = shown.system.name();
     status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
-    if let Some(age) = &shown.frame.age {
-        let lines = shown.verdict_lines(buf.area, theme);
-        let push = shown.push(buf.area, lines.len());
-        let parts = shown
-            .frame
-            .push
-            .as_ref()
-            .filter(|_| shown.has_push(buf.area));
-        age::render(age, parts, theme, layout.age, buf);
-        if let Some(push) = push {
-            age::push_line(push, theme, pane::row(layout.age, 1), buf);
-        }
-        let above = 1 + usize::from(push.is_some());
-        for (number, line) in lines.into_iter().enumerate() {
-            let mut place = pane::row(layout.age, above + number);
-            place.x += 1;
-            place.width = place.width.saturating_sub(1);
-            line.render(place, buf);
-        }
-    }
+    render_age(shown, theme, layout.age, buf);
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
     }
@@ -253,6 +234,31 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     }
     if let Some(help) = &shown.help {
         help::render(help, theme, layout.body, buf);
+    }
+}
+
+/// The push age with its parts, and the cause of a loss.
+fn render_age(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
+    let Some(age) = &shown.frame.age else {
+        return;
+    };
+    let lines = shown.verdict_lines(buf.area, theme);
+    let push = shown.push(buf.area, lines.len());
+    let parts = shown
+        .frame
+        .push
+        .as_ref()
+        .filter(|_| shown.has_push(buf.area));
+    age::render(age, parts, theme, area, buf);
+    if let Some(push) = push {
+        age::push_line(push, theme, pane::row(area, 1), buf);
+    }
+    let above = 1 + usize::from(push.is_some());
+    for (number, line) in lines.into_iter().enumerate() {
+        let mut place = pane::row(area, above + number);
+        place.x += 1;
+        place.width = place.width.saturating_sub(1);
+        line.render(place, buf);
     }
 }
 
