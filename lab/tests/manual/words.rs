@@ -26,7 +26,7 @@ pub fn dead_links(page: &ManualPage) -> Vec<String> {
 pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");
-    let known = ["", "run", "sweep", "hunt", "exercise", "replay"]
+    let known = ["", "run", "sweep", "hunt", "exercise", "replay", "verify"]
         .map(help)
         .join("");
     let mut faults = Vec::new();
