@@ -40,7 +40,11 @@ pub fn measure(table: &mut Table) {
         None,
     );
     let recorded = Recorded::new();
-    let virtual_run = || time(|| black_box(experiment(ClockKind::Virtual).run().expect("run")));
+    let virtual_run = || {
+        time(|| {
+            black_box(experiment(ClockKind::Virtual).run().expect("run"));
+        })
+    };
     let speed = paired(ROUNDS, || recorded.again(), virtual_run);
     table.row(
         "1 s executed again, beside 1 s of virtual time",
