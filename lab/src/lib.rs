@@ -46,6 +46,8 @@ mod hunt;
 mod like;
 mod metrics;
 mod names;
+#[cfg(feature = "network")]
+mod network;
 mod options;
 mod output;
 mod predictions;
@@ -110,6 +112,8 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::Picture(args)) => commands::picture(program, &args),
+        Ok(Command::Up(args)) => commands::up(program, &args),
+        Ok(Command::Node(args)) => commands::node(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args.files),
         Ok(Command::Exercise(args)) => commands::exercise(&args),

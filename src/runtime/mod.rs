@@ -109,7 +109,7 @@ pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use push::Push;
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
-pub use rows::{RecordedTopic, RowTap, RowWatcher, Rows};
+pub use rows::{RecordedTopic, RowInlet, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};

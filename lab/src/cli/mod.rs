@@ -5,6 +5,7 @@ mod exercise;
 mod explain;
 mod graph;
 mod hunt;
+mod network;
 mod picture;
 mod recordings;
 mod run;
@@ -29,6 +30,7 @@ pub use self::{
     explain::explain,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
+    network::{NetworkArgs, NodeArgs, UpArgs},
     picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
@@ -45,6 +47,8 @@ pub mod heading {
     pub const TIME: &str = "Time";
     /// Options of files and printed output.
     pub const OUTPUT: &str = "Output";
+    /// Options of connections.
+    pub const NETWORK: &str = "Network";
     /// Options of the display.
     pub const SCREEN: &str = "Screen";
 }
@@ -70,6 +74,10 @@ pub enum Command {
     Trace(TraceArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
     Picture(PictureArgs),
+    /// Run the graph in several processes of this machine, with the dashboard over all.
+    Up(UpArgs),
+    /// Run some nodes of the graph here; the others run in other processes.
+    Node(NodeArgs),
     /// Learn by predicting: list the exercises, do one, check what they promise.
     #[command(skip)]
     Exercise(ExerciseArgs),
@@ -132,7 +140,9 @@ pub fn command(program: &Program) -> clap::Command {
         command = command.subcommand(exercise.about(about));
     }
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
+        "lab" | "run" | "hunt" | "picture" | "up" | "node" => {
+            system::with_run_options(command, program)
+        }
         "sweep" => system::with_axes(command, program),
         _ => command,
     };

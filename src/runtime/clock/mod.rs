@@ -104,7 +104,7 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
     graph.control.deliver(graph.now());
-    for node in &mut graph.nodes {
+    for node in graph.nodes.iter_mut().filter(|node| !node.entry.remote) {
         if let Some((at, _)) = ended {
             // Ticks due at the end are missed, even though no node ticks any more.
             node.overrun_before(at + Time::TICK);
@@ -129,6 +129,10 @@ fn obey(
             Ok(before) => Some(before),
             Err(reason) => return refuse(control, command, at, &reason),
         },
+        Command::Pause | Command::HandOver(_) if control.is_part() => {
+            let reason = "its nodes run in several processes, which share the wall's time";
+            return refuse(control, command, at, reason);
+        }
         Command::Pause => {
             control.update(|status| status.paused = true);
             None

@@ -17,7 +17,7 @@ use crate::runtime::{
     inbox::{Inbox, Received, Wait},
     node::{Fault, Tick},
     scheduled_node::ScheduledNode,
-    sync::{Arc, atomic::Ordering, spawn_named, thread},
+    sync::{Arc, atomic::Ordering, lock, spawn_named, thread},
     telemetry::Shared,
     time::Time,
 };
@@ -120,10 +120,11 @@ impl RealClock {
             until,
             mailboxes: &mailboxes,
             reports,
-            working: graph.nodes.len(),
+            working: graph.nodes.iter().filter(|node| !node.entry.remote).count(),
         };
         let end = thread::scope(|scope| {
-            for (node, mailbox) in graph.nodes.iter_mut().zip(&mailboxes) {
+            let nodes = graph.nodes.iter_mut().zip(&mailboxes);
+            for (node, mailbox) in nodes.filter(|(node, _)| !node.entry.remote) {
                 let name = node.entry.name.clone();
                 let worker = Worker {
                     node,
@@ -140,6 +141,7 @@ impl RealClock {
                 }
             }
             let end = supervisor.supervise();
+            *lock(&supervisor.control.shared.zero) = None;
             let stopped = supervisor.control.now();
             for mailbox in &mailboxes {
                 mailbox.post(Wakeup::Stop(stopped));
@@ -165,6 +167,7 @@ impl Supervisor<'_> {
     /// Starts the nodes; returns when they are to stop, with `None` for a pause.
     fn supervise(&mut self) -> Result<Option<ClockExit>, Fault> {
         let wall = Wall::starting_at(self.control.now());
+        *lock(&self.control.shared.zero) = wall.zero();
         for mailbox in self.mailboxes {
             mailbox.post(Wakeup::Start(wall));
         }
@@ -211,7 +214,7 @@ impl Supervisor<'_> {
         let Some(node) = command.node() else {
             return obey(self.control, ClockKind::Real, &command, at);
         };
-        match self.control.node_index(node) {
+        match self.control.local_index(node) {
             Ok(index) => self.mailboxes[index].post(Wakeup::Command(command)),
             Err(reason) => self.control.log().refused(at, &command, reason),
         }

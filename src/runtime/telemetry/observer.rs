@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use super::{
-    Distribution, Event, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
+    Distribution, Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
     PushAgeView, ReadMark, TopicCounters,
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
     sync::{
-        Arc, Mutex,
+        Arc, Instant, Mutex,
         atomic::{AtomicU64, Ordering},
         lock,
     },
@@ -33,6 +33,8 @@ pub(crate) struct Shared {
     pub(crate) now: AtomicU64,
     pub(crate) status: Mutex<Status>,
     pub(crate) log: EventLog,
+    /// The moment of run time zero, while a real clock runs the graph.
+    pub(crate) zero: Mutex<Option<Instant>>,
 }
 
 impl Shared {
@@ -53,6 +55,8 @@ pub(crate) struct NodeEntry {
     response: Meter,
     pub(crate) meters: Vec<(String, Meter)>,
     pub(crate) push_age: Option<PushAge>,
+    /// Whether it runs in another process.
+    pub(crate) remote: bool,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -151,6 +155,8 @@ pub struct NodeView {
     pub busy: bool,
     /// Whether it crashed without a restart since.
     pub crashed: bool,
+    /// Whether it runs in another process, which has its figures.
+    pub remote: bool,
     /// Lateness of ticks. In virtual time it is measured only where a lateness is set.
     pub lateness: Distribution,
     /// Duration of ticks: in run time where a duration is set, otherwise in wall time.
@@ -299,6 +305,23 @@ impl Observer {
         *lock(&self.shared.status)
     }
 
+    /// The moment of run time zero under the real clock; `None` in virtual time, before
+    /// the run and during a pause.
+    pub fn zero(&self) -> Option<Instant> {
+        *lock(&self.shared.zero)
+    }
+
+    /// Logs that a node in another process appeared or fell silent.
+    pub fn note_presence(&self, at: Time, node: &str, present: bool, what: &str) {
+        let (node, what) = (node.to_owned(), what.to_owned());
+        let presence = EventKind::Presence {
+            node,
+            present,
+            what,
+        };
+        self.shared.log.note(at, presence);
+    }
+
     /// Commands and ends of the run so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.shared.log.since(first)
@@ -324,6 +347,7 @@ impl NodeEntry {
             response: response.1,
             meters,
             push_age,
+            remote: false,
         };
         let recorders = TickMeters {
             lateness: lateness.0,
@@ -343,6 +367,7 @@ impl NodeEntry {
             overruns: counters.overruns.load(Ordering::Relaxed),
             busy: counters.busy.load(Ordering::Relaxed),
             crashed: counters.crashed.load(Ordering::Relaxed),
+            remote: self.remote,
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
             response: read(&self.response),

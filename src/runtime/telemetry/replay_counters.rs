@@ -65,6 +65,7 @@ impl ReplayCounters {
                 now: AtomicU64::new(0),
                 status: Mutex::new(status),
                 log: EventLog::default(),
+                zero: Mutex::new(None),
             }),
             nodes: topology.nodes.iter().map(ReplayNode::new).collect(),
             topics: topology.topics.iter().map(ReplayTopic::new).collect(),

@@ -1,0 +1,212 @@
+//! A run in several processes, from outside: `node` and `up`.
+
+mod support;
+
+use std::{
+    io::{BufRead, BufReader, Read},
+    net::TcpListener,
+    path::PathBuf,
+    process::{Child, ChildStderr, Command, Stdio},
+    thread,
+};
+
+use support::{command, complaint, ratelab, text};
+
+/// A port that is free, as an address.
+fn address() -> String {
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    format!("tcp/{}", free.expect("a free port"))
+}
+
+/// A process of a run; ended when it is dropped.
+struct Part {
+    child: Child,
+    notes: BufReader<ChildStderr>,
+}
+
+impl Part {
+    fn start(args: &[&str]) -> Self {
+        let mut command = command();
+        command.arg("node").args(args);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("ratelab starts");
+        let notes = BufReader::new(child.stderr.take().expect("piped"));
+        Self { child, notes }
+    }
+
+    /// Reads its notes until one contains `text`.
+    fn wait_for(&mut self, text: &str) {
+        let mut line = String::new();
+        while !line.contains(text) {
+            line.clear();
+            let read = self.notes.read_line(&mut line).expect("its notes");
+            assert!(read > 0, "it ended before: {text}");
+        }
+    }
+
+    /// Waits for its end; returns what it printed.
+    fn printed(mut self) -> String {
+        let mut printed = String::new();
+        let mut output = self.child.stdout.take().expect("piped");
+        output.read_to_string(&mut printed).expect("UTF-8");
+        let mut notes = String::new();
+        self.notes.read_to_string(&mut notes).expect("UTF-8");
+        let status = self.child.wait().expect("ended");
+        assert!(status.success(), "{status}: {notes}\n{printed}");
+        printed
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args([name, &id]).status();
+        assert!(sent.expect("kill").success());
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn plant_and_policy_balance_in_two_processes_and_nothing_is_lost() {
+    let address = address();
+    let policy = Part::start(&["policy", "--connect", &address]);
+    let plant = Part::start(&["plant", "--listen", &address, "--duration-s", "2"]);
+    let printed = plant.printed();
+    assert!(printed.contains("BALANCED"), "{printed}");
+    let wire = "/action from policy: 0 lost on the way, 0 refused";
+    assert!(printed.contains(wire), "{printed}");
+    policy.signal("-INT");
+}
+
+#[test]
+fn a_killed_policy_is_missed_and_the_next_run_has_another() {
+    let address = address();
+    let policy = ["policy", "--connect", &*address];
+    let mut plant = Part::start(&[
+        "plant",
+        "--listen",
+        &address,
+        "--duration-s",
+        "2",
+        "--again",
+    ]);
+    let first = Part::start(&policy);
+    plant.wait_for("the run begins");
+    first.signal("-KILL");
+    plant.wait_for("waiting for policy");
+    let _second = Part::start(&policy);
+    let printed = plant.printed();
+    let (lost, next) = printed.split_once("BALANCED").expect("a second run");
+    assert!(lost.contains("FELL"), "{printed}");
+    assert!(lost.contains("policy: silent for 100 ms"), "{printed}");
+    assert!(next.contains("0 lost on the way"), "{printed}");
+}
+
+#[test]
+fn a_policy_that_hangs_is_connected_and_missed() {
+    let address = address();
+    let mut plant = Part::start(&["plant", "--listen", &address]);
+    let policy = Part::start(&["policy", "--connect", &address]);
+    plant.wait_for("the run begins");
+    policy.signal("-STOP");
+    let printed = plant.printed();
+    assert!(printed.contains("FELL"), "{printed}");
+    assert!(printed.contains("policy: silent for 100 ms"), "{printed}");
+}
+
+#[test]
+fn parts_that_share_the_plant_or_are_open_to_the_network_are_refused() {
+    for (args, why) in [
+        (
+            &["node", "sensor", "policy"][..],
+            "run them in one process, as plant",
+        ),
+        (&["node", "polic"], "there is no node \"polic\""),
+        (
+            &["node", "plant", "--listen", "tcp/0.0.0.0:0"],
+            "--insecure",
+        ),
+        (&["node", "plant", "--listen", "nonsense"], "nonsense"),
+        (&["node", "plant", "--clock", "virtual"], "the wall's time"),
+        (
+            &["node", "policy", "--zenoh-config", "/nowhere"],
+            "/nowhere",
+        ),
+    ] {
+        let complaint = complaint(&ratelab(args), 2);
+        assert!(complaint.contains(why), "{args:?}: {complaint}");
+    }
+}
+
+#[test]
+fn an_address_in_use_is_an_error() {
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("bound");
+    let output = ratelab(&["node", "plant", "--listen", &format!("tcp/{address}")]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stderr);
+    assert!(
+        said.contains(&format!("cannot listen on tcp/{address}")),
+        "{said}"
+    );
+}
+
+#[test]
+fn up_runs_all_parts_and_leaves_none_behind() {
+    let output = ratelab(&["up", "--port", "0", "--duration-s", "1"]);
+    let (printed, said) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{said}");
+    assert!(printed.contains("BALANCED"), "{printed}{said}");
+    assert!(printed.contains("policy"), "{printed}");
+}
+
+/// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.
+fn python() -> Result<PathBuf, &'static str> {
+    let named = std::env::var_os("RATELAB_ROS_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or_else(|| PathBuf::from("python3"));
+    let imports = Command::new(&python).args(["-c", "import zenoh, rosbags"]);
+    let mut imports = imports_quietly(imports);
+    match imports.status() {
+        Ok(status) if status.success() => Ok(python),
+        _ => Err("no Python with eclipse-zenoh and rosbags: name one in RATELAB_ROS_PYTHON"),
+    }
+}
+
+fn imports_quietly(command: &mut Command) -> Command {
+    let mut quiet = Command::new(command.get_program());
+    quiet.args(command.get_args()).stderr(Stdio::null());
+    quiet
+}
+
+#[test]
+fn a_policy_of_ros_messages_in_python_balances_the_pole() {
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return eprintln!("skipped: {why}"),
+    };
+    let address = address();
+    let plant = Part::start(&[
+        "plant",
+        "--listen",
+        &address,
+        "--ros",
+        "--domain",
+        "7",
+        "--duration-s",
+        "3",
+    ]);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/ros2/policy.py");
+    let client = Command::new(python).args([script, &address, "7"]).spawn();
+    let mut client = client.expect("Python starts");
+    let printed = plant.printed();
+    let _ = client.kill();
+    let _ = client.wait();
+    assert!(printed.contains("BALANCED"), "{printed}");
+    let wire = "/action from policy: 0 lost on the way, 0 refused";
+    assert!(printed.contains(wire), "{printed}");
+    thread::yield_now();
+}
