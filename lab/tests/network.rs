@@ -7,7 +7,6 @@ use std::{
     net::TcpListener,
     path::PathBuf,
     process::{Child, ChildStderr, Command, Stdio},
-    thread,
 };
 
 use support::{command, complaint, ratelab, text};
@@ -168,18 +167,12 @@ fn up_runs_all_parts_and_leaves_none_behind() {
 fn python() -> Result<PathBuf, &'static str> {
     let named = std::env::var_os("RATELAB_ROS_PYTHON").map(PathBuf::from);
     let python = named.unwrap_or_else(|| PathBuf::from("python3"));
-    let imports = Command::new(&python).args(["-c", "import zenoh, rosbags"]);
-    let mut imports = imports_quietly(imports);
-    match imports.status() {
+    let mut imports = Command::new(&python);
+    imports.args(["-c", "import zenoh, rosbags"]);
+    match imports.stderr(Stdio::null()).status() {
         Ok(status) if status.success() => Ok(python),
         _ => Err("no Python with eclipse-zenoh and rosbags: name one in RATELAB_ROS_PYTHON"),
     }
-}
-
-fn imports_quietly(command: &mut Command) -> Command {
-    let mut quiet = Command::new(command.get_program());
-    quiet.args(command.get_args()).stderr(Stdio::null());
-    quiet
 }
 
 #[test]
@@ -208,5 +201,4 @@ fn a_policy_of_ros_messages_in_python_balances_the_pole() {
     assert!(printed.contains("BALANCED"), "{printed}");
     let wire = "/action from policy: 0 lost on the way, 0 refused";
     assert!(printed.contains(wire), "{printed}");
-    thread::yield_now();
 }

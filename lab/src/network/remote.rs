@@ -15,7 +15,7 @@ use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
         ClockKind, Command, Head, Knob, Observer, Rows, Speed, TickRecord, Time,
-        telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
+        telemetry::{Event, EventKind, Lineage, NodeTopology, ReplayCounters, Status, Topology},
     },
     system::System,
 };
@@ -52,6 +52,10 @@ pub struct RemoteRun {
     items: u64,
     /// When messages arrived, by topic, sender and number.
     arrivals: HashMap<(usize, u64, u64), Time>,
+    /// Messages lost unread in processes that were replaced, by topic.
+    dropped_before: HashMap<usize, u64>,
+    /// The run time from which on all processes report.
+    complete: Option<Time>,
     lost_batches: u64,
     began: Instant,
     answers: (Sender<Answer>, Receiver<Answer>),
@@ -123,6 +127,8 @@ impl RemoteRun {
             pending: BTreeMap::new(),
             items: 0,
             arrivals: HashMap::new(),
+            dropped_before: HashMap::new(),
+            complete: None,
             lost_batches: 0,
             began: Instant::now(),
             answers: unbounded(),
@@ -131,32 +137,45 @@ impl RemoteRun {
 
     /// Notes who is there; returns whether another run began.
     fn meet(&mut self) -> bool {
-        let infos = self.follower.processes();
+        let mut infos = self.follower.processes();
+        infos.retain(|info| self.follower.estimate(info.clock).is_some());
+        // The others' times are those of its run.
+        infos.sort_by_key(|info| !info.is_hub);
         let mut new_run = false;
         for info in infos {
-            let known = self.processes.contains_key(&info.incarnation);
             let old = self.hub.as_ref().map(|hub| hub.incarnation);
             if info.is_hub && old != Some(info.incarnation) {
                 self.begin(&info);
                 new_run = true;
             }
-            if !known {
-                let process = Process {
-                    info: info.clone(),
-                    batch: 0,
-                    heard: Instant::now(),
-                    counts: Vec::new(),
-                    bound: None,
-                    events: 0,
-                };
-                // One that runs the same nodes was replaced by this one.
-                let taken =
-                    |other: &Process| other.info.nodes.iter().any(|n| info.nodes.contains(n));
-                self.processes.retain(|_, other| !taken(other));
-                self.processes.insert(info.incarnation, process);
+            if !self.processes.contains_key(&info.incarnation) {
+                self.add(info);
             }
         }
         new_run
+    }
+
+    /// Adds a process with its events so far, in place of one that ran the same nodes.
+    fn add(&mut self, info: Info) {
+        let same = |other: &Process| other.info.nodes.iter().any(|n| info.nodes.contains(n));
+        let replaced = self.processes.extract_if(|_, other| same(other));
+        for counts in replaced.flat_map(|(_, process)| process.counts) {
+            *self.dropped_before.entry(counts.topic).or_default() += counts.dropped;
+        }
+        let (from, zero) = (info.incarnation, info.zero);
+        let events = info.events.clone();
+        let process = Process {
+            info,
+            batch: 0,
+            heard: Instant::now(),
+            counts: Vec::new(),
+            bound: None,
+            events: 0,
+        };
+        self.processes.insert(from, process);
+        if let Some((shift, _)) = zero.and_then(|zero| self.shift(from, zero)) {
+            self.take_events(from, 0, &events, shift);
+        }
     }
 
     /// Begins the picture of another run.
@@ -168,6 +187,8 @@ impl RemoteRun {
         self.hub = Some(Arc::new(hub.clone()));
         self.pending.clear();
         self.arrivals.clear();
+        self.dropped_before.clear();
+        self.complete = None;
         self.began = Instant::now();
     }
 
@@ -186,73 +207,33 @@ impl RemoteRun {
     }
 
     fn take(&mut self, from: u64, batch: Batch) {
-        let Some(hub) = self.hub.clone() else {
+        self.note_zero(from, batch.zero);
+        let Some((shift, bound)) = self.shift(from, batch.zero) else {
             return;
         };
-        let Some(process) = self.processes.get(&from) else {
+        let Some(process) = self.processes.get_mut(&from) else {
             return;
         };
-        let own = from == hub.incarnation;
-        if own && hub.zero.is_none() {
-            let zero = Some(batch.zero);
-            self.hub = Some(Arc::new(Info {
-                zero,
-                ..(*hub).clone()
-            }));
-        }
-        let (shift, bound) = if own {
-            (0, 0)
-        } else {
-            let Some(hub_zero) = self.hub.as_ref().and_then(|hub| hub.zero) else {
-                return;
-            };
-            let zeros = self
-                .zero(&hub, hub_zero)
-                .zip(self.zero(&process.info, batch.zero));
-            let Some(((of_hub, error), (of_process, more))) = zeros else {
-                return;
-            };
-            let same = process.info.clock == hub.clock;
-            let shift = match same {
-                true => batch.zero - hub_zero,
-                false => of_process.saturating_sub(of_hub),
-            };
-            (shift, if same { 0 } else { error + more })
-        };
-        let time = |time: Time| {
-            let at = i128::from(time.as_nanos()) + i128::from(shift);
-            Time::from_nanos(u64::try_from(at.max(0)).unwrap_or(u64::MAX))
-        };
-        if let Some(process) = self.processes.get_mut(&from) {
-            let missed = batch.number.saturating_sub(process.batch + 1);
-            self.lost_batches += if process.batch == 0 { 0 } else { missed };
-            process.batch = batch.number;
-            process.heard = Instant::now();
-            process.counts.clone_from(&batch.topics);
-            process.bound = Some(bound);
-        }
-        let events = self.new_events(from, &batch, own);
-        for event in events {
-            let at = time(event.at);
-            self.hold(at, Item::Event(Event { at, ..event }));
-        }
+        let missed = batch.number.saturating_sub(process.batch + 1);
+        self.lost_batches += if process.batch == 0 { 0 } else { missed };
+        process.batch = batch.number;
+        process.heard = Instant::now();
+        process.counts.clone_from(&batch.topics);
+        process.bound = Some(bound);
+        self.take_events(from, batch.first_event, &batch.events, shift);
+        let time = |time| shifted(time, shift);
         for (node, tick) in batch.ticks {
             let tick = tick.record(time);
             self.hold(tick.at, Item::Tick(from, node, tick));
         }
         for message in batch.sent {
             let (at, origin) = (time(message.at), message.origin.map(time));
-            self.hold(
+            let message = Message {
                 at,
-                Item::Message(
-                    from,
-                    Message {
-                        at,
-                        origin,
-                        ..message
-                    },
-                ),
-            );
+                origin,
+                ..message
+            };
+            self.hold(at, Item::Message(from, message));
         }
         for arrival in batch.arrived {
             let key = (arrival.topic, arrival.incarnation, arrival.seq);
@@ -260,17 +241,42 @@ impl RemoteRun {
         }
     }
 
-    /// The events of a batch that are new and to be shown: topics are in several processes,
-    /// and one log of each is enough.
-    fn new_events(&mut self, from: u64, batch: &Batch, own: bool) -> Vec<Event> {
+    /// Notes when the run began in the process that listens.
+    fn note_zero(&mut self, from: u64, zero: Nanos) {
+        let hub = self.hub.as_ref().filter(|hub| hub.incarnation == from);
+        if let Some(hub) = hub.filter(|hub| hub.zero.is_none()) {
+            let zero = Some(zero);
+            self.hub = Some(Arc::new(Info {
+                zero,
+                ..(**hub).clone()
+            }));
+        }
+    }
+
+    /// What is to be added to run times of a process (ns), and the greatest error of that;
+    /// `None` while unknown.
+    fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
+        let hub = self.hub.as_ref()?;
+        let (process, hub_zero) = (&self.processes.get(&from)?.info, hub.zero?);
+        if process.clock == hub.clock {
+            return Some((zero - hub_zero, 0));
+        }
+        let (of_hub, error) = self.zero(hub, hub_zero)?;
+        let (of_process, more) = self.zero(process, zero)?;
+        Some((of_process.saturating_sub(of_hub), error + more))
+    }
+
+    /// Takes the events that are new, and to be shown: topics are in several processes, and
+    /// one log of each is enough.
+    fn take_events(&mut self, from: u64, first: usize, events: &[Event], shift: Nanos) {
+        let own = self.hub.as_ref().is_some_and(|hub| hub.incarnation == from);
         let Some(process) = self.processes.get_mut(&from) else {
-            return Vec::new();
+            return;
         };
-        let skip = process.events.saturating_sub(batch.first_event);
-        process.events = process.events.max(batch.first_event + batch.events.len());
+        let skip = process.events.saturating_sub(first);
+        process.events = process.events.max(first + events.len());
         let nodes = process.info.nodes.clone();
-        let events = batch.events.iter().skip(skip).cloned();
-        let shown = events.filter(|event| {
+        for event in events.iter().skip(skip) {
             let of_node = match &event.what {
                 EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
                     node_of(command).is_some_and(|node| nodes.contains(&node))
@@ -278,9 +284,12 @@ impl RemoteRun {
                 EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
                 EventKind::Presence { .. } => false,
             };
-            own || of_node
-        });
-        shown.collect()
+            if own || of_node {
+                let at = shifted(event.at, shift);
+                let what = event.what.clone();
+                self.hold(at, Item::Event(Event { at, what }));
+            }
+        }
     }
 
     fn hold(&mut self, at: Time, item: Item) {
@@ -304,6 +313,13 @@ impl RemoteRun {
         let Some(ripe) = self.ripe() else {
             return;
         };
+        let heard = |node: &NodeTopology| {
+            self.process_of(&node.name)
+                .is_some_and(|process| process.batch > 0)
+        };
+        if self.complete.is_none() && self.picture.topology.nodes.iter().all(heard) {
+            self.complete = Some(ripe + HOLD);
+        }
         let later = self.pending.split_off(&(ripe, 0));
         let due = std::mem::replace(&mut self.pending, later);
         for item in due.into_values() {
@@ -342,15 +358,21 @@ impl RemoteRun {
         if readers.all(|node| near(&node.name)) {
             return Some(message.at);
         }
-        let arrived = self.arrivals.remove(&(message.topic, from, message.seq))?;
-        Some(arrived.max(message.at))
+        let arrived = self.arrivals.remove(&(message.topic, from, message.seq));
+        match arrived {
+            Some(arrived) => Some(arrived.max(message.at)),
+            // Its arrival was reported to nobody.
+            None if self.complete.is_none_or(|since| message.at < since) => Some(message.at),
+            None => None,
+        }
     }
 
     /// Messages of a topic lost unread so far, in all processes.
     fn dropped(&self, topic: usize) -> u64 {
         let counts = self.processes.values().flat_map(|process| &process.counts);
         let counts = counts.filter(|counts| counts.topic == topic);
-        counts.map(|counts| counts.dropped).sum()
+        let now: u64 = counts.map(|counts| counts.dropped).sum();
+        now + self.dropped_before.get(&topic).unwrap_or(&0)
     }
 
     fn is_gone(&self, incarnation: u64) -> bool {
@@ -414,6 +436,12 @@ impl Picture {
         // A row of another length is of a hostile sender.
         let _ = self.new_rows[place].1.push(head, row);
     }
+}
+
+/// Run time `time`, `shift` ns later.
+fn shifted(time: Time, shift: Nanos) -> Time {
+    let at = i128::from(time.as_nanos()) + i128::from(shift);
+    Time::from_nanos(u64::try_from(at.max(0)).unwrap_or(u64::MAX))
 }
 
 /// The node that a command is for.
