@@ -25,7 +25,11 @@ struct Part {
 
 impl Part {
     fn start(args: &[&str]) -> Self {
-        let mut command = command();
+        Self::of(command(), args)
+    }
+
+    /// The same by `command`, which starts ratelab.
+    fn of(mut command: Command, args: &[&str]) -> Self {
         command.arg("node").args(args);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("ratelab starts");
@@ -161,6 +165,81 @@ fn up_runs_all_parts_and_leaves_none_behind() {
     assert!(output.status.success(), "{said}");
     assert!(printed.contains("BALANCED"), "{printed}{said}");
     assert!(printed.contains("policy"), "{printed}");
+}
+
+/// Two machines on a cable, as network namespaces; removed when dropped.
+struct Cable([String; 2]);
+
+impl Cable {
+    /// The cable, or the reason why there is none.
+    fn new() -> Result<Self, &'static str> {
+        let id = std::process::id();
+        let cable = Self([format!("rl-{id}-a"), format!("rl-{id}-b")]);
+        let [a, b] = &cable.0;
+        let made = ip(&format!("netns add {a}"))
+            && ip(&format!("netns add {b}"))
+            && ip(&format!(
+                "link add cable netns {a} type veth peer name cable netns {b}"
+            ))
+            && ip(&format!("-n {a} addr add 10.77.0.1/24 dev cable"))
+            && ip(&format!("-n {b} addr add 10.77.0.2/24 dev cable"))
+            && ip(&format!("-n {a} link set cable up"))
+            && ip(&format!("-n {b} link set cable up"));
+        let why = "no network namespaces: they need ip, and the rights of root";
+        made.then_some(cable).ok_or(why)
+    }
+
+    /// Starts a process on machine `side`.
+    fn start(&self, side: usize, args: &[&str]) -> Part {
+        let mut inside = Command::new("ip");
+        inside.args([
+            "netns",
+            "exec",
+            &self.0[side],
+            env!("CARGO_BIN_EXE_ratelab"),
+        ]);
+        Part::of(inside, args)
+    }
+
+    fn set(&self, state: &str) {
+        assert!(ip(&format!("-n {} link set cable {state}", self.0[0])));
+    }
+}
+
+impl Drop for Cable {
+    fn drop(&mut self) {
+        for name in &self.0 {
+            ip(&format!("netns del {name}"));
+        }
+    }
+}
+
+/// Whether `ip` with these arguments succeeds.
+fn ip(args: &str) -> bool {
+    let mut ip = Command::new("ip");
+    let done = ip.args(args.split(' ')).stderr(Stdio::null()).status();
+    done.is_ok_and(|status| status.success())
+}
+
+#[test]
+fn two_machines_meet_again_after_their_cable_was_cut() {
+    let cable = match Cable::new() {
+        Ok(cable) => cable,
+        Err(why) => return eprintln!("skipped: {why}"),
+    };
+    let address = "tcp/10.77.0.1:7447";
+    let listen = ["plant", "--listen", address, "--insecure"];
+    let plant = [&listen[..], &["--duration-s", "2", "--again"]].concat();
+    let mut plant = cable.start(0, &plant);
+    let _policy = cable.start(1, &["policy", "--connect", address]);
+    plant.wait_for("the run begins");
+    cable.set("down");
+    plant.wait_for("waiting for policy");
+    cable.set("up");
+    let printed = plant.printed();
+    let (cut, next) = printed.split_once("BALANCED").expect("a second run");
+    assert!(cut.contains("policy: silent for 100 ms"), "{printed}");
+    assert!(next.contains("0 refused"), "{printed}");
 }
 
 /// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.

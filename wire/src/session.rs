@@ -123,6 +123,14 @@ impl Settings {
         }
     }
 
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`WireError::Setting`] as of [`open`](Self::open).
+    pub fn check(&self) -> Result<(), WireError> {
+        self.config().map(drop)
+    }
+
     /// Opens the connection. Waits until an end that connects has found the other.
     ///
     /// # Errors

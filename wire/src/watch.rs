@@ -31,7 +31,8 @@ impl Drop for Watch {
 /// What is known of a node.
 #[derive(Default)]
 struct Presence {
-    present: bool,
+    /// Whether it is there; `None` at the beginning.
+    present: Option<bool>,
     /// Senders so far.
     starts: u64,
     silent_since: Option<Instant>,
@@ -52,8 +53,11 @@ impl Watch {
             while !ended.load(Ordering::Relaxed) {
                 for inlet in inlets.iter() {
                     let presence = known.entry(inlet.node.clone()).or_default();
-                    let news = presence.look(inlet, &peers);
-                    if let (Some((present, what)), Some(now)) = (news, times.now()) {
+                    let Some(now) = times.now() else {
+                        continue;
+                    };
+                    let run = Duration::from_nanos(now.as_nanos());
+                    if let Some((present, what)) = presence.look(inlet, &peers, run) {
                         observer.note_presence(now, &inlet.node, present, &what);
                     }
                 }
@@ -66,39 +70,40 @@ impl Watch {
 }
 
 impl Presence {
-    /// What changed, if something did.
-    fn look(&mut self, inlet: &Inlet, peers: &Peers) -> Option<(bool, String)> {
+    /// What changed, if something did, in a run that has lasted for `run`.
+    fn look(&mut self, inlet: &Inlet, peers: &Peers, run: Duration) -> Option<(bool, String)> {
         let now = Instant::now();
         let (silence, starts) = {
             let sender = inlet.sender();
-            (sender.silence(now)?, sender.starts)
+            (sender.silence(now).unwrap_or(run), sender.starts)
         };
-        let again = starts > self.starts && self.starts > 0;
-        let first = self.starts == 0;
+        let (first, again) = (self.starts == 0, starts > self.starts && self.starts > 0);
+        let present = starts > 0 && silence <= inlet.patience;
+        if !present && silence <= inlet.patience {
+            return None;
+        }
+        let before = self.present.replace(present);
         self.starts = starts;
-        let silent = silence > inlet.patience;
-        match (self.present, silent) {
-            (true, true) => {
-                self.present = false;
+        match (before, present) {
+            (Some(false), false) | (Some(true), true) if !again => None,
+            (_, false) => {
                 self.silent_since = now.checked_sub(silence);
                 let limit = inlet.patience.as_millis();
                 Some((false, format!("silent for {limit} ms")))
             }
-            (false, false) => {
-                self.present = true;
+            (_, true) => {
                 let gone = self.silent_since.take().map(|since| now - since - silence);
-                let gone = gone.unwrap_or_default().as_secs_f64();
+                let after = gone.map(|gone| format!(" after {:.2} s", gone.as_secs_f64()));
+                let after = after.unwrap_or_default();
                 Some((
                     true,
                     match (first, again) {
-                        (true, _) => format!("here{}", place(inlet, peers)),
-                        (_, true) => format!("started again, after {gone:.2} s"),
-                        (_, false) => format!("back after {gone:.2} s"),
+                        (true, _) => format!("here{after}{}", place(inlet, peers)),
+                        (_, true) => format!("started again{after}"),
+                        (_, false) => format!("back{after}"),
                     },
                 ))
             }
-            (true, false) if again => Some((true, "started again".to_owned())),
-            _ => None,
         }
     }
 }

@@ -113,6 +113,7 @@ impl<'a> Run<'a> {
         stop: &Stop,
     ) -> Result<Self, Error> {
         let experiment = Experiment::part(program.system.clone(), config, here)?;
+        settings.check().map_err(wire_error)?;
         if let End::Connect(addresses) = &settings.end {
             note(&format!("connecting to {}", addresses.join(", ")));
         }

@@ -24,6 +24,7 @@ pub fn attached(address: &str, file: Option<PathBuf>) -> Settings {
 
 /// Opens the dashboard until the person leaves. The run goes on.
 pub fn show(program: &Program, settings: Settings, options: &Options) -> Result<(), Error> {
+    settings.check().map_err(wire_error)?;
     if let End::Connect(addresses) = &settings.end {
         note(&format!("connecting to {}", addresses.join(", ")));
     }
