@@ -203,6 +203,22 @@ mod tests {
     }
 
     #[test]
+    fn the_configurations_of_the_manual_are_valid_and_have_credentials() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/network");
+        let robot = Settings {
+            file: Some(PathBuf::from(format!("{folder}/robot.json5"))),
+            ..listen("tcp/0.0.0.0:7447", false)
+        };
+        assert!(robot.check().is_ok(), "{:?}", robot.check());
+        let policy = Settings {
+            end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
+            insecure: false,
+            file: Some(PathBuf::from(format!("{folder}/policy.json5"))),
+        };
+        assert!(policy.check().is_ok(), "{:?}", policy.check());
+    }
+
+    #[test]
     fn limits_are_ours_unless_a_file_has_others() {
         const SIZE: &str = "transport/link/rx/max_message_size";
         const LEASE: &str = "transport/link/tx/lease";

@@ -24,13 +24,15 @@ use crate::{
     version,
 };
 
+#[cfg(feature = "network")]
+pub use self::network::NetworkArgs;
 pub use self::{
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Wanted},
     explain::explain,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
-    network::{NetworkArgs, NodeArgs, UpArgs},
+    network::{NodeArgs, UpArgs},
     picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
