@@ -26,9 +26,11 @@ pub fn dead_links(page: &ManualPage) -> Vec<String> {
 pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");
-    let known = ["", "run", "sweep", "hunt", "exercise", "replay"]
-        .map(help)
-        .join("");
+    let known = [
+        "", "run", "sweep", "hunt", "exercise", "replay", "up", "node",
+    ]
+    .map(help)
+    .join("");
     let mut faults = Vec::new();
     for code in &page.code {
         let ours = code
