@@ -92,7 +92,8 @@ impl Presence {
                 Some((false, format!("silent for {limit} ms")))
             }
             (_, true) => {
-                let gone = self.silent_since.take().map(|since| now - since - silence);
+                let silent = self.silent_since.take();
+                let gone = silent.map(|since| (now - since).saturating_sub(silence));
                 let after = gone.map(|gone| format!(" after {:.2} s", gone.as_secs_f64()));
                 let after = after.unwrap_or_default();
                 Some((
