@@ -9,7 +9,6 @@ use serde_json::Value;
 use super::{
     printable::make_printable,
     schema::{JSON, message, piece, tick},
-    thread_log::Piece,
     timeline::RUN_TIME,
     tracks::NANOS_PER_MICRO,
 };
@@ -96,6 +95,18 @@ fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
         }
         _ => None,
     }
+}
+
+/// A piece of a thread's log in a file.
+pub struct Piece {
+    /// Number of the row, counted from zero.
+    pub row: u64,
+    /// Number of the thread.
+    pub thread: u64,
+    /// The piece.
+    pub bytes: Vec<u8>,
+    /// Digest of this row and all before.
+    pub digest: u64,
 }
 
 /// The pieces of the log of threads in `chunk`; `None` for a damaged row.

@@ -11,7 +11,8 @@ use ratelab::runtime::{
 use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 
 use super::{
-    columns, rows,
+    columns,
+    rows::{self, Piece},
     schema::{THREADS, piece},
     timeline::Stamps,
 };
@@ -74,18 +75,6 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     let head = [before.unwrap_or(0), row, thread].map(u64::to_le_bytes);
     let digest = Digest::of(&[head.as_flattened(), bytes].concat()).to_string();
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
-}
-
-/// A piece of a thread's log in a file.
-pub struct Piece {
-    /// Number of the row, counted from zero.
-    pub row: u64,
-    /// Number of the thread.
-    pub thread: u64,
-    /// The piece.
-    pub bytes: Vec<u8>,
-    /// Digest of this row and all before.
-    pub digest: u64,
 }
 
 /// The rows of a file so far.

@@ -29,6 +29,7 @@ mod plan;
 mod run_log;
 mod section;
 mod shared;
+mod thread;
 mod turns;
 mod watch;
 
@@ -39,5 +40,6 @@ pub use watch::{Doing, Watch};
 pub(crate) use entry::{End, Entry};
 pub(crate) use plan::Part;
 pub(crate) use run_log::{RunLog, Stream};
-pub(crate) use section::{Section, Sections, Stretch, Thread};
+pub(crate) use section::{Section, Sections, Stretch};
+pub(crate) use thread::Thread;
 pub(crate) use turns::{Follower, Noter, expect, finish_entry};

@@ -11,7 +11,7 @@ use std::{
     collections::{BTreeMap, BinaryHeap},
 };
 
-use super::{lock_name::LockName, log::LogError, section::Thread};
+use super::{lock_name::LockName, log::LogError, thread::Thread};
 use crate::runtime::time::Time;
 
 /// The next turn of each lock.

@@ -7,12 +7,12 @@ use super::{
     entry::{Coder, End, Entry},
     log::{Log, LogError},
     plan::{Plan, Turns},
+    thread::Thread,
     turns::Operation,
 };
 use crate::runtime::{
     sync::Arc,
     telemetry::{Event, EventKind},
-    time::Time,
 };
 
 /// A part of a run under the real clock.
@@ -34,39 +34,6 @@ pub(crate) struct Stretch {
     pub(crate) plan: Plan,
     /// How it ended; `None` where the log is cut off before.
     pub(crate) end: Option<End>,
-}
-
-/// What a thread did in a stretch.
-#[derive(Debug, Default)]
-pub(crate) struct Thread {
-    entries: Vec<(Entry, usize)>,
-    operations: Vec<Operation>,
-}
-
-impl Thread {
-    /// Number of entries.
-    pub(crate) fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// Entry number `index` with its operations.
-    pub(crate) fn entry(&self, index: usize) -> Option<(&Entry, &[Operation])> {
-        let (entry, end) = self.entries.get(index)?;
-        let before = index.checked_sub(1).map_or(0, |last| self.entries[last].1);
-        Some((entry, &self.operations[before..*end]))
-    }
-
-    /// Run time of an entry, or of the one before if it has none.
-    pub(crate) fn at(&self, index: usize) -> Time {
-        let entries = &self.entries[..=index.min(self.len().saturating_sub(1))];
-        let mut known = entries.iter().rev().filter_map(|(entry, _)| entry.at());
-        known.next().unwrap_or_default()
-    }
-
-    fn push(&mut self, entry: Entry, operations: &[Operation]) {
-        self.operations.extend_from_slice(operations);
-        self.entries.push((entry, self.operations.len()));
-    }
 }
 
 /// The parts of a run under the real clock, in order.

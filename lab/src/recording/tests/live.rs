@@ -207,11 +207,12 @@ fn ten_seconds_take_half_a_megabyte_and_their_batches_are_put_together() {
     };
     record(&config, &path).0.expect("no fault");
     let bytes = fs::metadata(&path).expect("file").len();
-    assert!(bytes <= 512 << 10, "{bytes} bytes");
+    // 14 kB of them are what the threads did, and in which order.
+    assert!(bytes <= 544 << 10, "{bytes} bytes");
 }
 
 #[test]
-fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
+fn a_run_that_saw_the_real_clock_for_a_while_comes_again() {
     let folder = folder();
     let path = folder.path().join("both.rrd");
     let config = paced(1.0);
@@ -228,8 +229,11 @@ fn nothing_is_verified_of_a_run_that_saw_the_real_clock() {
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     recorder.finish().expect("recorded");
-    let error = verify(&read(&path)).expect_err("no two are the same");
-    assert!(error.to_string().contains("for a while"), "{error}");
+    let mut recording = read(&path);
+    verify(&recording).expect("identical");
+    recording.threads = None;
+    let error = verify(&recording).expect_err("no order").to_string();
+    assert!(error.contains("for a while"), "{error}");
 }
 
 /// Wall times (ns) and run times of the ticks of the first node in a file.

@@ -34,9 +34,16 @@ fn any_run_of_the_real_clock_comes_again_to_the_bit() {
     let path = folder.path().join("real.rrd");
     for _ in 0..cases(6) {
         let takes = dice.pick(&["", ", takes policy 30..60", ", takes sensor 1"]);
-        let link = dice.pick(&["", ", link /obs delay:3..9,loss:0.1", ", read /obs oldest"]);
-        let setup = format!("{}, control-hz {}{takes}{link}", dice.knob(), dice.hz());
+        let setup = format!("{}, control-hz {}{takes}", dice.knob(), dice.hz());
         let mut config = real(&setup, 0.3);
+        let faults = [
+            "read /obs newest",
+            "link /obs delay:3..9,loss:0.1",
+            "read /obs oldest",
+        ];
+        config
+            .setup
+            .set(dice.pick(&faults).parse().expect("a knob"));
         config.knobs = super::with_knobs("", "0.1 control-hz 70\n0.2 queue-depth 3").knobs;
         if dice.below(2) == 0 {
             config.world = WorldKind::OWN;
