@@ -121,7 +121,7 @@ mod tests {
         packet::{Head, Moment, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
-    use ratelab::runtime::{Clock, END, Graph, Hz, Inbox, RealClock};
+    use ratelab::runtime::{Clock, END, Graph, Hz, Inbox, RealClock, Wiring};
 
     /// What was published: rows with stamp and origin.
     type Published = Receiver<(Vec<f64>, Time, Option<Time>)>;
@@ -146,7 +146,7 @@ mod tests {
             arrivals: bounded(1).0,
         };
         let hz = Hz::new(100.0).expect("a rate");
-        let once = move |_: &mut _| {
+        let once = move |_: &mut Wiring<'_>| {
             move |_| {
                 test(&inlet, &published);
                 END

@@ -224,7 +224,8 @@ impl<R: Remote> Model for Watcher<R> {
         self.notice = refusal.or(self.notice.take());
         let events = self.run.observer().events(self.events.len());
         self.events.extend(events);
-        let frame = Some(self.sampler.frame_data(&mut self.run));
+        let rows = self.run.new_rows();
+        let frame = Some(self.sampler.frame_data(&mut self.run, &rows));
         self.frame = frame;
         // The time that somebody is gone for goes on, too.
         Ok(true)
@@ -251,6 +252,7 @@ impl<R: Remote> Model for Watcher<R> {
             footer: self.footer(),
             help: self.help(),
             page: self.page(),
+            aside: None,
             notice: self.notice.as_deref(),
         })
     }

@@ -340,7 +340,7 @@ impl RemoteRun {
             .is_none_or(|hub| self.is_gone(hub.incarnation));
         if !is_gone {
             self.picture.counters.deliver(ripe);
-            self.picture.counters.advance_to(ripe);
+            self.picture.counters.set_now(ripe);
         }
         self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
     }
