@@ -91,6 +91,10 @@ pub enum Error {
     /// Measurements differ from the promises of the exercises; contains their number.
     #[error("{0} measurements do not hold: the runtime differs from that of the exercises")]
     Broken(usize),
+    /// The connection to other processes failed.
+    #[cfg(feature = "network")]
+    #[error("{0}")]
+    Network(String),
     /// The rerun viewer could not be opened.
     #[error("{0}")]
     Viewer(String),
@@ -124,6 +128,15 @@ impl Error {
             _ => format!("{why}: choose a place that can be written to"),
         };
         Self::BadInput(format!("{option} {}: {what}", path.display()))
+    }
+
+    /// An error for a command that this program was built without.
+    #[cfg(not(feature = "network"))]
+    pub fn without_network(command: &str) -> Self {
+        Self::BadInput(format!(
+            "{command} needs the network, which this program was built without: \
+             cargo install --path lab --features network"
+        ))
     }
 
     /// An error for a damaged recording, of which only the intact part was read.

@@ -47,6 +47,8 @@ mod hunt;
 mod like;
 mod metrics;
 mod names;
+#[cfg(feature = "network")]
+mod network;
 mod options;
 mod output;
 mod predictions;
@@ -114,6 +116,8 @@ fn execute(program: &Program) -> Result<(), Error> {
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),
         Ok(Command::Picture(args)) => commands::picture(program, &args),
+        Ok(Command::Up(args)) => commands::up(program, &args),
+        Ok(Command::Node(args)) => commands::node(program, &args),
         Ok(Command::Trace(args)) => commands::trace(program, &args),
         Ok(Command::Verify(args)) => commands::verify(program, &args),
         Ok(Command::Branch(args)) => commands::branch(program, &args),

@@ -116,6 +116,7 @@ fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
         lines.extend(others.filter_map(|event| match event.what {
             EventKind::Applied { .. } => Some(("command", event.to_string())),
             EventKind::Refused { .. } => Some(("refused", event.to_string())),
+            EventKind::Presence { .. } => Some(("presence", event.to_string())),
             EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
         }));
     }

@@ -5,6 +5,12 @@ use std::time::Duration;
 use super::pose::Pose;
 use crate::runtime::Fields;
 
+/// Name of the topic from sensor to policy.
+pub const OBS: &str = "/obs";
+
+/// Name of the topic from policy to actuator.
+pub const ACTION: &str = "/action";
+
 /// A reading of the sensor, in single precision as a policy network expects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {

@@ -16,6 +16,7 @@
 mod body;
 mod falls;
 mod free_plant;
+mod joints;
 mod linear;
 mod message;
 mod nodes;
@@ -32,7 +33,7 @@ mod table;
 pub use body::PlantError;
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
-pub use message::{Action, ControlStep, Observation};
+pub use message::{ACTION, Action, ControlStep, OBS, Observation};
 pub use nodes::{
     ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
     SENSE_TO_ACT, SENSOR, Sensor,
@@ -42,4 +43,4 @@ pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_ve
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;
-pub use system::{ACTION, BROKEN_HZ, CartPole, OBS, STATE, pole_angle, verdict};
+pub use system::{BROKEN_HZ, CartPole, STATE, pole_angle, verdict};

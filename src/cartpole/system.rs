@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::{
-    ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
-    FreePlant, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
-    SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
+    FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
+    Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
     falls::falls,
     mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
@@ -16,16 +16,11 @@ use crate::{
     runtime::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring},
     stability::{Rates, Weights, age_limit},
     system::{
-        AgeLimits, Alias, BuildError, Builder, Final, KnobText, KnobTextError, Picture,
-        QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WORLD, WorldKind,
+        AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, KnobText, KnobTextError,
+        Picture, QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WORLD,
+        WorldKind,
     },
 };
-
-/// Name of the topic from sensor to policy.
-pub const OBS: &str = "/obs";
-
-/// Name of the topic from policy to actuator.
-pub const ACTION: &str = "/action";
 
 /// Name of the topic with the state of the plant after each control step.
 pub const STATE: &str = "/state";
@@ -284,6 +279,23 @@ impl System for CartPole {
                 })
             }
         }
+    }
+
+    fn groups(&self) -> &'static [Group] {
+        &[Group {
+            name: "plant",
+            nodes: &[WORLD, SENSOR, ACTUATOR],
+        }]
+    }
+
+    fn joints(&self) -> &'static [Joints] {
+        &super::joints::JOINTS
+    }
+
+    /// No push from five control periods after the sensing behind the newest action.
+    fn watchdog(&self, setup: &Setup) -> Option<String> {
+        let hz = setup.rate(POLICY).map_or(CONTROL_HZ, Hz::get);
+        Some(format!("on-stale zero:{}", 5.0 * 1e3 / hz))
     }
 
     fn aliases(&self) -> &'static [Alias] {

@@ -15,6 +15,7 @@
 
 mod config;
 pub mod hunt;
+mod part;
 mod summary;
 pub mod sweep;
 mod taps;
@@ -32,8 +33,8 @@ pub use taps::Taps;
 
 use crate::{
     runtime::{
-        Clock, ClockExit, Command, Fault, Graph, Inbox, Observer, RealClock, RecordedTopic,
-        TimedCommand, TimedKnob, clock,
+        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Observer, RealClock,
+        RecordedTopic, TimedCommand, TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, MeanCost, System},
 };
@@ -86,20 +87,44 @@ impl Experiment {
         taken: &[TimedKnob],
     ) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
-        Self::built(system, config, taken)
+        Self::built(system, config, taken, None)
+    }
+
+    /// Builds the graph for a process that runs only the nodes named in `here`, on the
+    /// real clock: the others are in the graph, with their topics, and run elsewhere.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the graph cannot be built, a setting is invalid, or nodes are
+    /// named that it lacks or that belong together.
+    pub fn part(
+        system: Arc<dyn System>,
+        config: &Config,
+        here: &[String],
+    ) -> Result<Self, BuildError> {
+        let config = Config {
+            clock: ClockKind::Real,
+            ..config.resolved(&*system)?
+        };
+        let part = Self::built(system, config, &[], Some(here))?;
+        let graph = part.graph.observer().topology();
+        let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
+        let refused = part::check(part.system.groups(), &names, here);
+        refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
     }
 
     /// Builds the graph for a configuration with resolved messages.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        Self::built(system, config, &[])
+        Self::built(system, config, &[], None)
     }
 
     fn built(
         system: Arc<dyn System>,
         config: Config,
         taken: &[TimedKnob],
+        here: Option<&[String]>,
     ) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(config.seed, &config.setup, config.world).again(taken);
+        let builder = Builder::new(config.seed, &config.setup, config.world);
+        let mut builder = builder.again(taken).part(here);
         system.build(&mut builder)?;
         let Built {
             mut graph,

@@ -10,7 +10,7 @@ use super::{
     knob::{Knob, KnobKind},
     message::Payload,
     millis,
-    node::Node,
+    node::{GO_ON, Node},
     outbox::Outbox,
     rate::Rate,
     reexecution::RunLog,
@@ -138,6 +138,7 @@ impl Graph {
                     status: Mutex::new(status),
                     log: EventLog::default(),
                     threads: RunLog::default(),
+                    zero: Mutex::new(None),
                 }),
                 status,
                 nodes: Vec::new(),
@@ -185,6 +186,32 @@ impl Graph {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
                 message: message.map(str::to_owned),
             });
+        }
+        Ok(())
+    }
+
+    /// Adds a node that runs in another process: the graph learns its name, its rate and
+    /// its topics from `build`, and never ticks it.
+    ///
+    /// # Errors
+    /// As of [`Graph::node`].
+    pub(crate) fn remote_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<(), GraphError> {
+        let wire = |wiring: &mut Wiring<'_>| {
+            // Its ends of topics are of no use here, and go at once.
+            drop(build(wiring));
+            |_: Time| GO_ON
+        };
+        self.add(name, hz, priority, wire)?;
+        let added = (self.control.nodes.last_mut(), self.nodes.last_mut());
+        if let (Some(entry), Some(node)) = added {
+            entry.remote = true;
+            node.entry.remote = true;
         }
         Ok(())
     }
@@ -284,7 +311,10 @@ impl Graph {
             knob if knob.kind().is_of_topic() => self.control.check(knob),
             knob => {
                 let index = self.control.node_index(knob.target())?;
-                self.nodes[index].check(knob)
+                match &self.nodes[index] {
+                    node if node.entry.remote => Ok(()),
+                    node => node.check(knob),
+                }
             }
         }
     }
@@ -297,7 +327,11 @@ impl Graph {
         at: Time,
     ) -> Result<String, String> {
         let index = self.control.node_index(node)?;
-        self.nodes[index].obey(command, at)
+        match &mut self.nodes[index] {
+            // A setting for the process in which it runs.
+            node if node.entry.remote => Ok(String::new()),
+            node => node.obey(command, at),
+        }
     }
 }
 
@@ -323,6 +357,23 @@ impl ControlPlane {
         let known = self.nodes.iter().position(|node| &*node.name == name);
         let names = self.nodes.iter().map(|node| &*node.name);
         known.ok_or_else(|| nothing_called("node", name, names))
+    }
+
+    /// Whether some of the nodes run in other processes.
+    pub(crate) fn is_part(&self) -> bool {
+        self.nodes.iter().any(|node| node.remote)
+    }
+
+    /// The index of a node called `name` that runs here.
+    ///
+    /// # Errors
+    /// The reason, with the available alternatives.
+    pub(crate) fn local_index(&self, name: &str) -> Result<usize, String> {
+        let index = self.node_index(name)?;
+        match self.nodes[index].remote {
+            true => Err(format!("{name} runs in another process")),
+            false => Ok(index),
+        }
     }
 
     /// Changes a knob of a topic at run time `now`; returns the value before.

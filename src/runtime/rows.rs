@@ -143,10 +143,18 @@ pub trait RecordedTopic: Any + Send + Sync {
     /// The newest message, read without a subscription; `None` before the first.
     fn newest(&self) -> Option<Rows>;
 
+    /// A publisher of rows from another process.
+    fn inlet(&self) -> RowInlet;
+
     /// Has `watcher` look at every message from now on, with the run time at which it
     /// is published. It is called by the publisher, so it has to be quick.
     fn watch(&self, watcher: RowWatcher);
 }
+
+/// Publishes a row: the numbers of a message that arrived at run time `now`, was published
+/// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
+/// are no message of the topic. Takes: row, `now`, `stamp`, `origin`.
+pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> bool + Send + Sync>;
 
 /// Looks at the run time and the numbers of a message.
 pub type RowWatcher = Box<dyn FnMut(Time, &[f64]) + Send>;
@@ -172,6 +180,18 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
         let mut rows = Rows::new(T::FIELDS.len());
         rows.push_message(&newest);
         Some(rows)
+    }
+
+    fn inlet(&self) -> RowInlet {
+        let publisher = self.publisher();
+        Box::new(move |row, now, stamp, origin| {
+            let data = T::from_row(row);
+            let fits = data.is_some();
+            if let Some(data) = data {
+                publisher.forward(data, now, stamp, origin);
+            }
+            fits
+        })
     }
 
     fn watch(&self, mut watcher: RowWatcher) {

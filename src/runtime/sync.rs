@@ -98,6 +98,11 @@ mod model {
             self.0.checked_add(duration).map(Self)
         }
 
+        /// This instant less `duration`, unless that is before the first.
+        pub fn checked_sub(&self, duration: Duration) -> Option<Self> {
+            self.0.checked_sub(duration).map(Self)
+        }
+
         /// The time from `earlier` to this instant; zero if it is not earlier.
         pub fn saturating_duration_since(&self, earlier: Self) -> Duration {
             self.0.saturating_sub(earlier.0)

@@ -431,6 +431,12 @@ impl<T: Payload> Publisher<T> {
         }
     }
 
+    /// Publishes a message that arrived at run time `now` from another process, where it
+    /// was published at `stamp`.
+    pub(crate) fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+        self.bus.publish(data, now, stamp, origin);
+    }
+
     /// Publishes through the outbox, needed by few nodes.
     #[cold]
     fn put(&self, outbox: &Outbox, data: T, stamp: Time, origin: Option<Time>) {

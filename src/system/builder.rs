@@ -24,6 +24,8 @@ pub struct Builder<'a> {
     recorded: Vec<Arc<dyn RecordedTopic>>,
     /// Nodes that were built with their configured message.
     answered: Vec<String>,
+    /// The nodes that run in this process; `None` for all.
+    here: Option<&'a [String]>,
 }
 
 /// A finished graph.
@@ -47,6 +49,7 @@ impl<'a> Builder<'a> {
             graph,
             recorded: Vec::new(),
             answered: Vec::new(),
+            here: None,
         }
     }
 
@@ -70,6 +73,16 @@ impl<'a> Builder<'a> {
     /// The same for a run again of one that was turned by `taken` knobs.
     pub(crate) fn again(self, taken: &'a [TimedKnob]) -> Self {
         Self { taken, ..self }
+    }
+
+    /// The same with only the nodes named in `here`; the others run in other processes.
+    pub(crate) fn part(self, here: Option<&'a [String]>) -> Self {
+        Self { here, ..self }
+    }
+
+    fn is_here(&self, node: &str) -> bool {
+        let names = self.here.map(|names| names.iter().any(|name| name == node));
+        names.unwrap_or(true)
     }
 
     /// Whether this is a recorded run, executed again, that was turned by a knob of this
@@ -96,7 +109,7 @@ impl<'a> Builder<'a> {
     {
         let (world, hz) = (SharedWorld::new(world), Hz::new(hz)?);
         let shared = world.clone();
-        self.graph.node(WORLD, hz, 0, |wiring| {
+        let build = |wiring: &mut Wiring<'_>| {
             const TIMES: &[KnobKind] = &[
                 KnobKind::Rate,
                 KnobKind::Takes,
@@ -113,7 +126,11 @@ impl<'a> Builder<'a> {
             );
             let mut look = look(wiring);
             move |now| look(&world.at(now), now)
-        })?;
+        };
+        match self.is_here(WORLD) {
+            true => self.graph.node(WORLD, hz, 0, build)?,
+            false => self.graph.remote_node(WORLD, hz, 0, build)?,
+        }
         Ok(shared)
     }
 
@@ -163,6 +180,9 @@ impl<'a> Builder<'a> {
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
+        if !self.is_here(name) {
+            return Ok(self.graph.remote_node(name, hz, priority, build)?);
+        }
         let answered = self.answered.iter().any(|known| known == name);
         let message = self.setup.message(name).filter(|_| !answered);
         let graph = &mut self.graph;
@@ -182,7 +202,10 @@ impl<'a> Builder<'a> {
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
-        Ok(self.graph.node(name, hz, priority, build)?)
+        match self.is_here(name) {
+            true => Ok(self.graph.node(name, hz, priority, build)?),
+            false => Ok(self.graph.remote_node(name, hz, priority, build)?),
+        }
     }
 
     /// Sends the configured messages and returns the graph.

@@ -48,6 +48,7 @@ mod age_limits;
 mod alias;
 mod builder;
 mod comment;
+mod joints;
 mod knob_text;
 mod picture;
 mod quadratic_cost;
@@ -65,6 +66,7 @@ pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub(crate) use builder::Built;
 pub use builder::{Builder, WORLD};
+pub use joints::{JointValues, Joints};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
@@ -94,6 +96,24 @@ pub trait System: Send + Sync + 'static {
     /// # Errors
     /// [`BuildError`] if the graph cannot be built.
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError>;
+
+    /// The nodes that share something beside topics, such as the plant, under a name for
+    /// the group: they run in one process.
+    fn groups(&self) -> &'static [Group] {
+        &[]
+    }
+
+    /// The topics whose messages are joint states for other robot software.
+    fn joints(&self) -> &'static [Joints] {
+        &[]
+    }
+
+    /// A knob, as text, that keeps the plant safe where an action may cease to arrive: a
+    /// setting of runs in several processes. `setup` is that of the run.
+    fn watchdog(&self, setup: &Setup) -> Option<String> {
+        let _ = setup;
+        None
+    }
 
     /// The system's own names for some knobs, such as `control-hz` for `rate policy`.
     fn aliases(&self) -> &'static [Alias] {
@@ -200,6 +220,15 @@ pub trait System: Send + Sync + 'static {
         let _ = state;
         None
     }
+}
+
+/// Nodes that share something beside topics.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// Name of the group, such as `plant`.
+    pub name: &'static str,
+    /// Names of its nodes. A run may lack some of them.
+    pub nodes: &'static [&'static str],
 }
 
 /// An error while building a graph.

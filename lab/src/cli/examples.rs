@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 17] = [
+const OF_COMMANDS: [(&str, &str); 19] = [
     (
         "",
         "\
@@ -60,6 +60,19 @@ const OF_COMMANDS: [(&str, &str); 17] = [
   ratelab picture fall.rrd --at 0.8 --theme light -o fall.svg
   ratelab picture fall.rrd --animate 0.2 --size 80x24 -o fall.svg
   ratelab picture --control-hz 15 --at 5 --size 80x24",
+    ),
+    (
+        "up",
+        "\
+  ratelab up                            plant and policy apart, and the dashboard
+  ratelab up --duration-s 10 --control-hz 20",
+    ),
+    (
+        "node",
+        "\
+  ratelab node plant                    here, and in another terminal:
+  ratelab node policy --policy lqr
+  ratelab node policy --connect tcp/ROBOT:7447",
     ),
     ("trace", "  ratelab trace fall.rrd -o fall.pftrace"),
     ("verify", "  ratelab verify recordings/*.rrd"),

@@ -8,6 +8,7 @@ mod export_web;
 mod grade;
 mod graph;
 mod hunt;
+mod network;
 mod picture;
 mod recordings;
 mod run;
@@ -26,6 +27,8 @@ use crate::{
     version,
 };
 
+#[cfg(feature = "network")]
+pub use self::network::NetworkArgs;
 pub use self::{
     branch::BranchArgs,
     examples::EXAMPLES,
@@ -35,6 +38,7 @@ pub use self::{
     grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
     hunt::HuntArgs,
+    network::{NodeArgs, UpArgs},
     picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
@@ -51,6 +55,8 @@ pub mod heading {
     pub const TIME: &str = "Time";
     /// Options of files and printed output.
     pub const OUTPUT: &str = "Output";
+    /// Options of connections.
+    pub const NETWORK: &str = "Network";
     /// Options of the display.
     pub const SCREEN: &str = "Screen";
 }
@@ -80,6 +86,10 @@ pub enum Command {
     ExportWeb(ExportWebArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.
     Picture(PictureArgs),
+    /// Run the graph in several processes of this machine, with the dashboard over all.
+    Up(UpArgs),
+    /// Run some nodes of the graph here; the others run in other processes.
+    Node(NodeArgs),
     /// The commands of the course.
     #[command(skip)]
     Course(CourseCommand),
@@ -111,7 +121,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 23;
+const COURSE: usize = 27;
 
 /// Parses the command line of `program`.
 ///
@@ -150,7 +160,9 @@ pub fn command(program: &Program) -> clap::Command {
         .version(version::short(program))
         .long_version(version::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "hunt" | "picture" => system::with_run_options(command, program),
+        "lab" | "run" | "hunt" | "picture" | "up" | "node" => {
+            system::with_run_options(command, program)
+        }
         "sweep" => system::with_axes(command, program),
         _ => command,
     };

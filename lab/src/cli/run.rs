@@ -51,7 +51,34 @@ pub struct LabArgs {
     /// Options of the display.
     #[command(flatten)]
     pub screen: ScreenArgs,
+
+    /// Show the run of other processes, which listen at this address, such as
+    /// tcp/127.0.0.1:7447.
+    #[arg(long, value_name = "ADDRESS", help_heading = heading::NETWORK, conflicts_with_all = NO_RUN)]
+    pub attach: Option<String>,
+
+    /// A zenoh configuration (JSON5) for --attach, with credentials.
+    #[arg(long, value_name = "FILE", help_heading = heading::NETWORK, requires = "attach")]
+    pub zenoh_config: Option<PathBuf>,
 }
+
+/// The options of a run of one's own.
+const NO_RUN: [&str; 14] = [
+    "seed",
+    "knob",
+    "knobs",
+    "clock",
+    "duration_s",
+    "speed",
+    "like",
+    "realtime",
+    "smoke",
+    "out",
+    "csv",
+    "record",
+    "json",
+    "takes",
+];
 
 /// The options of a dashboard.
 #[derive(Debug, Args)]

@@ -26,6 +26,9 @@ const DEFAULTS: Defaults = Defaults {
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
+    if let Some(address) = &args.attach {
+        return attach(program, args, address);
+    }
     let like = options::like(program, &args.run.graph)?;
     let config = options::config(program, &args.run, &DEFAULTS, like.as_ref())?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
@@ -59,6 +62,20 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         like.as_ref(),
     )?;
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Opens the dashboard over the run of other processes.
+#[cfg(feature = "network")]
+fn attach(program: &Program, args: &LabArgs, address: &str) -> Result<(), Error> {
+    need_terminal("the lab needs a terminal to draw on", "run")?;
+    let end = crate::network::attached(address, args.zenoh_config.clone());
+    crate::network::show(program, end, &screen(&args.screen))
+}
+
+/// Prints how to get it.
+#[cfg(not(feature = "network"))]
+fn attach(_: &Program, _: &LabArgs, _: &str) -> Result<(), Error> {
+    Err(Error::without_network("lab --attach"))
 }
 
 /// Adds the name of the file to an error of writing rows.

@@ -77,6 +77,8 @@ pub struct NodeData {
     pub lit: bool,
     /// Its state.
     pub health: Health,
+    /// The process in which it runs, where that is another one.
+    pub place: Option<String>,
     /// Lateness of its ticks (real clock only).
     pub lateness: Quantiles,
     /// Duration of its ticks.
@@ -93,6 +95,17 @@ pub enum Health {
     Crashed,
     /// It is in a tick made long by a knob.
     Hangs,
+    /// Its process does not answer.
+    Gone,
+}
+
+/// The process in which a node runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Its name, such as `4242@robot`.
+    pub text: String,
+    /// Whether it does not answer.
+    pub gone: bool,
 }
 
 impl Health {
@@ -104,6 +117,7 @@ impl Health {
             Self::Crashed if room >= "crashed".len() => Some("crashed"),
             Self::Crashed => Some("dead"),
             Self::Hangs => Some("hangs"),
+            Self::Gone => Some("gone"),
         }
     }
 }

@@ -32,6 +32,8 @@ mod presets;
 mod prompt;
 mod push_age;
 mod reaction;
+#[cfg(feature = "network")]
+mod remote;
 mod sameness;
 mod sampler;
 mod session;
@@ -60,9 +62,15 @@ use ratelab::{experiment::Config, system::System};
 use app::App;
 pub use app::LabOutcome;
 pub use error::LabError;
+#[cfg(feature = "network")]
+pub use frame::Place;
 use jobs::Turn;
 use model::Model;
 use player::Player;
+#[cfg(feature = "network")]
+pub use remote::Remote;
+#[cfg(feature = "network")]
+pub use sampler::{RunSource, WatchedRows, watched};
 pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
@@ -114,6 +122,15 @@ pub fn play(
     options: &Options,
 ) -> Result<(), LabError> {
     on_screen(&mut Player::new(recording, system), options)
+}
+
+/// Shows a run of other processes until the person leaves.
+///
+/// # Errors
+/// [`LabError`] if the terminal failed.
+#[cfg(feature = "network")]
+pub fn watch(run: impl Remote, options: &Options) -> Result<(), LabError> {
+    on_screen(&mut remote::Watcher::new(run), options)
 }
 
 /// Shows `model` on the terminal, which is back in order in any case.

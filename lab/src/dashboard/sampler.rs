@@ -21,8 +21,8 @@ use super::{
     figures::{Figures, NodeFigures},
     flights::dots,
     frame::{
-        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, PushSentence,
-        Quantiles, SignalTrace, Standing, Strain, TopicData, VerdictData,
+        AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, Place, PushData,
+        PushSentence, Quantiles, SignalTrace, Standing, Strain, TopicData, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
@@ -94,6 +94,12 @@ pub trait RunSource {
 
     /// The summary, once the run is over.
     fn summary(&self) -> Option<&Summary>;
+
+    /// The process in which the node called `node` runs, if that is another one.
+    fn place(&self, node: &str) -> Option<Place> {
+        let _ = node;
+        None
+    }
 
     /// Whether its knobs can be turned.
     fn live(&self) -> bool {
@@ -179,10 +185,18 @@ impl Sampler {
                 ..latency.clone()
             }),
             nodes: nodes
-                .map(|((node, figures), lit)| NodeData {
-                    caption: session.system().caption(&node.name),
-                    health: self.health(node, counters.now),
-                    ..node_data(node, *figures, lit)
+                .map(|((node, figures), lit)| {
+                    let place = session.place(&node.name);
+                    let gone = place.as_ref().is_some_and(|place| place.gone);
+                    NodeData {
+                        caption: session.system().caption(&node.name),
+                        health: match gone {
+                            true => Health::Gone,
+                            false => self.health(node, counters.now),
+                        },
+                        place: place.map(|place| place.text),
+                        ..node_data(node, *figures, lit)
+                    }
                 })
                 .collect(),
             topics: topics
@@ -506,6 +520,7 @@ fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
         overruns: node.overruns,
         lit,
         health: Health::Works,
+        place: None,
         lateness: figures.lateness,
         tick_time: figures.tick_time,
     }

@@ -116,6 +116,7 @@ manual! {
     faults: "docs/faults.md",
     costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",
+    network: "docs/network.md",
     ros2: "docs/ros2.md",
     chapter: "docs/chapter.md",
     teaching: "docs/teaching.md",

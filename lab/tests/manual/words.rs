@@ -27,7 +27,8 @@ pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");
     let known = [
-        "", "run", "sweep", "hunt", "exercise", "replay", "picture", "grade", "verify",
+        "", "run", "sweep", "hunt", "exercise", "replay", "picture", "grade", "verify", "up",
+        "node",
     ]
     .map(help)
     .join("");

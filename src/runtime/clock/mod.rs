@@ -106,7 +106,7 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
     graph.control.deliver(graph.now());
-    for node in &mut graph.nodes {
+    for node in graph.nodes.iter_mut().filter(|node| !node.entry.remote) {
         if let Some((at, _)) = ended {
             // Ticks due at the end are missed, even though no node ticks any more.
             node.overrun_before(at + Time::TICK);

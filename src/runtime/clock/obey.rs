@@ -27,6 +27,10 @@ pub(super) fn obey(
             Ok(before) => Some(before),
             Err(reason) => return refuse(control, command, at, &reason),
         },
+        Command::Pause | Command::HandOver(_) if control.is_part() => {
+            let reason = "its nodes run in several processes, which share the wall's time";
+            return refuse(control, command, at, reason);
+        }
         Command::Pause => {
             control.update(|status| status.paused = true);
             None

@@ -20,7 +20,7 @@ use crate::runtime::{
 fn command(event: &Event) -> Option<&Command> {
     match &event.what {
         EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => Some(command),
-        EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
+        EventKind::Ended { .. } | EventKind::Faulted { .. } | EventKind::Presence { .. } => None,
     }
 }
 

@@ -20,7 +20,7 @@ use crate::runtime::{
     node::Fault,
     reexecution::{End, Entry, Noter, Stream},
     scheduled_node::ScheduledNode,
-    sync::{Arc, spawn_named, thread},
+    sync::{Arc, lock, spawn_named, thread},
     telemetry::RunState,
     time::Time,
 };
@@ -152,12 +152,13 @@ impl RealClock {
             until,
             mailboxes: &mailboxes,
             reports,
-            working: graph.nodes.len(),
+            working: graph.nodes.iter().filter(|node| !node.entry.remote).count(),
             log: log.clone(),
         };
         let noter = Noter::new();
         let end = thread::scope(|scope| {
-            for (index, (node, mailbox)) in graph.nodes.iter_mut().zip(&mailboxes).enumerate() {
+            let nodes = graph.nodes.iter_mut().zip(&mailboxes).enumerate();
+            for (index, (node, mailbox)) in nodes.filter(|(_, (node, _))| !node.entry.remote) {
                 let name = node.entry.name.clone();
                 let worker = Worker {
                     node,
@@ -178,6 +179,7 @@ impl RealClock {
                 }
             }
             let end = supervisor.supervise();
+            *lock(&supervisor.control.state.zero) = None;
             let stopped = supervisor.control.now();
             for mailbox in &mailboxes {
                 mailbox.post(Wakeup::Stop(stopped));
@@ -254,6 +256,7 @@ impl Supervisor<'_> {
     /// Starts the nodes; returns when they are to stop.
     fn supervise(&mut self) -> StretchEnd {
         let wall = Wall::starting_at(self.control.now());
+        *lock(&self.control.state.zero) = wall.zero();
         for mailbox in self.mailboxes {
             mailbox.post(Wakeup::Start(wall));
         }
@@ -298,7 +301,7 @@ impl Supervisor<'_> {
     }
 
     fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
-        let node = command.node().map(|node| self.control.node_index(node));
+        let node = command.node().map(|node| self.control.local_index(node));
         if let Some(Ok(index)) = node {
             self.mailboxes[index].post(Wakeup::Command(command));
             return None;

@@ -76,7 +76,7 @@ pub(super) fn obey_node(
 pub(super) fn supervise(control: &mut ControlPlane, command: &Command, at: Time) -> obey::Obeyed {
     let unknown = command
         .node()
-        .and_then(|node| control.node_index(node).err());
+        .and_then(|node| control.local_index(node).err());
     let obeyed = match unknown {
         Some(reason) => obey::refuse(control, command, at, &reason),
         None => obey::obey(control, ClockKind::Real, command, at),

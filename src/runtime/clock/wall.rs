@@ -30,6 +30,13 @@ impl Wall {
         }
     }
 
+    /// The wall time of run time zero, at the pace of the wall; `None` if that was before
+    /// the machine started.
+    pub(crate) fn zero(&self) -> Option<Instant> {
+        let run = Duration::from_nanos(self.run.as_nanos());
+        self.wall.checked_sub(run)
+    }
+
     /// The run time now.
     pub(crate) fn now(&self) -> Time {
         self.run + self.scaled(self.wall.elapsed(), self.factor)

@@ -49,6 +49,15 @@ pub enum EventKind {
         /// The error.
         cause: String,
     },
+    /// A node in another process appeared, or fell silent.
+    Presence {
+        /// Name of the node.
+        node: String,
+        /// Whether its messages arrive.
+        present: bool,
+        /// The observation, such as `silent for 100 ms`.
+        what: String,
+    },
 }
 
 impl fmt::Display for Event {
@@ -63,6 +72,7 @@ impl fmt::Display for Event {
             EventKind::Refused { command, reason } => write!(f, "{command} refused: {reason}"),
             EventKind::Ended { node } => write!(f, "{node} ended the run"),
             EventKind::Faulted { node, cause } => write!(f, "{node} failed: {cause}"),
+            EventKind::Presence { node, what, .. } => write!(f, "{node}: {what}"),
         }
     }
 }

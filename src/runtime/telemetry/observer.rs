@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use super::{
-    Distribution, Event, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
+    Distribution, Event, EventKind, EventLog, Flight, Meter, MeterRecorder, NodeCounters, PushAge,
     PushAgeView, ReadMark, TopicCounters,
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
     reexecution::{Log, LogPosition, RunLog},
     sync::{
-        Arc, Mutex,
+        Arc, Instant, Mutex,
         atomic::{AtomicU64, Ordering},
         lock,
     },
@@ -36,6 +36,8 @@ pub(crate) struct RunState {
     pub(crate) log: EventLog,
     /// What the threads of the real clock did.
     pub(crate) threads: RunLog,
+    /// The moment of run time zero, while a real clock runs the graph.
+    pub(crate) zero: Mutex<Option<Instant>>,
 }
 
 impl RunState {
@@ -56,6 +58,8 @@ pub(crate) struct NodeEntry {
     response: Meter,
     pub(crate) meters: Vec<(String, Meter)>,
     pub(crate) push_age: Option<PushAge>,
+    /// Whether it runs in another process.
+    pub(crate) remote: bool,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -154,6 +158,8 @@ pub struct NodeView {
     pub busy: bool,
     /// Whether it crashed without a restart since.
     pub crashed: bool,
+    /// Whether it runs in another process, which has its figures.
+    pub remote: bool,
     /// Lateness of ticks. In virtual time it is measured only where a lateness is set.
     pub lateness: Distribution,
     /// Duration of ticks: in run time where a duration is set, otherwise in wall time.
@@ -302,6 +308,23 @@ impl Observer {
         *lock(&self.state.status)
     }
 
+    /// The moment of run time zero under the real clock; `None` in virtual time, before
+    /// the run and during a pause.
+    pub fn zero(&self) -> Option<Instant> {
+        *lock(&self.state.zero)
+    }
+
+    /// Logs that a node in another process appeared or fell silent.
+    pub fn note_presence(&self, at: Time, node: &str, present: bool, what: &str) {
+        let (node, what) = (node.to_owned(), what.to_owned());
+        let presence = EventKind::Presence {
+            node,
+            present,
+            what,
+        };
+        self.state.log.note(at, presence);
+    }
+
     /// Commands and ends of the run so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.state.log.since(first)
@@ -343,6 +366,7 @@ impl NodeEntry {
             response: response.1,
             meters,
             push_age,
+            remote: false,
         };
         let recorders = TickMeters {
             lateness: lateness.0,
@@ -362,6 +386,7 @@ impl NodeEntry {
             overruns: counters.overruns.load(Ordering::Relaxed),
             busy: counters.busy.load(Ordering::Relaxed),
             crashed: counters.crashed.load(Ordering::Relaxed),
+            remote: self.remote,
             lateness: read(&self.lateness),
             tick_time: read(&self.tick_time),
             response: read(&self.response),

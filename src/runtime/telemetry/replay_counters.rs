@@ -67,6 +67,7 @@ impl ReplayCounters {
                 status: Mutex::new(status),
                 log: EventLog::default(),
                 threads: RunLog::default(),
+                zero: Mutex::new(None),
             }),
             nodes: topology.nodes.iter().map(ReplayNode::new).collect(),
             topics: topology.topics.iter().map(ReplayTopic::new).collect(),

@@ -254,7 +254,7 @@ impl Model for App {
                 back: self.looking_back(),
                 ended: self.ended(),
                 recording: self.recording(),
-                replay: false,
+                ..StatusExtra::default()
             },
             focus: self.focus,
             zoomed: self.zoomed,

@@ -3,6 +3,8 @@
 
 mod lab;
 mod map;
+#[cfg(feature = "network")]
+mod remote;
 mod replay;
 
 use std::fmt::Write;
@@ -11,6 +13,8 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 pub use lab::{LAB, LabAction};
 pub use map::{MAP, MapAction};
+#[cfg(feature = "network")]
+pub use remote::{REMOTE, RemoteAction};
 pub use replay::{REPLAY, ReplayAction};
 
 /// Keys and what they mean.
@@ -211,6 +215,8 @@ mod tests {
         no_key_has_two_meanings(&LAB);
         no_key_has_two_meanings(&MAP);
         no_key_has_two_meanings(&REPLAY);
+        #[cfg(feature = "network")]
+        no_key_has_two_meanings(&REMOTE);
     }
 
     #[test]
@@ -218,5 +224,7 @@ mod tests {
         every_action_can_be_reached(&LAB);
         every_action_can_be_reached(&MAP);
         every_action_can_be_reached(&REPLAY);
+        #[cfg(feature = "network")]
+        every_action_can_be_reached(&REMOTE);
     }
 }

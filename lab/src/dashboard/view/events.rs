@@ -117,8 +117,10 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
     let text = event.to_string();
     let (time, what) = text.split_once(": ").unwrap_or(("", &text));
     let bad = match event.what {
-        EventKind::Refused { .. } | EventKind::Faulted { .. } => true,
-        EventKind::Applied { .. } | EventKind::Ended { .. } => false,
+        EventKind::Refused { .. }
+        | EventKind::Faulted { .. }
+        | EventKind::Presence { present: false, .. } => true,
+        EventKind::Applied { .. } | EventKind::Ended { .. } | EventKind::Presence { .. } => false,
     };
     let begin = TIME_COLUMNS + 2;
     let time = format!("{time:>TIME_COLUMNS$}");

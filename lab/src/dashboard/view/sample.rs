@@ -188,6 +188,7 @@ pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
         overruns: 0,
         lit,
         health: Health::Works,
+        place: None,
         lateness: Quantiles::default(),
         tick_time: Quantiles::default(),
     }

@@ -24,6 +24,10 @@ pub struct StatusExtra {
     pub recording: Option<u64>,
     /// Whether this is the replay of a recording.
     pub replay: bool,
+    /// How exact ages across machines are, unless they are exact.
+    pub clocks: Option<String>,
+    /// What is wrong with the connection to other processes.
+    pub trouble: Option<String>,
 }
 
 /// Draws the top line, the name of the system first. If it is too narrow, parts are left
@@ -43,12 +47,14 @@ pub fn render_status(
         state(frame, extra, theme),
     ];
     parts.extend(extra.recording.map(|lost| recording(lost, theme)));
+    parts.extend(extra.trouble.as_ref().map(|what| trouble(what, theme)));
     let told = !extra.replay; // A recording has run time only.
     let wall = told.then(|| (format!("{:>5} s wall", frame.wall_s), Style::new()));
     let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
     parts.extend(frame.world.map(|world| (world.to_owned(), Style::new())));
     parts.extend(wall);
+    parts.extend(extra.clocks.iter().map(|text| (text.clone(), Style::new())));
     parts.push((format!("seed {}", frame.seed), Style::new()));
     let settings = frame.settings.iter().cloned();
     parts.extend(settings.map(|setting| (setting, Style::new())));
@@ -108,6 +114,11 @@ fn recording(lost: u64, theme: &Theme) -> (String, Style) {
         0 => (format!("{sign} rec"), theme.strong()),
         lost => (format!("{sign} rec, {lost} lost"), theme.alarm()),
     }
+}
+
+fn trouble(what: &str, theme: &Theme) -> (String, Style) {
+    let sign = theme.glyph("✖", "!");
+    (format!("{sign} {what}"), theme.alarm())
 }
 
 fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Style) {

@@ -61,6 +61,8 @@ fn level(what: &EventKind) -> &'static str {
     match what {
         EventKind::Applied { .. } => TextLogLevel::INFO,
         EventKind::Refused { .. } => TextLogLevel::WARN,
+        EventKind::Presence { present: true, .. } => TextLogLevel::INFO,
+        EventKind::Presence { .. } => TextLogLevel::WARN,
         EventKind::Ended { .. } | EventKind::Faulted { .. } => TextLogLevel::ERROR,
     }
 }

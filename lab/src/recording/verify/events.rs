@@ -91,6 +91,8 @@ fn comes_again(system: &dyn System, event: &Event) -> bool {
         EventKind::Applied { command, .. } => !paces(command),
         EventKind::Refused { command, .. } => !names_a_file(system, command),
         EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+        // Only of runs on the real clock.
+        EventKind::Presence { .. } => false,
     }
 }
 

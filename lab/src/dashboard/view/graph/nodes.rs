@@ -67,7 +67,7 @@ fn full(node: &NodeData, mark: &str, theme: &Theme, rect: Rect, buf: &mut Buffer
     }
     let room = usize::from(inner.width);
     let beneath = inner.height > 1;
-    let mut lines = vec![rate(node, theme, room, !beneath)];
+    let mut lines = vec![rate(node, theme, room, !beneath || node.place.is_some())];
     if beneath {
         lines.push(overruns(node, theme, room));
     }
@@ -131,6 +131,10 @@ fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Lin
 }
 
 fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
+    if let Some(place) = &node.place {
+        let place = pane::clip(place, room, theme);
+        return Line::from(Span::styled(place, theme.faint()));
+    }
     let count = count(node.overruns);
     if node.overruns == 0 {
         let text = fitting(
@@ -163,7 +167,7 @@ fn caption(text: &str, theme: &Theme, room: usize) -> Line<'static> {
 fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {
     match node.health {
         Health::Works => {}
-        Health::Crashed => return (theme.glyph("✖", "x"), theme.strong()),
+        Health::Crashed | Health::Gone => return (theme.glyph("✖", "x"), theme.strong()),
         Health::Hangs => return (theme.glyph("◔", "~"), theme.strong()),
     }
     if node.lit {

@@ -1,0 +1,99 @@
+//! The arguments of runs in several processes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{GraphArgs, ScreenArgs, heading};
+
+/// The arguments of one process of a run.
+#[derive(Debug, Args)]
+pub struct NodeArgs {
+    /// The nodes to run here, or the name of a group of them, such as plant.
+    #[arg(value_name = "NODE", required = true)]
+    pub nodes: Vec<String>,
+
+    /// The graph: the same options for all processes of a run.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// The connection.
+    #[command(flatten)]
+    pub network: NetworkArgs,
+
+    /// ROS 2.
+    #[command(flatten)]
+    pub ros: RosArgs,
+
+    /// Begin a new run after a lost one, as soon as all nodes are there.
+    #[arg(long, help_heading = heading::TIME)]
+    pub again: bool,
+
+    /// End when the standard input does, as that of a child does with its parent.
+    #[arg(long, hide = true)]
+    pub child: bool,
+}
+
+/// The arguments of a run in several processes of this machine.
+#[derive(Debug, Args)]
+pub struct UpArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// Port for the processes and for others on this machine [default: 7447]
+    #[arg(long, value_name = "PORT", help_heading = heading::NETWORK)]
+    pub port: Option<u16>,
+
+    /// ROS 2.
+    #[command(flatten)]
+    pub ros: RosArgs,
+
+    /// Options of the display.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+}
+
+/// The arguments of ROS 2.
+#[derive(Debug, Args)]
+#[command(next_help_heading = heading::NETWORK)]
+pub struct RosArgs {
+    /// Show ROS 2 nodes on rmw_zenoh the topics of this process, and take their actions.
+    #[arg(long)]
+    pub ros: bool,
+
+    /// ROS domain [default: 0]
+    #[arg(long, value_name = "N", requires = "ros")]
+    pub domain: Option<u32>,
+}
+
+impl RosArgs {
+    /// The domain, with --ros.
+    #[cfg(feature = "network")]
+    pub fn domain(&self) -> Option<u32> {
+        self.ros.then(|| self.domain.unwrap_or_default())
+    }
+}
+
+/// The arguments of a connection.
+#[derive(Debug, Args)]
+#[command(next_help_heading = heading::NETWORK)]
+pub struct NetworkArgs {
+    /// Wait for other processes at this address; can be given several times [default:
+    /// tcp/127.0.0.1:7447 for the first node of the graph]
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "connect")]
+    pub listen: Vec<String>,
+
+    /// Connect to a process that listens; again and again until it is there [default:
+    /// tcp/127.0.0.1:7447 for all other nodes]
+    #[arg(long, value_name = "ADDRESS")]
+    pub connect: Vec<String>,
+
+    /// Listen on a network without credentials: anybody there can move the plant.
+    #[arg(long)]
+    pub insecure: bool,
+
+    /// A zenoh configuration (JSON5), for users and access control.
+    #[arg(long, value_name = "FILE")]
+    pub zenoh_config: Option<PathBuf>,
+}

@@ -1,0 +1,210 @@
+//! One process of a run.
+
+use std::{thread, time::Duration};
+
+use ratelab::{
+    experiment::{Config, Experiment, Summary},
+    runtime::{ClockKind, RealClock, Speed, Time},
+};
+use ratelab_wire::{Bridge, End, Settings, USUAL};
+
+use super::{line, parts, stop::Stop, wire_error};
+use crate::{
+    cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs},
+    error::Error,
+    options::{self, Defaults},
+    output::{note, print_line},
+    program::Program,
+    report::{self, ReportContext},
+};
+
+/// A process runs on the wall's clock until it is stopped.
+const DEFAULTS: Defaults = Defaults {
+    clock: ClockKind::Real,
+    end: Time::MAX,
+    speed: Speed::Unlimited,
+};
+
+/// Time between two looks for the other nodes.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// Runs the nodes until the run ends; the process with the plant prints its summary.
+pub fn node(program: &Program, args: &NodeArgs) -> Result<(), Error> {
+    let config = config(program, &args.graph)?;
+    let whole = Experiment::new(program.system.clone(), &config)?;
+    let graph = whole.observer().topology();
+    let here = parts::nodes(&*program.system, &graph, &args.nodes);
+    let is_first = graph
+        .nodes
+        .first()
+        .is_some_and(|node| here.contains(&node.name));
+    let settings = settings(&args.network, is_first);
+    drop(whole);
+    let stop = Stop::watch(args.child);
+    loop {
+        let run = Run::connect(
+            program,
+            &config,
+            &here,
+            (&settings, args.ros.domain()),
+            &stop,
+        )?;
+        let lost = run.finish(args, &stop)?;
+        if !(args.again && lost) || stop.asked() {
+            return Ok(());
+        }
+    }
+}
+
+/// The configuration, with the watchdog of the system unless there is another.
+pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
+    if args.clock == Some(ClockArg::Virtual) || args.like.is_some() {
+        let why = "several processes share the wall's time: leave --clock and --like out";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let mut config = options::graph(program, args, &DEFAULTS, None)?;
+    if let Some(watchdog) = program.system.watchdog(&config.setup) {
+        let (_, knobs) = options::read_knob(program, "watchdog", &watchdog)?;
+        for knob in knobs {
+            let same = |set: &&_| is_same_knob(*set, &knob);
+            if config.setup.iter().find(same).is_none() {
+                config.setup.set(knob);
+            }
+        }
+    }
+    Ok(config)
+}
+
+fn is_same_knob(one: &ratelab::runtime::Knob, other: &ratelab::runtime::Knob) -> bool {
+    one.kind() == other.kind() && one.target() == other.target()
+}
+
+/// The settings of the connection: the first node of the graph listens by default.
+fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
+    let usual = || vec![USUAL.to_owned()];
+    let end = match (args.listen.as_slice(), args.connect.as_slice()) {
+        ([], []) if is_first => End::Listen(usual()),
+        ([], []) => End::Connect(usual()),
+        ([], connect) => End::Connect(connect.to_vec()),
+        (listen, _) => End::Listen(listen.to_vec()),
+    };
+    Settings {
+        end,
+        insecure: args.insecure,
+        file: args.zenoh_config.clone(),
+    }
+}
+
+/// A connected part of a run.
+struct Run<'a> {
+    program: &'a Program,
+    here: &'a [String],
+    experiment: Experiment,
+    bridge: Bridge,
+}
+
+impl<'a> Run<'a> {
+    /// Connects, and waits until all other nodes are there where this end listens.
+    fn connect(
+        program: &'a Program,
+        config: &Config,
+        here: &'a [String],
+        (settings, ros): (&Settings, Option<u32>),
+        stop: &Stop,
+    ) -> Result<Self, Error> {
+        let experiment = Experiment::part(program.system.clone(), config, here)?;
+        settings.check().map_err(wire_error)?;
+        if let End::Connect(addresses) = &settings.end {
+            note(&format!("connecting to {}", addresses.join(", ")));
+        }
+        let bridge = Bridge::start(settings, &experiment, here, ros).map_err(wire_error)?;
+        let run = Self {
+            program,
+            here,
+            experiment,
+            bridge,
+        };
+        if let End::Listen(addresses) = &settings.end {
+            note(&format!("listening on {}", addresses.join(", ")));
+        }
+        if run.is_first() {
+            run.wait_for_others();
+        }
+        stop.by(Some(run.experiment.commands()));
+        Ok(run)
+    }
+
+    /// Whether the first node of the graph runs here: the run begins with it.
+    fn is_first(&self) -> bool {
+        let graph = self.experiment.observer().topology();
+        let first = graph.nodes.first();
+        first.is_some_and(|node| self.here.contains(&node.name))
+    }
+
+    /// Waits until each node runs somewhere, or a ROS node is there.
+    fn wait_for_others(&self) {
+        let nodes = self.experiment.observer().topology().nodes.into_iter();
+        let mut away: Vec<String> = nodes.map(|node| node.name).collect();
+        away.retain(|node| !self.here.contains(node));
+        let mut said = false;
+        loop {
+            let others = self.bridge.others();
+            away.retain(|node| !others.iter().any(|info| info.nodes.contains(node)));
+            if away.is_empty() || self.bridge.has_ros_readers() {
+                note("all nodes are there: the run begins");
+                return;
+            }
+            if !said {
+                note(&format!("waiting for {}", away.join(", ")));
+                said = true;
+            }
+            thread::sleep(PAUSE);
+        }
+    }
+
+    /// Runs to the end and prints the summary; returns whether the run is lost.
+    fn finish(self, args: &NodeArgs, stop: &Stop) -> Result<bool, Error> {
+        let realtime = options::realtime(&args.graph);
+        let mut clock = RealClock::new(realtime.clone().and_then(Result::ok));
+        let graph = self.experiment.observer().topology();
+        let outcome = self.experiment.run_with(&mut clock);
+        stop.by(None);
+        let lines = line::lines(&self.bridge);
+        drop(self.bridge);
+        let summary = outcome?;
+        let context = ReportContext {
+            break_bug: args.graph.system.broken,
+            smoke: false,
+            realtime: realtime.map(|asked| asked.map(drop)),
+            csv_lost: 0,
+            open: None,
+        };
+        let state = self.program.system.state();
+        let state = graph
+            .topics
+            .iter()
+            .find(|topic| Some(&*topic.name) == state);
+        let states_here = state.is_none_or(|topic| {
+            let mut publishers = topic.publishers.iter();
+            publishers.any(|node| self.here.contains(&graph.nodes[*node].name))
+        });
+        match states_here {
+            true => print_line(&report::text(&*self.program.system, &summary, &context))?,
+            false => print_line(&ticks(&summary, self.here))?,
+        }
+        lines.iter().try_for_each(|line| print_line(line))?;
+        Ok(states_here && summary.verdict.is_lost())
+    }
+}
+
+/// What the nodes of a process without the plant did.
+fn ticks(summary: &Summary, here: &[String]) -> String {
+    let nodes = summary
+        .nodes
+        .iter()
+        .filter(|node| here.contains(&node.name));
+    let nodes = nodes.map(|node| format!("{} {} ticks", node.name, node.ticks));
+    let nodes: Vec<String> = nodes.collect();
+    let text = format!("{} in {}", nodes.join(" | "), summary.sim_time);
+    report::line("nodes", &text)
+}

@@ -1,0 +1,63 @@
+//! Which nodes of a graph make a process.
+
+use ratelab::{runtime::telemetry::Topology, system::System};
+
+/// The nodes that `names` stand for: nodes, or groups of them.
+pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
+    let mut nodes: Vec<String> = Vec::new();
+    for name in names {
+        let group = system.groups().iter().find(|group| group.name == name);
+        let members = match group {
+            Some(group) => in_graph(graph, group.nodes),
+            None => vec![name.clone()],
+        };
+        for member in members {
+            if !nodes.contains(&member) {
+                nodes.push(member);
+            }
+        }
+    }
+    nodes
+}
+
+/// The names under which all nodes run apart, as far as they can.
+pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    for node in &graph.nodes {
+        let mut groups = system.groups().iter();
+        let group = groups.find(|group| group.nodes.contains(&node.name.as_str()));
+        let part = group.map_or(node.name.clone(), |group| group.name.to_owned());
+        if !parts.contains(&part) {
+            parts.push(part);
+        }
+    }
+    parts
+}
+
+fn in_graph(graph: &Topology, names: &[&str]) -> Vec<String> {
+    let known = graph.nodes.iter().map(|node| &node.name);
+    let known = known.filter(|name| names.contains(&name.as_str()));
+    known.cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratelab::{
+        cartpole::CartPole,
+        experiment::{Config, Experiment},
+    };
+    use std::sync::Arc;
+
+    #[test]
+    fn the_plant_is_a_part_and_so_is_every_other_node() {
+        let system = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system.clone(), &Config::default()).expect("cart-pole");
+        let graph = experiment.observer().topology();
+        assert_eq!(apart(&*system, &graph), ["plant", "policy"]);
+        let named = |name: &str| nodes(&*system, &graph, &[name.to_owned()]);
+        assert_eq!(named("plant"), ["sensor", "actuator"]);
+        assert_eq!(named("policy"), ["policy"]);
+        assert_eq!(named("nobody"), ["nobody"]);
+    }
+}

@@ -1,0 +1,573 @@
+//! The run of other processes, put together from what each of them reports.
+//!
+//! Like a replay: ticks, messages and events go into counters in the order of their run
+//! times, which are those of the process that listens. They come from several processes, so
+//! each waits a moment for those before it.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use ratelab::{
+    experiment::{Config, Experiment, Summary},
+    runtime::{
+        ClockKind, Command, Head, Knob, Observer, Rows, Speed, TickRecord, Time,
+        telemetry::{Event, EventKind, Lineage, NodeTopology, ReplayCounters, Status, Topology},
+    },
+    system::System,
+};
+use ratelab_wire::{
+    Answer, Follower,
+    clock::{self, Nanos},
+    telemetry::{Batch, Counts, Info, Message},
+};
+
+use super::numbering::Numbering;
+use crate::dashboard::{Place, Remote, RunSource, WatchedRows, watched};
+
+/// How long an item waits for earlier ones of other processes.
+const HOLD: Duration = Duration::from_millis(150);
+
+/// Time without a report after which a process counts as gone.
+const GONE: Duration = Duration::from_millis(500);
+
+/// Messages and ticks kept per topic and node, for the timeline.
+const KEPT: usize = 1 << 15;
+
+/// The most items that wait.
+const MOST_PENDING: usize = 100_000;
+
+/// A run of other processes.
+pub struct RemoteRun {
+    follower: Follower,
+    system: Arc<dyn System>,
+    /// The process that listens, and how its run began.
+    hub: Option<Arc<Info>>,
+    processes: HashMap<u64, Process>,
+    picture: Picture,
+    pending: BTreeMap<(Time, u64), Item>,
+    items: u64,
+    /// When messages arrived, by topic, sender and number.
+    arrivals: HashMap<(usize, u64, u64), Time>,
+    /// Messages lost unread in processes that were replaced, by topic.
+    dropped_before: HashMap<usize, u64>,
+    /// The run time from which on all processes report.
+    complete: Option<Time>,
+    lost_batches: u64,
+    began: Instant,
+    answers: (Sender<Answer>, Receiver<Answer>),
+}
+
+/// A process and its reports.
+struct Process {
+    info: Info,
+    batch: u64,
+    heard: Instant,
+    counts: Vec<Counts>,
+    /// Greatest error of its times in the run time of the one that listens; `None` while
+    /// unknown.
+    bound: Option<Nanos>,
+    events: usize,
+}
+
+/// The run as far as it is put together.
+struct Picture {
+    config: Config,
+    topology: Topology,
+    counters: ReplayCounters,
+    observer: Observer,
+    lineage: Lineage,
+    new_rows: Vec<(usize, Rows)>,
+    ticks: Numbering,
+    messages: Numbering,
+}
+
+/// Something that happened.
+enum Item {
+    Event(Event),
+    Tick(u64, usize, TickRecord),
+    Message(u64, Message),
+}
+
+impl Picture {
+    fn new(config: Config, topology: Topology) -> Self {
+        let status = Status {
+            clock: ClockKind::Real,
+            paused: false,
+            speed: Speed::REAL_TIME,
+        };
+        let counters = ReplayCounters::new(&topology, status);
+        Self {
+            observer: counters.observer(),
+            counters,
+            lineage: Lineage::new(topology.clone()).keeping(KEPT),
+            config,
+            topology,
+            new_rows: Vec::new(),
+            ticks: Numbering::default(),
+            messages: Numbering::default(),
+        }
+    }
+}
+
+impl RemoteRun {
+    /// Follows the run that `follower` is connected to. `experiment` has its graph until
+    /// the processes tell theirs.
+    pub fn new(follower: Follower, experiment: &Experiment) -> Self {
+        let (config, observer) = (experiment.config().clone(), experiment.observer());
+        Self {
+            follower,
+            system: experiment.system().clone(),
+            hub: None,
+            processes: HashMap::new(),
+            picture: Picture::new(config, observer.topology()),
+            pending: BTreeMap::new(),
+            items: 0,
+            arrivals: HashMap::new(),
+            dropped_before: HashMap::new(),
+            complete: None,
+            lost_batches: 0,
+            began: Instant::now(),
+            answers: unbounded(),
+        }
+    }
+
+    /// Notes who is there; returns whether another run began.
+    fn meet(&mut self) -> bool {
+        let mut infos = self.follower.processes();
+        infos.retain(|info| self.follower.estimate(info.clock).is_some());
+        // The others' times are those of its run.
+        infos.sort_by_key(|info| !info.is_hub);
+        let mut new_run = false;
+        for info in infos {
+            let old = self.hub.as_ref().map(|hub| hub.incarnation);
+            if info.is_hub && old != Some(info.incarnation) {
+                self.begin(&info);
+                new_run = true;
+            }
+            if !self.processes.contains_key(&info.incarnation) {
+                self.add(info);
+            }
+        }
+        new_run
+    }
+
+    /// Adds a process with its events so far, in place of one that ran the same nodes.
+    fn add(&mut self, info: Info) {
+        let same = |other: &Process| other.info.nodes.iter().any(|n| info.nodes.contains(n));
+        let replaced = self.processes.extract_if(|_, other| same(other));
+        for counts in replaced.flat_map(|(_, process)| process.counts) {
+            *self.dropped_before.entry(counts.topic).or_default() += counts.dropped;
+        }
+        let (from, zero) = (info.incarnation, info.zero);
+        let events = info.events.clone();
+        let process = Process {
+            info,
+            batch: 0,
+            heard: Instant::now(),
+            counts: Vec::new(),
+            bound: None,
+            events: 0,
+        };
+        self.processes.insert(from, process);
+        if let Some((shift, _)) = zero.and_then(|zero| self.shift(from, zero)) {
+            self.take_events(from, 0, &events, shift);
+        }
+    }
+
+    /// Begins the picture of another run.
+    fn begin(&mut self, hub: &Info) {
+        self.picture = Picture::new(hub.config.clone(), hub.topology.clone());
+        for knob in hub.config.setup.iter() {
+            self.picture.lineage.knob(Time::ZERO, knob);
+        }
+        self.hub = Some(Arc::new(hub.clone()));
+        self.pending.clear();
+        self.arrivals.clear();
+        self.dropped_before.clear();
+        self.complete = None;
+        self.began = Instant::now();
+    }
+
+    /// The moment of run time zero by our clock, with its error, once the run has begun.
+    fn zero(&self, process: &Info, zero: Nanos) -> Option<(Nanos, Nanos)> {
+        let estimate = self.follower.estimate(process.clock)?;
+        Some((estimate.ours(zero), estimate.bound))
+    }
+
+    /// Takes the reports that have come.
+    fn hear(&mut self) {
+        let batches: Vec<(u64, Batch)> = self.follower.batches().collect();
+        for (from, batch) in batches {
+            self.take(from, batch);
+        }
+    }
+
+    fn take(&mut self, from: u64, batch: Batch) {
+        self.note_zero(from, batch.zero);
+        let Some((shift, bound)) = self.shift(from, batch.zero) else {
+            return;
+        };
+        let Some(process) = self.processes.get_mut(&from) else {
+            return;
+        };
+        let missed = batch.number.saturating_sub(process.batch + 1);
+        self.lost_batches += if process.batch == 0 { 0 } else { missed };
+        process.batch = batch.number;
+        process.heard = Instant::now();
+        process.counts.clone_from(&batch.topics);
+        process.bound = Some(bound);
+        self.take_events(from, batch.first_event, &batch.events, shift);
+        let time = |time| shifted(time, shift);
+        for (node, tick) in batch.ticks {
+            let tick = tick.record(time);
+            self.hold(tick.at, Item::Tick(from, node, tick));
+        }
+        for message in batch.sent {
+            let (at, origin) = (time(message.at), message.origin.map(time));
+            let message = Message {
+                at,
+                origin,
+                ..message
+            };
+            self.hold(at, Item::Message(from, message));
+        }
+        for arrival in batch.arrived {
+            let key = (arrival.topic, arrival.incarnation, arrival.seq);
+            self.arrivals.insert(key, time(arrival.at));
+        }
+    }
+
+    /// Notes when the run began in the process that listens.
+    fn note_zero(&mut self, from: u64, zero: Nanos) {
+        let hub = self.hub.as_ref().filter(|hub| hub.incarnation == from);
+        if let Some(hub) = hub.filter(|hub| hub.zero.is_none()) {
+            let zero = Some(zero);
+            self.hub = Some(Arc::new(Info {
+                zero,
+                ..(**hub).clone()
+            }));
+        }
+    }
+
+    /// What is to be added to run times of a process (ns), and the greatest error of that;
+    /// `None` while unknown.
+    fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
+        let hub = self.hub.as_ref()?;
+        let (process, hub_zero) = (&self.processes.get(&from)?.info, hub.zero?);
+        if process.clock == hub.clock {
+            return Some((zero - hub_zero, 0));
+        }
+        let (of_hub, error) = self.zero(hub, hub_zero)?;
+        let (of_process, more) = self.zero(process, zero)?;
+        Some((of_process.saturating_sub(of_hub), error + more))
+    }
+
+    /// Takes the events that are new, and to be shown: topics are in several processes, and
+    /// one log of each is enough.
+    fn take_events(&mut self, from: u64, first: usize, events: &[Event], shift: Nanos) {
+        let own = self.hub.as_ref().is_some_and(|hub| hub.incarnation == from);
+        let Some(process) = self.processes.get_mut(&from) else {
+            return;
+        };
+        let skip = process.events.saturating_sub(first);
+        process.events = process.events.max(first + events.len());
+        let nodes = process.info.nodes.clone();
+        for event in events.iter().skip(skip) {
+            let of_node = match &event.what {
+                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                    node_of(command).is_some_and(|node| nodes.contains(&node))
+                }
+                EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+                EventKind::Presence { .. } => false,
+            };
+            if own || of_node {
+                let at = shifted(event.at, shift);
+                let what = event.what.clone();
+                self.hold(at, Item::Event(Event { at, what }));
+            }
+        }
+    }
+
+    fn hold(&mut self, at: Time, item: Item) {
+        if self.pending.len() < MOST_PENDING {
+            self.items += 1;
+            self.pending.insert((at, self.items), item);
+        }
+    }
+
+    /// The run time now, less what is held back; `None` before the run.
+    fn ripe(&self) -> Option<Time> {
+        let hub = self.hub.as_ref()?;
+        let (zero, _) = self.zero(hub, hub.zero?)?;
+        let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
+        let passed = clock::now() - zero - hold;
+        Some(Time::from_nanos(u64::try_from(passed).unwrap_or(0)))
+    }
+
+    /// Puts everything together that happened before the moment that is shown.
+    fn advance(&mut self) {
+        let Some(ripe) = self.ripe() else {
+            return;
+        };
+        let heard = |node: &NodeTopology| {
+            self.process_of(&node.name)
+                .is_some_and(|process| process.batch > 0)
+        };
+        if self.complete.is_none() && self.picture.topology.nodes.iter().all(heard) {
+            self.complete = Some(ripe + HOLD);
+        }
+        let later = self.pending.split_off(&(ripe, 0));
+        let due = std::mem::replace(&mut self.pending, later);
+        for item in due.into_values() {
+            match item {
+                Item::Event(event) => self.picture.event(&event),
+                Item::Tick(from, node, tick) => self.picture.tick(&*self.system, from, node, tick),
+                Item::Message(from, message) => {
+                    let arrives = self.arrives(from, &message);
+                    let dropped = self.dropped(message.topic);
+                    self.picture.message(from, message, arrives, dropped);
+                }
+            }
+        }
+        self.picture.lineage.settle();
+        let is_gone = self
+            .hub
+            .as_ref()
+            .is_none_or(|hub| self.is_gone(hub.incarnation));
+        if !is_gone {
+            self.picture.counters.deliver(ripe);
+            self.picture.counters.set_now(ripe);
+        }
+        self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
+    }
+
+    /// When a message reached its reader; `None` if it did not. Within a process it is at
+    /// once.
+    fn arrives(&mut self, from: u64, message: &Message) -> Option<Time> {
+        let topic = self.picture.topology.topics.get(message.topic)?;
+        let process = self.processes.get(&from);
+        let mut readers = topic
+            .readers
+            .iter()
+            .map(|node| &self.picture.topology.nodes[*node]);
+        let near = |name: &String| process.is_none_or(|p| p.info.nodes.contains(name));
+        if readers.all(|node| near(&node.name)) {
+            return Some(message.at);
+        }
+        let arrived = self.arrivals.remove(&(message.topic, from, message.seq));
+        match arrived {
+            Some(arrived) => Some(arrived.max(message.at)),
+            // Its arrival was reported to nobody.
+            None if self.complete.is_none_or(|since| message.at < since) => Some(message.at),
+            None => None,
+        }
+    }
+
+    /// Messages of a topic lost unread so far, in all processes.
+    fn dropped(&self, topic: usize) -> u64 {
+        let counts = self.processes.values().flat_map(|process| &process.counts);
+        let counts = counts.filter(|counts| counts.topic == topic);
+        let now: u64 = counts.map(|counts| counts.dropped).sum();
+        now + self.dropped_before.get(&topic).unwrap_or(&0)
+    }
+
+    fn is_gone(&self, incarnation: u64) -> bool {
+        let process = self.processes.get(&incarnation);
+        process.is_none_or(|process| process.heard.elapsed() > GONE)
+    }
+
+    /// The process that runs `node`.
+    fn process_of(&self, node: &str) -> Option<&Process> {
+        let mut processes = self.processes.values();
+        processes.find(|process| process.info.nodes.iter().any(|name| name == node))
+    }
+}
+
+impl Picture {
+    fn event(&mut self, event: &Event) {
+        if let Some(timed) = event.knob() {
+            self.lineage.knob(event.at, &timed.knob);
+        }
+        self.counters.event(event);
+    }
+
+    fn tick(&mut self, system: &dyn System, from: u64, node: usize, tick: TickRecord) {
+        let number = self.ticks.number(node, from, tick.number);
+        let tick = TickRecord { number, ..tick };
+        self.counters.tick(node, &tick);
+        if let Some(push) = tick.push {
+            self.counters.push(node, push);
+            let name = self.topology.nodes.get(node).map(|node| node.name.as_str());
+            let meter = system.latency().filter(|(acts, _)| Some(*acts) == name);
+            if let Some((_, meter)) = meter {
+                self.counters
+                    .sample(node, meter, push.at.since(push.sensed));
+            }
+        }
+        self.lineage.tick(node, tick);
+    }
+
+    fn message(&mut self, from: u64, message: Message, arrives: Option<Time>, dropped: u64) {
+        let topic = message.topic;
+        let head = Head {
+            at: message.at,
+            stamp: message.at,
+            seq: self.messages.number(topic, from, message.seq),
+            origin: message.origin,
+            arrives,
+            dropped,
+        };
+        self.counters.message(topic, &head);
+        self.lineage.message(topic, &head);
+        let row = message
+            .row
+            .into_iter()
+            .map(|number| number.unwrap_or(f64::NAN));
+        let row: Vec<f64> = row.collect();
+        let place = self.new_rows.iter().position(|(known, _)| *known == topic);
+        let place = place.unwrap_or_else(|| {
+            self.new_rows.push((topic, Rows::new(row.len())));
+            self.new_rows.len() - 1
+        });
+        // A row of another length is of a hostile sender.
+        let _ = self.new_rows[place].1.push(head, row);
+    }
+}
+
+/// Run time `time`, `shift` ns later.
+fn shifted(time: Time, shift: Nanos) -> Time {
+    let at = i128::from(time.as_nanos()) + i128::from(shift);
+    Time::from_nanos(u64::try_from(at.max(0)).unwrap_or(u64::MAX))
+}
+
+/// The node that a command is for.
+fn node_of(command: &Command) -> Option<String> {
+    match command {
+        Command::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target().to_owned()),
+        _ => None,
+    }
+}
+
+impl RunSource for RemoteRun {
+    fn shared_system(&self) -> &Arc<dyn System> {
+        &self.system
+    }
+
+    fn config(&self) -> &Config {
+        &self.picture.config
+    }
+
+    fn observer(&self) -> &Observer {
+        &self.picture.observer
+    }
+
+    fn wall_time(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    fn lineage(&mut self) -> &Lineage {
+        &self.picture.lineage
+    }
+
+    fn known_lineage(&self) -> &Lineage {
+        &self.picture.lineage
+    }
+
+    fn new_rows(&mut self) -> Vec<WatchedRows> {
+        let topics = &self.picture.topology.topics;
+        let new = std::mem::take(&mut self.picture.new_rows);
+        let names: Vec<&'static str> = watched(&*self.system).collect();
+        let new = new.into_iter().filter_map(|(topic, rows)| {
+            let name = &topics.get(topic)?.name;
+            let watched = names.iter().find(|watched| *watched == name)?;
+            Some((*watched, rows))
+        });
+        new.collect()
+    }
+
+    fn lost(&self) -> u64 {
+        self.lost_batches
+    }
+
+    fn summary(&self) -> Option<&Summary> {
+        None
+    }
+
+    fn place(&self, node: &str) -> Option<Place> {
+        let Some(process) = self.process_of(node) else {
+            let text = "nowhere".to_owned();
+            return Some(Place { text, gone: true });
+        };
+        Some(Place {
+            text: format!("{}@{}", process.info.pid, process.info.host),
+            gone: self.is_gone(process.info.incarnation),
+        })
+    }
+}
+
+impl Remote for RemoteRun {
+    fn update(&mut self) -> bool {
+        let new = self.meet();
+        self.hear();
+        self.advance();
+        new
+    }
+
+    fn turn(&mut self, knob: Knob) {
+        let (order, answers) = (self.follower.commander(), self.answers.0.clone());
+        // The answer may take a second.
+        std::thread::spawn(move || {
+            let _ = answers.send(order(knob.into()));
+        });
+    }
+
+    fn refusal(&mut self) -> Option<String> {
+        let answers = self.answers.1.try_iter();
+        answers.filter_map(Result::err).last()
+    }
+
+    fn trouble(&self) -> Option<String> {
+        if self.hub.is_none() {
+            return Some("waiting for the process that listens".to_owned());
+        }
+        let gone = self.processes.values().filter_map(|process| {
+            let silent = process.heard.elapsed();
+            let names = process.info.nodes.join(" and ");
+            let seconds = silent.as_secs_f64();
+            (silent > GONE).then(|| format!("{names} gone for {seconds:.1} s"))
+        });
+        let mut gone: Vec<String> = gone.collect();
+        gone.sort();
+        let refused: u64 = self
+            .processes
+            .values()
+            .flat_map(|process| &process.counts)
+            .map(|counts| counts.refused)
+            .sum();
+        if refused > 0 {
+            gone.push(format!("{refused} messages refused"));
+        }
+        Some(gone.join(", ")).filter(|text| !text.is_empty())
+    }
+
+    fn clocks(&self) -> Option<String> {
+        let others = self
+            .processes
+            .values()
+            .filter(|process| !process.info.is_hub);
+        let bounds: Vec<Option<Nanos>> = others.map(|process| process.bound).collect();
+        if bounds.contains(&None) {
+            return Some("ages ?".to_owned());
+        }
+        let worst = bounds
+            .into_iter()
+            .flatten()
+            .max()
+            .filter(|bound| *bound > 0)?;
+        Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
+    }
+}

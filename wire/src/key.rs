@@ -1,0 +1,138 @@
+//! Names on the wire.
+//!
+//! | key | what |
+//! |---|---|
+//! | `ratelab/1/SYSTEM/data/NODE/TOPIC` | messages of a topic, from one of its publishers |
+//! | `ratelab/1/SYSTEM/process/ID` | presence of a process, as a liveliness token |
+//! | `ratelab/1/SYSTEM/process/ID/clock` | query: its clock, for the offset |
+//! | `ratelab/1/SYSTEM/process/ID/info` | query: what runs there |
+//! | `ratelab/1/SYSTEM/process/ID/command` | query: a command for its nodes |
+//! | `ratelab/1/SYSTEM/process/ID/telemetry` | what happened there, for dashboards |
+
+use std::fmt::Write;
+
+/// The keys of one system.
+#[derive(Clone, Debug)]
+pub struct Keys {
+    root: String,
+}
+
+/// What can be asked of a process, and what it sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// Its clock.
+    Clock,
+    /// What runs there.
+    Info,
+    /// A command for it.
+    Command,
+    /// What happened there.
+    Telemetry,
+}
+
+impl Of {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Clock => "clock",
+            Self::Info => "info",
+            Self::Command => "command",
+            Self::Telemetry => "telemetry",
+        }
+    }
+}
+
+impl Keys {
+    /// The keys of the system called `system`.
+    pub fn new(system: &str) -> Self {
+        let system = chunk(system);
+        Self {
+            root: format!("ratelab/1/{system}"),
+        }
+    }
+
+    /// The key of the messages of `node` on `topic`.
+    pub fn data(&self, node: &str, topic: &str) -> String {
+        let parts = topic.split('/').filter(|part| !part.is_empty());
+        let parts: Vec<String> = parts.map(chunk).collect();
+        format!("{}/data/{}/{}", self.root, chunk(node), parts.join("/"))
+    }
+
+    /// The key of the presence of a process.
+    pub fn process(&self, incarnation: u64) -> String {
+        format!("{}/process/{incarnation:016x}", self.root)
+    }
+
+    /// The keys of all presences.
+    pub fn processes(&self) -> String {
+        format!("{}/process/*", self.root)
+    }
+
+    /// The key of one thing of a process.
+    pub fn of(&self, incarnation: u64, of: Of) -> String {
+        format!("{}/{}", self.process(incarnation), of.name())
+    }
+
+    /// The keys of one thing of all processes.
+    pub fn of_all(&self, of: Of) -> String {
+        format!("{}/{}", self.processes(), of.name())
+    }
+
+    /// The process that a key is of.
+    pub fn incarnation(&self, key: &str) -> Option<u64> {
+        let of = key.strip_prefix(&self.root)?.strip_prefix("/process/")?;
+        let id = of.split('/').next()?;
+        u64::from_str_radix(id, 16).ok().filter(|_| id.len() == 16)
+    }
+}
+
+/// A name as one part of a key: other characters than letters, digits, `_`, `.` and `-` as
+/// `%` with two digits for each byte.
+fn chunk(name: &str) -> String {
+    let mut chunk = String::new();
+    for byte in name.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'_' | b'.' | b'-' => {
+                chunk.push(char::from(byte));
+            }
+            other => {
+                // Writing to a string cannot fail.
+                let _ = write!(chunk, "%{other:02x}");
+            }
+        }
+    }
+    chunk
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_with_any_characters_are_keys() {
+        let keys = Keys::new("cart-pole");
+        assert_eq!(
+            keys.data("policy", "/action"),
+            "ratelab/1/cart-pole/data/policy/action"
+        );
+        assert_eq!(
+            Keys::new("a/*$ü").data("n?#", "/x//y z"),
+            "ratelab/1/a%2f%2a%24%c3%bc/data/n%3f%23/x/y%20z"
+        );
+    }
+
+    #[test]
+    fn a_process_is_known_by_its_keys() {
+        let keys = Keys::new("cart-pole");
+        for id in [0, 7, u64::MAX] {
+            assert_eq!(keys.incarnation(&keys.process(id)), Some(id));
+            assert_eq!(keys.incarnation(&keys.of(id, Of::Info)), Some(id));
+        }
+        for key in [
+            "",
+            "ratelab/1/cart-pole/process/7",
+            "ratelab/1/drone/process/0",
+        ] {
+            assert_eq!(keys.incarnation(key), None, "{key}");
+        }
+    }
+}

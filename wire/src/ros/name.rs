@@ -1,0 +1,182 @@
+//! The names of rmw_zenoh: keys of topics, liveliness tokens, attachments.
+//!
+//! By its sources: `attachment_helpers.cpp`, `liveliness_utils.cpp`, `qos.cpp`.
+
+use xxhash_rust::xxh3::xxh3_128;
+
+/// A type of message, with its hash: another hash is another topic, without an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Type {
+    name: &'static str,
+    hash: &'static str,
+}
+
+/// `sensor_msgs/msg/JointState` of Jazzy and Kilted.
+pub const JOINT_STATE: Type = Type {
+    name: "sensor_msgs::msg::dds_::JointState_",
+    hash: "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+};
+
+/// `rosgraph_msgs/msg/Clock` of Jazzy and Kilted.
+pub const CLOCK: Type = Type {
+    name: "rosgraph_msgs::msg::dds_::Clock_",
+    hash: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+};
+
+/// Reliable, volatile, keep the last message: the rest is as by default.
+const QOS: &str = "::,1:,:,:,,";
+
+/// Length of an attachment (bytes).
+const ATTACHMENT: usize = 33;
+
+/// Length of the identity of a publisher (bytes).
+const GID: u8 = 16;
+
+/// The key of a topic in a domain.
+pub fn key(domain: u32, topic: &str, of: Type) -> String {
+    let topic = topic.trim_start_matches('/');
+    format!("{domain}/{topic}/{}/{}", of.name, of.hash)
+}
+
+/// Which end of a topic an endpoint is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndKind {
+    /// Publisher.
+    Publisher,
+    /// Subscription.
+    Subscription,
+}
+
+/// A node and its endpoints, as ROS sees them.
+#[derive(Clone, Debug)]
+pub struct Entity {
+    /// The domain.
+    pub domain: u32,
+    /// The session's identity, as zenoh prints it.
+    pub session: String,
+    /// Number of the node in the session.
+    pub number: u32,
+    /// Name of the node.
+    pub node: String,
+}
+
+impl Entity {
+    /// The token of the node.
+    pub fn token(&self) -> String {
+        let Self {
+            domain,
+            session,
+            number,
+            node,
+        } = self;
+        format!("@ros2_lv/{domain}/{session}/{number}/{number}/NN/%/%/{node}")
+    }
+
+    /// The token of endpoint `number` of the node.
+    pub fn endpoint(&self, number: u32, kind: EndKind, topic: &str, of: Type) -> String {
+        let Self {
+            domain,
+            session,
+            number: node_number,
+            node,
+        } = self;
+        let kind = match kind {
+            EndKind::Publisher => "MP",
+            EndKind::Subscription => "MS",
+        };
+        let topic = topic.replace('/', "%");
+        let Type { name, hash } = of;
+        format!(
+            "@ros2_lv/{domain}/{session}/{node_number}/{number}/{kind}/%/%/{node}/{topic}/{name}/{hash}/{QOS}"
+        )
+    }
+}
+
+/// What accompanies each message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attachment {
+    /// Number of the message at its publisher, from one.
+    pub seq: i64,
+    /// When it was published (ns since 1970), by the publisher's system clock.
+    pub stamp: i64,
+    /// Identity of the publisher.
+    pub gid: [u8; GID as usize],
+}
+
+impl Attachment {
+    /// The identity of the publisher with this `token`.
+    pub fn gid(token: &str) -> [u8; GID as usize] {
+        xxh3_128(token.as_bytes()).to_le_bytes()
+    }
+
+    /// Its bytes.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(ATTACHMENT);
+        bytes.extend(self.seq.to_le_bytes());
+        bytes.extend(self.stamp.to_le_bytes());
+        bytes.push(GID);
+        bytes.extend(self.gid);
+        bytes
+    }
+
+    /// Reads it from `bytes` of anybody; `None` if they are none.
+    pub fn decode(bytes: &[u8]) -> Option<Self> {
+        let known = bytes.len() == ATTACHMENT && bytes.get(16) == Some(&GID);
+        known.then_some(())?;
+        Some(Self {
+            seq: i64::from_le_bytes(bytes.get(..8)?.try_into().ok()?),
+            stamp: i64::from_le_bytes(bytes.get(8..16)?.try_into().ok()?),
+            gid: bytes.get(17..)?.try_into().ok()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_rmw_zenoh() {
+        assert_eq!(
+            key(7, "/obs", JOINT_STATE),
+            "7/obs/sensor_msgs::msg::dds_::JointState_/RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+        );
+        assert_eq!(
+            key(0, "/robot/clock", CLOCK).split('/').nth(2),
+            Some("clock")
+        );
+        let sensor = Entity {
+            domain: 0,
+            session: "ab12".to_owned(),
+            number: 1,
+            node: "sensor".to_owned(),
+        };
+        assert_eq!(sensor.token(), "@ros2_lv/0/ab12/1/1/NN/%/%/sensor");
+        assert_eq!(
+            sensor.endpoint(2, EndKind::Publisher, "/obs", JOINT_STATE),
+            "@ros2_lv/0/ab12/1/2/MP/%/%/sensor/%obs/sensor_msgs::msg::dds_::JointState_/RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e/::,1:,:,:,,"
+        );
+    }
+
+    #[test]
+    fn attachments_are_thirty_three_bytes() {
+        let attachment = Attachment {
+            seq: 1,
+            stamp: 2,
+            gid: Attachment::gid("@ros2_lv/0/ab12/1/2/MP"),
+        };
+        let bytes = attachment.encode();
+        assert_eq!(bytes.len(), 33);
+        assert_eq!(Attachment::decode(&bytes), Some(attachment));
+        assert_eq!(
+            bytes[..17],
+            [1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 16]
+        );
+        for length in 0..bytes.len() {
+            assert_eq!(Attachment::decode(&bytes[..length]), None);
+        }
+        let mut other = bytes;
+        other[16] = 15;
+        assert_eq!(Attachment::decode(&other), None);
+    }
+}
