@@ -256,6 +256,26 @@ fn timing_values(name: &str) -> Values {
                 "\u{1b}=1",
             ],
         ),
+        _ => network_values(name),
+    }
+}
+
+/// The same for places in the graph and in a network. Nobody listens at the addresses.
+fn network_values(name: &str) -> Values {
+    match name {
+        "NODE" => (&["sensor", "policy"], &["", "nobody", "policy,", "\u{1b}"]),
+        "ADDRESS" => (
+            &["tcp/127.0.0.1:9", "rerun+http://127.0.0.1:9/proxy"],
+            &[
+                "",
+                "nowhere",
+                "tcp/",
+                "tcp/0.0.0.0:7447",
+                "http://",
+                "\u{1b}",
+            ],
+        ),
+        "PORT" => (&["0", "7447"], &["", "-1", "65536", "any"]),
         _ => panic!("no values are known for what help calls {name}: add some"),
     }
 }

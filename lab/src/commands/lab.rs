@@ -48,6 +48,9 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     };
     let left = dashboard::show(&config, setup, &screen(&args.screen), guide);
     let left = left.map_err(|error| refusal(args, error))?;
+    if guide == Guide::Offer {
+        first_start::remember();
+    }
     for recorded in &left.recorded {
         print_recorded(args.run.json, recorded)?;
     }

@@ -215,7 +215,7 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
         ("0 control-hz 50", ["BALANCED", "this push is"]),
         (
             "0 control-hz 5",
-            ["] raises", "a deeper queue changes nothing"],
+            ["] raises", "dropped readings are harmless by themselves"],
         ),
         (
             "0 sensor-hz 5",

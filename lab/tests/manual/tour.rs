@@ -136,7 +136,7 @@ fn the_first_five_minutes_of_the_manual_are_true() {
     let (status, parser) = lab.close();
     assert!(status.success());
     let said = parser.screen().contents();
-    for line in ["control 20 Hz", "queue depth 100", "STOPPED"] {
+    for line in ["control period 50.0 ms", "depth /action 100", "STOPPED"] {
         assert!(said.contains(line), "{line:?} is missing in\n{said}");
     }
 }
