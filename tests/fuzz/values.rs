@@ -256,12 +256,13 @@ fn timing_values(name: &str) -> Values {
                 "\u{1b}=1",
             ],
         ),
-        _ => network_values(name),
+        _ => other_values(name),
     }
 }
 
-/// The same for places in the graph and in a network. Nobody listens at the addresses.
-fn network_values(name: &str) -> Values {
+/// The same for the rest: pictures, places in the graph and in a network. Nobody listens
+/// at the addresses.
+fn other_values(name: &str) -> Values {
     match name {
         "NODE" => (&["sensor", "policy"], &["", "nobody", "policy,", "\u{1b}"]),
         "ADDRESS" => (
@@ -275,6 +276,7 @@ fn network_values(name: &str) -> Values {
                 "\u{1b}",
             ],
         ),
+        "SPEED" => (&["1", "0.2"], &["", "0", "-1", "NaN", "1e9"]),
         "PORT" => (&["0", "7447"], &["", "-1", "65536", "any"]),
         _ => panic!("no values are known for what help calls {name}: add some"),
     }
