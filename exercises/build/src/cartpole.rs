@@ -38,31 +38,32 @@ pub fn run(settings: &Settings) -> Result<String, PlantError> {
     let actions = Arc::new(Topic::<Action>::new("/action", settings.depth));
     let mut policy = Scripted;
     let mut rows = Rows::new();
-    let mut nodes = [
-        Node::new("sensor", PLANT_HZ, 0, |now| {
-            observations.publish(plant.borrow().observe(), now, None);
-            true
-        }),
-        Node::new("policy", settings.control_hz, 1, |now| {
-            if let Some(sensed) = observations.latest() {
-                actions.publish(policy.act(&sensed.data), now, Some(sensed.stamp));
-            }
-            true
-        }),
-        Node::new("actuator", PLANT_HZ, 2, |now| {
-            let command = actions.latest();
-            let action = command
-                .as_ref()
-                .map_or(Action::ZERO, |command| command.data);
-            let sensed = command.and_then(|command| command.origin);
-            let mut plant = plant.borrow_mut();
-            let fall = plant.step(action);
-            rows.add(now, sensed, &plant, action);
-            fall.is_none()
-        }),
-    ];
-    clock::run(&mut nodes, settings.seconds * 1_000_000_000);
-    drop(nodes);
+    clock::run(
+        &mut [
+            Node::new("sensor", PLANT_HZ, 0, |now| {
+                observations.publish(plant.borrow().observe(), now, None);
+                true
+            }),
+            Node::new("policy", settings.control_hz, 1, |now| {
+                if let Some(sensed) = observations.latest() {
+                    actions.publish(policy.act(&sensed.data), now, Some(sensed.stamp));
+                }
+                true
+            }),
+            Node::new("actuator", PLANT_HZ, 2, |now| {
+                let command = actions.latest();
+                let action = command
+                    .as_ref()
+                    .map_or(Action::ZERO, |command| command.data);
+                let sensed = command.and_then(|command| command.origin);
+                let mut plant = plant.borrow_mut();
+                let fall = plant.step(action);
+                rows.add(now, sensed, &plant, action);
+                fall.is_none()
+            }),
+        ],
+        settings.seconds * 1_000_000_000,
+    );
     Ok(rows.text)
 }
 
