@@ -73,7 +73,7 @@ fn run(system: Arc<dyn System>, config: &Config, parts: [&[&str]; 2], seconds: f
         lost: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().lost).sum()),
         hostile: of_both(&|bridge| bridge.inlets().iter().map(|i| i.refused.hostile()).sum()),
         snapshots: [observers[0].snapshot(), observers[1].snapshot()],
-        summaries: summaries.try_into().ok().expect("two"),
+        summaries: summaries.try_into().unwrap_or_else(|_| panic!("two runs")),
     }
 }
 

@@ -66,7 +66,7 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
     if let Some(watchdog) = program.system.watchdog(&config.setup) {
         let (_, knobs) = options::read_knob(program, "watchdog", &watchdog)?;
         for knob in knobs {
-            let same = |set: &&_| is_same_knob(*set, &knob);
+            let same = |set: &&_| is_same_knob(set, &knob);
             if config.setup.iter().find(same).is_none() {
                 config.setup.set(knob);
             }

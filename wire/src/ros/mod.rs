@@ -235,7 +235,7 @@ fn take(joints: &Joints, inlet: &Inlet, stamps: &Stamps, sample: &Sample) -> Res
     let seq = u64::try_from(attachment.seq).map_err(|_| Refusal::Format)?;
     // A stamp of ours is the time of a reading; any other is of an unknown clock.
     let origin: Option<Time> = stamps.sensed(message.stamp);
-    let at = inlet.from_sender(incarnation, seq)?;
+    let at = inlet.check_sender(incarnation, seq)?;
     inlet.publish(&row, at, at, origin)
 }
 
