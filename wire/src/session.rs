@@ -87,6 +87,8 @@ impl Settings {
             Some(path) => Config::from_file(path).map_err(|why| {
                 let path = path.display();
                 let why = WireError::network("", &why).to_string();
+                // Zenoh points at the place below the line.
+                let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
                 WireError::Setting(format!("--zenoh-config {path}{why}"))
             })?,
         };
@@ -175,6 +177,12 @@ mod tests {
         }
     }
 
+    /// An empty file with an extension that zenoh knows.
+    fn json5_file() -> tempfile::NamedTempFile {
+        let file = tempfile::Builder::new().suffix(".json5").tempfile();
+        file.expect("a file")
+    }
+
     #[test]
     fn an_address_open_to_the_network_needs_credentials() {
         for address in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tcp/localhost:1"] {
@@ -191,7 +199,7 @@ mod tests {
             assert!(refused.contains("--insecure"), "{refused}");
             assert!(listen(address, true).config().is_ok(), "{address}");
         }
-        let file = tempfile::NamedTempFile::new().expect("a file");
+        let file = json5_file();
         let users = r#"{ transport: { auth: { usrpwd: { user: "a", password: "b",
             dictionary_file: "users" } } } }"#;
         std::fs::write(file.path(), users).expect("written");
@@ -229,7 +237,7 @@ mod tests {
         let plain = listen(USUAL, false);
         assert_eq!(read(&plain, SIZE), "65536");
         assert_eq!(read(&plain, "scouting/multicast/enabled"), "false");
-        let file = tempfile::NamedTempFile::new().expect("a file");
+        let file = json5_file();
         let own = r#"{ mode: "peer", transport: { link: { tx: { lease: 700 } } } }"#;
         std::fs::write(file.path(), own).expect("written");
         let own = Settings {
@@ -244,7 +252,7 @@ mod tests {
 
     #[test]
     fn rubbish_is_an_error_in_a_line() {
-        let file = tempfile::NamedTempFile::new().expect("a file");
+        let file = json5_file();
         std::fs::write(file.path(), "{ nonsense: 1").expect("written");
         let bad = Settings {
             file: Some(file.path().to_owned()),
