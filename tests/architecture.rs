@@ -1,7 +1,7 @@
 //! Allowed imports: the runtime is independent of systems, systems and experiments are
 //! independent of robots, and the command imports the cart-pole in a few named files
-//! only. No files import each other in a circle. The dependencies of the library are
-//! tested in `dependencies.rs`.
+//! only. No files import each other in a circle, and a type name means one type in a crate.
+//! The dependencies of the library are tested in `dependencies.rs`.
 
 #[path = "support/clone.rs"]
 mod clone;
@@ -119,6 +119,38 @@ fn recordings_dashboard_and_sweeps_import_the_cart_pole_in_the_named_files_only(
         }
     }
     assert_eq!(found, ABOUT_THE_CART_POLE);
+}
+
+/// The name of the type that a line declares.
+fn declared(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    let line = match line.strip_prefix("pub") {
+        Some(rest) if rest.starts_with('(') => rest.split_once(')')?.1,
+        Some(rest) => rest,
+        None => line,
+    };
+    let (kind, rest) = line.trim_start().split_once(' ')?;
+    let named = ["struct", "enum", "trait"].contains(&kind);
+    let end = |c: char| !c.is_alphanumeric() && c != '_';
+    named.then(|| rest.split(end).next()).flatten()
+}
+
+#[test]
+fn a_type_name_means_one_type_in_a_crate() {
+    // One of the two is in a build.
+    const WITH_AND_WITHOUT_ONNX: &str = "Model";
+    let mut twice = Vec::new();
+    for folder in ["src", "lab/src", "exercises/src", "wire/src"] {
+        let sources = sources(folder);
+        let lines = sources.values().flat_map(|code| code.lines());
+        let mut names: Vec<_> = lines.filter_map(declared).collect();
+        assert!(names.len() > 10, "only {} types in {folder}", names.len());
+        names.sort_unstable();
+        let pairs = names.windows(2).filter(|pair| pair[0] == pair[1]);
+        let pairs = pairs.filter(|pair| pair[0] != WITH_AND_WITHOUT_ONNX);
+        twice.extend(pairs.map(|pair| format!("{folder}: {}", pair[0])));
+    }
+    assert!(twice.is_empty(), "{}", twice.join("\n"));
 }
 
 #[test]

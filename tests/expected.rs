@@ -7,7 +7,7 @@ use ratelab::{
     cartpole::CartPole,
     policy::Scripted,
     runtime::Hz,
-    stability::{Cadence, Expected, Loop, Loss, Lost, Timing, World, expected},
+    stability::{Cadence, Expected, Loop, Loss, Lost, Timing, WorldModel, expected},
     system::WorldKind,
 };
 
@@ -45,7 +45,7 @@ fn graph(change: impl FnOnce(&mut Timing)) -> Loop {
         ..Timing::direct(hz(50.0))
     };
     change(&mut timing);
-    Loop::cart_pole(Scripted::GAINS, World::Own(ms(1)), timing).expect("plant")
+    Loop::cart_pole(Scripted::GAINS, WorldModel::Own(ms(1)), timing).expect("plant")
 }
 
 #[test]

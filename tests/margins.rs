@@ -12,7 +12,7 @@ use ratelab::{
     policy::Scripted,
     runtime::{Hz, Time},
     stability::{
-        Cadence, Dynamics, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing, Weights, World,
+        Cadence, Dynamics, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing, Weights, WorldModel,
         age_limit, gains,
     },
     system::WorldKind,
@@ -34,7 +34,7 @@ fn rates(sensor: f64, control: f64) -> Rates {
 }
 
 /// The scripted balancer's loop.
-fn scripted(world: World, timing: impl Into<Timing>) -> Loop {
+fn scripted(world: WorldModel, timing: impl Into<Timing>) -> Loop {
     Loop::cart_pole(Scripted::GAINS, world, timing).expect("plant")
 }
 
@@ -54,7 +54,7 @@ fn scalar(rate: f64, gain: f64, timing: Timing) -> Loop {
     Loop {
         dynamics: Dynamics { f, g: Vector4::z() },
         gains: [0.0, 0.0, -gain, 0.0],
-        world: World::Continuous,
+        world: WorldModel::Continuous,
         timing,
     }
 }
@@ -66,7 +66,7 @@ fn double_integrator(stiffness: f64, damping: f64, timing: Timing) -> Loop {
     Loop {
         dynamics: Dynamics { f, g: Vector4::z() },
         gains: [-stiffness, 0.0, -damping, 0.0],
-        world: World::Continuous,
+        world: WorldModel::Continuous,
         timing,
     }
 }
@@ -89,8 +89,8 @@ fn both_worlds_are_one_where_a_step_of_10_ms_meets_every_tick() {
     for sensor in [50.0, 25.0, 12.5, 10.0] {
         for control in 5..=50 {
             let rates = rates(sensor, f64::from(control));
-            let course = growth(&scripted(World::Course, rates));
-            let own = growth(&scripted(World::Own(ms(10)), rates));
+            let course = growth(&scripted(WorldModel::Course, rates));
+            let own = growth(&scripted(WorldModel::Own(ms(10)), rates));
             assert!((course - own).abs() < 1e-9, "{rates:?}: {course}, {own}");
         }
     }
@@ -200,7 +200,7 @@ proptest! {
             takes,
             delays,
         };
-        let theory = growth(&scripted(World::Own(ms(1)), graph.timing()));
+        let theory = growth(&scripted(WorldModel::Own(ms(1)), graph.timing()));
         let run = graph.growth(60_000, 240_000);
         prop_assert!((theory - run).abs() < 0.03, "{theory}, run {run}");
     }
@@ -208,7 +208,7 @@ proptest! {
 
 #[test]
 fn the_margins_of_the_continuous_loop_match_another_program() {
-    let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Continuous, Timing::direct(hz(50.0)));
     let margins = control.continuous_margins().expect("margins");
     near(margins.crossover, 21.1, 0.005);
     near(margins.phase_margin.to_degrees(), 72.0, 0.01);
@@ -227,11 +227,11 @@ fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
         (20.0, 62.0),
     ];
     for (rate, expected) in KNOWN {
-        let continuous = scripted(World::Continuous, Timing::direct(hz(rate)));
+        let continuous = scripted(WorldModel::Continuous, Timing::direct(hz(rate)));
         let delay = shortest_unstable_delay(&continuous).as_secs_f64() * 1e3;
         assert_eq!(delay.ceil() + 500.0 / rate, expected, "{rate} Hz: {delay}");
         // In a world of steps an action waits for the next step.
-        let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
+        let own = scripted(WorldModel::Own(ms(1)), Timing::direct(hz(rate)));
         let stepped = shortest_unstable_delay(&own).as_secs_f64() * 1e3;
         assert!(
             (stepped - delay.floor()).abs() < 1e-3,
@@ -279,7 +279,7 @@ fn swing(rate: f64, delay: u64) -> f64 {
 #[test]
 fn in_runs_deviations_grow_from_the_delay_on_that_theory_tells() {
     for rate in [500.0, 200.0, 100.0, 50.0, 25.0, 20.0] {
-        let own = scripted(World::Own(ms(1)), Timing::direct(hz(rate)));
+        let own = scripted(WorldModel::Own(ms(1)), Timing::direct(hz(rate)));
         // The first whole millisecond at which they grow.
         let first = shortest_unstable_delay(&own).as_millis() as u64 + 1;
         // So near the margin they grow slowly, and end in a swing where the motor clips.
@@ -295,7 +295,7 @@ fn in_runs_deviations_grow_from_the_delay_on_that_theory_tells() {
 
 #[test]
 fn a_faster_loop_comes_near_the_continuous_one() {
-    let control = scripted(World::Continuous, Timing::direct(hz(2_000.0)));
+    let control = scripted(WorldModel::Continuous, Timing::direct(hz(2_000.0)));
     let margins = control.continuous_margins().expect("margins");
     let delay = shortest_unstable_delay(&control) + Duration::from_micros(250);
     near(delay.as_secs_f64(), margins.delay.as_secs_f64(), 1e-3);
@@ -338,7 +338,7 @@ fn an_action_is_as_old_on_average_as_its_delay_and_half_a_period() {
     for (rate, delay) in [(50.0, 0), (50.0, 35), (12.5, 7), (3.0, 400)] {
         let mut timing = Timing::direct(hz(rate));
         timing.action_delay = ms(delay);
-        let stability = scripted(World::Continuous, timing)
+        let stability = scripted(WorldModel::Continuous, timing)
             .stability()
             .expect("short");
         let age = stability.mean_push_age.as_secs_f64();
@@ -355,7 +355,8 @@ fn a_policy_that_overruns_is_a_slower_one_with_a_delay() {
     busy.policy_takes = ms(35);
     let mut slower = Timing::from(rates(100.0, 25.0));
     slower.action_delay = ms(35);
-    let [busy, slower] = [busy, slower].map(|timing| growth(&scripted(World::Own(ms(1)), timing)));
+    let [busy, slower] =
+        [busy, slower].map(|timing| growth(&scripted(WorldModel::Own(ms(1)), timing)));
     assert!((busy - slower).abs() < 1e-9, "{busy}, {slower}");
 }
 
@@ -388,7 +389,7 @@ fn the_age_limit_of_rates_that_seldom_meet_is_near_the_exact_one() {
             sensor: Cadence::new(hz(50.0)),
             ..Timing::direct(hz(control))
         };
-        let exact = scripted(World::Continuous, timing).delay_margin();
+        let exact = scripted(WorldModel::Continuous, timing).delay_margin();
         let exact = exact.expect("a short hyper-period").expect("a margin");
         let exact = exact.there.mean_push_age.as_secs_f64() * 1e3;
         let policy = "scripted".parse().expect("policy");
@@ -437,11 +438,11 @@ fn the_jitter_margins_match_another_program() {
     for (rate, constant, jitter) in KNOWN {
         let mut timing = Timing::direct(hz(rate));
         timing.action_delay = ms(constant);
-        let control = scripted(World::Continuous, timing);
+        let control = scripted(WorldModel::Continuous, timing);
         let margin = control.jitter_margin().expect("short").expect("stable");
         near(margin.jitter.as_secs_f64() * 1e3, jitter, 2e-4);
     }
-    let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Continuous, Timing::direct(hz(50.0)));
     near(
         control.oldest_push().expect("stable").as_secs_f64() * 1e3,
         47.5245,
@@ -455,9 +456,9 @@ fn the_jitter_margin_never_exceeds_the_delay_margin() {
         let mut last = Duration::MAX;
         for constant in [0, 10, 20, 30, 40, 50] {
             let mut timing = Timing::direct(hz(rate));
-            let margin = shortest_unstable_delay(&scripted(World::Continuous, timing));
+            let margin = shortest_unstable_delay(&scripted(WorldModel::Continuous, timing));
             timing.action_delay = ms(constant);
-            let control = scripted(World::Continuous, timing);
+            let control = scripted(WorldModel::Continuous, timing);
             let jitter = control.jitter_margin().expect("short");
             assert_eq!(jitter.is_some(), ms(constant) < margin);
             if let Some(jitter) = jitter {
@@ -510,7 +511,7 @@ proptest! {
         pattern in prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), 0.0..1.0], 1..14),
     ) {
         let rate = [25.0, 50.0, 100.0][rate];
-        let control = scripted(World::Continuous, Timing::direct(hz(rate)));
+        let control = scripted(WorldModel::Continuous, Timing::direct(hz(rate)));
         let margin = control.jitter_margin().expect("short").expect("stable");
         let most = margin.jitter.as_secs_f64() * 1e4 - 1.0;
         let period = (1e4 / rate) as u64;
@@ -524,7 +525,7 @@ proptest! {
     fn no_timing_makes_a_deviation_grow_while_no_push_is_too_old(
         pattern in prop::collection::vec((0.02_f64..1.0, prop_oneof![Just(0.0), Just(1.0), 0.0..1.0]), 1..14),
     ) {
-        let control = scripted(World::Continuous, Timing::direct(hz(50.0)));
+        let control = scripted(WorldModel::Continuous, Timing::direct(hz(50.0)));
         let most = control.oldest_push().expect("stable").as_secs_f64() * 1e4 - 1.0;
         // Sensed a gap after the previous one, applied before that one is too old.
         let (mut sensed, mut applied) = (0.0_f64, 0.0_f64);
@@ -543,7 +544,7 @@ proptest! {
 #[test]
 fn the_loss_margin_matches_another_program() {
     for (lost, expected) in [(Lost::Hold, 0.58), (Lost::Zero, 0.78)] {
-        for world in [World::Continuous, World::Own(ms(1))] {
+        for world in [WorldModel::Continuous, WorldModel::Own(ms(1))] {
             let control = scripted(world, Timing::direct(hz(50.0)));
             let margin = control.loss_margin(lost).expect("short");
             // The first unstable share, in steps of 0.02.
@@ -571,7 +572,7 @@ fn without_loss_the_square_of_a_deviation_grows_twice_as_fast() {
     for delay in [0, 30, 70] {
         let mut timing = Timing::direct(hz(50.0));
         timing.action_delay = ms(delay);
-        let control = scripted(World::Own(ms(1)), timing);
+        let control = scripted(WorldModel::Own(ms(1)), timing);
         let square = control.mean_square_growth(Loss::NONE).expect("short");
         assert!(
             (square - 2.0 * growth(&control)).abs() < 1e-6,
@@ -635,7 +636,7 @@ fn the_cost_of_a_double_integrator_matches_its_closed_form() {
 
 #[test]
 fn a_loop_that_grows_has_no_bound_to_its_cost() {
-    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Own(ms(10)), Timing::direct(hz(50.0)));
     let cost = |probability, lost| {
         let loss = Loss { probability, lost };
         control
@@ -684,7 +685,7 @@ fn scripted_force(x: &Vector4<f64>) -> f64 {
 
 #[test]
 fn the_cost_of_random_loss_matches_the_mean_of_a_long_run() {
-    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Own(ms(10)), Timing::direct(hz(50.0)));
     for (lost, seed) in [(Lost::Hold, 1), (Lost::Zero, 2)] {
         let loss = Loss {
             probability: 0.3,
@@ -725,7 +726,7 @@ fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
         applied: at(*applied),
     });
     let timed: Vec<_> = timed.collect();
-    let control = scripted(World::Own(ms(10)), Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Own(ms(10)), Timing::direct(hz(50.0)));
     let cost = control.cost_along(&timed, &PUSHED, &Weights::default());
     let runs = (0..4_000).map(|_| {
         run_cost(last as usize, &mut random, |states, before| {
@@ -742,7 +743,7 @@ fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
 
 #[test]
 fn the_cost_of_a_long_uniform_run_matches_its_steady_state() {
-    let control = scripted(World::Own(ms(1)), Timing::direct(hz(50.0)));
+    let control = scripted(WorldModel::Own(ms(1)), Timing::direct(hz(50.0)));
     let steady = control.expected_cost(&PUSHED, &Weights::default(), Loss::NONE);
     let pushes: Vec<_> = (0..20_000_u32)
         .map(|tick| Time::ZERO + ms(20) * tick)
@@ -762,7 +763,7 @@ fn table() -> Vec<String> {
     let loops = policies.each_ref().map(|policy| {
         let gains = gains(policy, rates.control).expect("gains");
         let timing = Timing::direct(rates.control);
-        Loop::cart_pole(gains, World::Continuous, timing).expect("plant")
+        Loop::cart_pole(gains, WorldModel::Continuous, timing).expect("plant")
     });
     let margins = loops.map(|control| control.continuous_margins().expect("margins"));
     let jitter = loops.map(|control| control.jitter_margin().expect("short").expect("stable"));

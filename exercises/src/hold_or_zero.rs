@@ -4,7 +4,7 @@ use ratelab::{
     cartpole::CONTROL_HZ,
     policy::Scripted,
     runtime::Hz,
-    stability::{Loop, Lost, StabilityError, Timing, World},
+    stability::{Loop, Lost, StabilityError, Timing, WorldModel},
 };
 
 use crate::framework::{
@@ -151,7 +151,7 @@ fn about(group: &Group) -> Answer {
 /// The loss at which the expected square of a small deviation grows.
 fn margin(lost: Lost) -> Result<f64, Failure> {
     let timing = Timing::direct(Hz::new(CONTROL_HZ)?);
-    let control = Loop::cart_pole(Scripted::GAINS, World::Continuous, timing);
+    let control = Loop::cart_pole(Scripted::GAINS, WorldModel::Continuous, timing);
     Ok(control.map_err(StabilityError::from)?.loss_margin(lost)?)
 }
 

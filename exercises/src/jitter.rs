@@ -6,7 +6,7 @@ use ratelab::{
     cartpole::CONTROL_HZ,
     policy::Scripted,
     runtime::Hz,
-    stability::{Loop, StabilityError, Timing, World},
+    stability::{Loop, StabilityError, Timing, WorldModel},
 };
 
 use crate::framework::{
@@ -143,7 +143,7 @@ impl Exercise for Jitter {
 /// The margin of the scripted policy at 50 Hz.
 fn margin() -> Result<Duration, Failure> {
     let timing = Timing::direct(Hz::new(CONTROL_HZ)?);
-    let control = Loop::cart_pole(Scripted::GAINS, World::Continuous, timing);
+    let control = Loop::cart_pole(Scripted::GAINS, WorldModel::Continuous, timing);
     let control = control.map_err(StabilityError::from)?;
     let margin = control.jitter_margin()?.map(|margin| margin.jitter);
     margin.ok_or_else(|| Failure::Unmeasured("the loop has no jitter margin".to_owned()))

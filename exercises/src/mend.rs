@@ -48,7 +48,7 @@ impl Exercise for Mend {
     }
 
     fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
-        let pairs = RATES.map(Pair::run);
+        let pairs = RATES.map(ClockPair::run);
         let pairs = pairs.into_iter().collect::<Result<Vec<_>, _>>()?;
         let asked = pairs.iter().find(|pair| pair.hz == ASKED);
         let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
@@ -57,19 +57,19 @@ impl Exercise for Mend {
             refuted: Vec::new(),
             answer: Answer::Exactly(asked.lab.latency_ms),
             meaning: meaning(&pairs),
-            measurements: pairs.iter().flat_map(Pair::measurements).collect(),
+            measurements: pairs.iter().flat_map(ClockPair::measurements).collect(),
         })
     }
 }
 
 /// The same run on the clock of the exercise and on the lab's.
-struct Pair {
+struct ClockPair {
     hz: u64,
     clock: Timed,
     lab: Timed,
 }
 
-impl Pair {
+impl ClockPair {
     fn run(hz: u64) -> Result<Self, Failure> {
         let config = CartPole::config(&format!("control-hz {hz}"))?;
         Ok(Self {
@@ -112,7 +112,7 @@ fn on_the_clock(config: &Config, control_hz: u64) -> Result<Timed, Failure> {
     Ok(run.into())
 }
 
-fn table(pairs: &[Pair]) -> Table {
+fn table(pairs: &[ClockPair]) -> Table {
     let mut table = Table::new([
         "control",
         "this clock",
@@ -134,7 +134,7 @@ fn table(pairs: &[Pair]) -> Table {
     table
 }
 
-fn meaning(pairs: &[Pair]) -> String {
+fn meaning(pairs: &[ClockPair]) -> String {
     let wrong = pairs.iter().filter(|pair| pair.differs());
     let wrong: Vec<String> = wrong.map(|pair| pair.hz.to_string()).collect();
     if wrong.is_empty() {

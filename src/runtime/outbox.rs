@@ -21,18 +21,18 @@ type Held = Box<dyn FnOnce(Time, Time) + Send>;
 pub(crate) struct Outbox {
     /// Whether messages must pass through this outbox.
     needed: AtomicBool,
-    state: Mutex<State>,
+    state: Mutex<OutboxState>,
 }
 
 #[derive(Default)]
-struct State {
+struct OutboxState {
     /// Whether the node is in a tick with a duration.
     holds: bool,
     held: Vec<Held>,
     clock: Option<LocalClock>,
 }
 
-impl State {
+impl OutboxState {
     fn shows(&self, now: Time) -> Time {
         self.clock.map_or(now, |clock| clock.shows(now))
     }
@@ -54,7 +54,7 @@ impl Outbox {
         self.update(|state| state.clock = Some(clock));
     }
 
-    fn update(&self, change: impl FnOnce(&mut State)) {
+    fn update(&self, change: impl FnOnce(&mut OutboxState)) {
         let mut state = lock(&self.state);
         change(&mut state);
         let needed = state.holds || state.clock.is_some();

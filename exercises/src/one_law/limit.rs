@@ -43,7 +43,7 @@ pub const LAW: Law = Law(&Brief {
 });
 
 /// The fourth question: the cause that breaks the law.
-pub const JITTER: Jitter = Jitter(&Brief {
+pub const JITTER: JitterLaw = JitterLaw(&Brief {
     number: 6,
     part: "d",
     name: "one-law-jitter",
@@ -64,7 +64,7 @@ pub const JITTER: Jitter = Jitter(&Brief {
 pub struct Law(&'static Brief);
 
 /// See [`JITTER`].
-pub struct Jitter(&'static Brief);
+pub struct JitterLaw(&'static Brief);
 
 /// The runs of a cause.
 struct OfCause {
@@ -200,7 +200,7 @@ impl Exercise for Law {
     }
 }
 
-impl Exercise for Jitter {
+impl Exercise for JitterLaw {
     fn brief(&self) -> &'static Brief {
         self.0
     }

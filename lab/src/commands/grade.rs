@@ -20,8 +20,8 @@ use crate::{
     program::Program,
     signals,
 };
-use marks::{Mark, Measured};
-use session::Session;
+use marks::{GradedPrediction, Measured};
+use session::GradedRun;
 
 /// Grades every hand-in in a folder, and prints and writes the result. Ctrl-C ends it
 /// without one.
@@ -33,7 +33,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     for hand_in in hand_ins {
         let marks = measured.marks(&hand_in.answers)?;
         let recordings = hand_in.recordings.iter();
-        let sessions = recordings.map(|file| Session::of(file, program, &asked));
+        let sessions = recordings.map(|file| GradedRun::of(file, program, &asked));
         graded.push(Graded {
             marks,
             sessions: sessions.collect::<Result<_, _>>()?,
@@ -61,9 +61,9 @@ struct Graded {
     /// Name of the learner's folder.
     learner: String,
     /// The predictions, by exercise.
-    marks: Vec<Mark>,
+    marks: Vec<GradedPrediction>,
     /// The recordings, by file name.
-    sessions: Vec<Session>,
+    sessions: Vec<GradedRun>,
     /// Why the hand-in as a whole is not acceptable, if it is not.
     refused: Option<String>,
 }

@@ -42,7 +42,7 @@ pub fn node(program: &Program, args: &NodeArgs) -> Result<(), Error> {
     drop(whole);
     let stop = Stop::watch(args.child);
     loop {
-        let run = Run::connect(
+        let run = ConnectedRun::connect(
             program,
             &config,
             &here,
@@ -96,14 +96,14 @@ fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
 }
 
 /// A connected part of a run.
-struct Run<'a> {
+struct ConnectedRun<'a> {
     program: &'a Program,
     here: &'a [String],
     experiment: Experiment,
     bridge: Bridge,
 }
 
-impl<'a> Run<'a> {
+impl<'a> ConnectedRun<'a> {
     /// Connects, and waits until all other nodes are there where this end listens.
     fn connect(
         program: &'a Program,

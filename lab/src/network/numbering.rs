@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 /// The numbering of each of several series.
 #[derive(Default)]
-pub struct Numbering(HashMap<usize, Series>);
+pub struct Numbering(HashMap<usize, SeriesNumbers>);
 
 #[derive(Default)]
-struct Series {
+struct SeriesNumbers {
     process: u64,
     /// Numbers used by earlier processes.
     before: u64,
@@ -17,9 +17,9 @@ struct Series {
 impl Numbering {
     /// The number in `series` of what `process` calls `number`.
     pub fn number(&mut self, series: usize, process: u64, number: u64) -> u64 {
-        let series = self.0.entry(series).or_insert_with(|| Series {
+        let series = self.0.entry(series).or_insert_with(|| SeriesNumbers {
             process,
-            ..Series::default()
+            ..SeriesNumbers::default()
         });
         if series.process != process {
             series.process = process;

@@ -42,15 +42,15 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
         &["--port", "--fps", "--theme"],
     );
     let shown = terminal_is_there();
-    let mut hub = Process::start(&first, &["--listen", &address], &options, (again, shown))?;
+    let mut hub = ChildProcess::start(&first, &["--listen", &address], &options, (again, shown))?;
     // The run lasts as long as its first part does.
     let of_first = ["--duration-s", "--duration_s", "--domain"];
     let options = without(options.into_iter(), &["--ros"], &of_first);
     let others = parts.map(|part| {
         let end = ["--connect", &*address];
-        Process::start(&part, &end, &options, (false, shown))
+        ChildProcess::start(&part, &end, &options, (false, shown))
     });
-    let others: Vec<Process> = others.collect::<Result<_, _>>()?;
+    let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
     if shown {
         let printed = hub.printed();
         let left = show(program, attached(&address, None), &screen(&args.screen));
@@ -78,9 +78,9 @@ fn last_summary(printed: &str) -> &str {
 }
 
 /// A child; dropping ends it.
-struct Process(Child);
+struct ChildProcess(Child);
 
-impl Process {
+impl ChildProcess {
     fn start(
         part: &str,
         end: &[&str],
@@ -111,7 +111,7 @@ impl Process {
     }
 }
 
-impl Drop for Process {
+impl Drop for ChildProcess {
     fn drop(&mut self) {
         // The child stops when its standard input ends.
         drop(self.0.stdin.take());

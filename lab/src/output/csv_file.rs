@@ -18,10 +18,10 @@ use crate::error::Error;
 /// devices and files in read-only folders are written directly.
 pub struct CsvFile {
     path: PathBuf,
-    way: Way,
+    way: CsvTarget,
 }
 
-enum Way {
+enum CsvTarget {
     Whole(Unfinished),
     Live(Live),
 }
@@ -32,7 +32,7 @@ impl CsvFile {
     /// # Errors
     /// [`Error::BadInput`] if it is not writable.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let way = Way::to(path).map_err(|why| Error::unwritable("--csv", path, &why))?;
+        let way = CsvTarget::to(path).map_err(|why| Error::unwritable("--csv", path, &why))?;
         let path = path.to_owned();
         Ok(Self { path, way })
     }
@@ -43,8 +43,8 @@ impl CsvFile {
     /// [`Error::Write`] with the error of the operating system.
     pub fn begin(&mut self) -> Result<File, Error> {
         let file = match &mut self.way {
-            Way::Whole(file) => file.writer(),
-            Way::Live(file) => file.begin(),
+            CsvTarget::Whole(file) => file.writer(),
+            CsvTarget::Live(file) => file.begin(),
         };
         file.map_err(|why| write_error(&self.path, why))
     }
@@ -55,14 +55,14 @@ impl CsvFile {
     /// [`Error::Write`] with the cause.
     pub fn complete<T>(self, written: io::Result<T>) -> Result<T, Error> {
         let named = written.and_then(|written| match self.way {
-            Way::Whole(file) => file.complete().map(|()| written),
-            Way::Live(_) => Ok(written),
+            CsvTarget::Whole(file) => file.complete().map(|()| written),
+            CsvTarget::Live(_) => Ok(written),
         });
         named.map_err(|why| write_error(&self.path, why))
     }
 }
 
-impl Way {
+impl CsvTarget {
     fn to(path: &Path) -> io::Result<Self> {
         if must_be_live(path) {
             return Live::open(path).map(Self::Live);

@@ -98,7 +98,7 @@ fn lateness_of(cell: &[f64]) -> Option<Option<Duration>> {
 }
 
 /// A piece of a thread's log in a file.
-pub struct Piece {
+pub struct LogPiece {
     /// Number of the row, counted from zero.
     pub row: u64,
     /// Number of the thread.
@@ -110,7 +110,7 @@ pub struct Piece {
 }
 
 /// The pieces of the log of threads in `chunk`; `None` for a damaged row.
-pub fn pieces(chunk: &Chunk) -> Vec<Option<Piece>> {
+pub fn pieces(chunk: &Chunk) -> Vec<Option<LogPiece>> {
     let bytes = chunk.iter_slices::<u8>(piece::BYTES.into());
     let bytes = one_a_row(chunk, bytes.map(|bytes| Some(bytes.to_vec())));
     let rows = numbers(chunk, piece::ROW)
@@ -119,7 +119,7 @@ pub fn pieces(chunk: &Chunk) -> Vec<Option<Piece>> {
         .zip(numbers(chunk, piece::DIGEST))
         .zip(bytes);
     let rows = rows.map(|(((row, thread), digest), bytes)| {
-        Some(Piece {
+        Some(LogPiece {
             row: row??,
             thread: thread??,
             bytes: bytes?,

@@ -12,7 +12,7 @@ use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 
 use super::{
     columns,
-    rows::{self, Piece},
+    rows::{self, LogPiece},
     schema::{THREADS, piece},
     timeline::Stamps,
 };
@@ -80,7 +80,7 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
 /// The rows of a file so far.
 #[derive(Default)]
 pub struct Pieces {
-    rows: Vec<Option<Piece>>,
+    rows: Vec<Option<LogPiece>>,
 }
 
 /// The log in a file.
@@ -111,7 +111,7 @@ impl Pieces {
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
         let mut damage = self.rows.iter().any(Option::is_none).then_some(CHANGED);
-        let mut rows: Vec<Piece> = self.rows.into_iter().flatten().collect();
+        let mut rows: Vec<LogPiece> = self.rows.into_iter().flatten().collect();
         rows.sort_by_key(|piece| piece.row);
         for (piece, row) in rows.into_iter().zip(0..) {
             let known = usize::try_from(piece.thread).ok();

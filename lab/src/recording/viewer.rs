@@ -52,13 +52,13 @@ impl Viewer {
 }
 
 /// Writes to the file of a recording, and sends the same to a viewer.
-pub struct Live {
+pub struct FileAndViewer {
     file: RecordingFile,
     to_viewer: Option<Sender<LogMsg>>,
     sent: Receiver<()>,
 }
 
-impl Live {
+impl FileAndViewer {
     /// Begins to send to `viewer`.
     pub fn new(file: RecordingFile, viewer: &Viewer) -> Self {
         let (to_viewer, messages) = bounded::<LogMsg>(BACKLOG);
@@ -80,7 +80,7 @@ impl Live {
     }
 }
 
-impl LogSink for Live {
+impl LogSink for FileAndViewer {
     fn send(&self, message: LogMsg) {
         if let Some(to_viewer) = &self.to_viewer {
             let _ = to_viewer.try_send(message.clone());
@@ -93,7 +93,7 @@ impl LogSink for Live {
     }
 }
 
-impl Drop for Live {
+impl Drop for FileAndViewer {
     fn drop(&mut self) {
         drop(self.to_viewer.take());
         let _ = self.sent.recv_timeout(PATIENCE);

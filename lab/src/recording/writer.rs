@@ -22,14 +22,14 @@ use super::{
     columns,
     compact::compact,
     file::RecordingFile,
-    progress::Progress,
+    plant_steps::PlantSteps,
     properties,
     scene::{Batch, Scene},
     schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
     thread_log::{self, ThreadTrack},
     tracks::{NodeTrack, TopicTrack, Track},
-    viewer::Live,
+    viewer::FileAndViewer,
 };
 
 /// Wall time between two batches. A kill loses the messages since the last one.
@@ -298,7 +298,7 @@ impl RecordingWriter {
             .map(|track| (track.name.clone(), track.take(until)))
             .collect();
         let states = topics.iter().find(|(name, _)| Some(&**name) == state);
-        let progress = Progress {
+        let progress = PlantSteps {
             epoch: self.epoch,
             before: self.made,
             steps: states.map_or(&[], |(_, rows)| rows.heads()),
@@ -345,8 +345,8 @@ impl RecordingWriter {
     }
 
     /// The position of items after the last batch.
-    fn now(&self) -> Progress<'static> {
-        Progress {
+    fn now(&self) -> PlantSteps<'static> {
+        PlantSteps {
             epoch: self.epoch,
             before: self.made,
             steps: &[],
@@ -378,7 +378,7 @@ fn begin(
         .buffered()?;
     match &source.viewer {
         None => rec.set_sink(Box::new(file.clone())),
-        Some(viewer) => rec.set_sink(Box::new(Live::new(file.clone(), viewer))),
+        Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
     }
     // Readers need this first, and columns overtake logged messages.
     properties::send_origin(&rec, &**system, origin)?;
@@ -400,7 +400,7 @@ fn begin(
 fn write_events(
     rec: &RecordingStream,
     events: &[Event],
-    progress: &Progress<'_>,
+    progress: &PlantSteps<'_>,
 ) -> RecordingStreamResult<()> {
     if events.is_empty() {
         return Ok(());

@@ -9,7 +9,7 @@ use super::{
     gains::{NoTheory, gains},
     monodromy::StabilityError,
     timing::{Cadence, Rates, Timing},
-    world::World,
+    world::WorldModel,
 };
 use crate::{
     policy::PolicySpec,
@@ -49,7 +49,7 @@ pub fn age_limit(policy: &PolicySpec, rates: Rates) -> Result<Duration, NoLimit>
         sensor: Cadence::new(rates.sensor),
         ..Timing::direct(rates.control)
     };
-    let control = Loop::cart_pole(gains, World::Continuous, timing);
+    let control = Loop::cart_pole(gains, WorldModel::Continuous, timing);
     let margin = control.map_err(StabilityError::from)?.delay_margin()?;
     let margin = margin.ok_or_else(|| NoLimit::Boundless(policy.to_string()))?;
     Ok(margin.there.mean_push_age)

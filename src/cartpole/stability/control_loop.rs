@@ -1,6 +1,6 @@
 //! A plant and linear feedback, with the timing between them.
 
-use super::{dynamics::Dynamics, timing::Timing, world::World};
+use super::{dynamics::Dynamics, timing::Timing, world::WorldModel};
 use crate::cartpole::PlantError;
 
 /// A control loop with an unlimited motor.
@@ -11,7 +11,7 @@ pub struct Loop {
     /// Gains of the policy: an action is the sum of products with the state.
     pub gains: [f64; 4],
     /// The passage of the plant's time.
-    pub world: World,
+    pub world: WorldModel,
     /// Timing of the nodes and links.
     pub timing: Timing,
 }
@@ -23,7 +23,7 @@ impl Loop {
     /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn cart_pole(
         gains: [f64; 4],
-        world: World,
+        world: WorldModel,
         timing: impl Into<Timing>,
     ) -> Result<Self, PlantError> {
         Ok(Self {

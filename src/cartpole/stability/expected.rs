@@ -10,7 +10,7 @@ use super::{
     gains::{NoTheory, gains},
     monodromy::StabilityError,
     timing::{Cadence, Timing},
-    world::World,
+    world::WorldModel,
 };
 use crate::{
     cartpole::{ACTION, ACTUATOR, OBS, OnStale, POLICY, PlantError, SENSOR, actuator_hz},
@@ -70,7 +70,7 @@ pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected
 /// The loop described by a setup.
 struct Reading {
     policy: PolicySpec,
-    world: World,
+    world: WorldModel,
     timing: Timing,
     /// Maximum additional time of readings, decisions and actions.
     spread: [Duration; 3],
@@ -93,8 +93,8 @@ impl Reading {
         Self {
             policy: PolicySpec::BuiltIn(PolicyKind::Scripted),
             world: match world {
-                WorldKind::Course => World::Course,
-                WorldKind::Own { step_ms } => World::Own(Duration::from_millis(step_ms.get())),
+                WorldKind::Course => WorldModel::Course,
+                WorldKind::Own { step_ms } => WorldModel::Own(Duration::from_millis(step_ms.get())),
             },
             timing: Timing {
                 actuator: Some(usual),
@@ -220,8 +220,8 @@ impl Reading {
             .actuator
             .map_or(Duration::ZERO, |actuator| actuator.hz.period());
         let step = match self.world {
-            World::Own(step) => step,
-            World::Course | World::Continuous => Duration::ZERO, // A tick of the actuator.
+            WorldModel::Own(step) => step,
+            WorldModel::Course | WorldModel::Continuous => Duration::ZERO, // A tick of the actuator.
         };
         timing.constant() + spread + for_policy + for_actuator + held + step
     }

@@ -11,7 +11,7 @@ use super::{
     monodromy::StabilityError,
     span::Span,
     timing::Timing,
-    world::World,
+    world::WorldModel,
 };
 
 /// Number of tested frequencies of a sampled loop, up to half of its rate.
@@ -81,7 +81,7 @@ impl Loop {
         let mut uniform = Timing::direct(sensor);
         uniform.action_delay = constant;
         let sampled = Self {
-            world: World::Continuous,
+            world: WorldModel::Continuous,
             timing: uniform,
             ..*self
         };

@@ -3,7 +3,7 @@
 //! Near upright the plant is linear ([`Dynamics`]), and so is a balancer while it does
 //! not clip: `u = K·y`, with `y` a reading. A graph affects this loop only through time:
 //! every action in force belongs to some reading, sensed earlier and applied later. A
-//! [`Loop`] is a plant, gains, a [`World`] and a [`Timing`], and the whole graph becomes
+//! [`Loop`] is a plant, gains, a [`WorldModel`] and a [`Timing`], and the whole graph becomes
 //! a sequence of three kinds of events:
 //!
 //! | event | map |
@@ -84,4 +84,4 @@ pub use jitter::JitterMargin;
 pub use monodromy::{Stability, StabilityError};
 pub use schedule::LONGEST;
 pub use timing::{Cadence, Rates, TimedPush, Timing};
-pub use world::World;
+pub use world::WorldModel;

@@ -11,7 +11,7 @@ use super::{
     schedule::{LONGEST, TooLong},
     spectral::log_spectral_radius,
     timing::Rates,
-    world::World,
+    world::WorldModel,
 };
 use crate::{cartpole::PlantError, policy::Scripted};
 
@@ -66,7 +66,7 @@ impl Stability {
     /// # Errors
     /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
     pub fn of(rates: Rates) -> Result<Self, StabilityError> {
-        Loop::cart_pole(Scripted::GAINS, World::Course, rates)?.stability()
+        Loop::cart_pole(Scripted::GAINS, WorldModel::Course, rates)?.stability()
     }
 
     /// The Floquet multipliers, the one with the largest modulus first. Infinite where a

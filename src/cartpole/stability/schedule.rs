@@ -4,7 +4,7 @@ use std::{collections::HashMap, time::Duration};
 
 use super::{
     timing::{Rates, TimedPush, Timing},
-    world::World,
+    world::WorldModel,
 };
 use crate::runtime::{Hz, Time, hyper_period};
 
@@ -45,13 +45,13 @@ pub(super) struct TooLong(pub Duration);
 impl Rates {
     /// The time after which all three nodes are due together again.
     pub fn hyper_period(self) -> Duration {
-        grid(Timing::from(self), World::Course)
+        grid(Timing::from(self), WorldModel::Course)
     }
 }
 
 impl Schedule {
     /// The schedule of `timing` in `world`, after all nodes have started.
-    pub fn of(timing: Timing, world: World) -> Result<Self, TooLong> {
+    pub fn of(timing: Timing, world: WorldModel) -> Result<Self, TooLong> {
         let grid = grid(timing, world);
         let (begin, period) = repetition(timing, grid)?;
         let settled = timing.slowest() + world.unit();
@@ -61,7 +61,7 @@ impl Schedule {
         let pushes: Vec<_> = decisions.map(|(_, push)| push).collect();
         // In the course's world the plant's time starts with the actuator.
         let origin = match (world, timing.actuator) {
-            (World::Course, Some(actuator)) => Time::ZERO + actuator.offset,
+            (WorldModel::Course, Some(actuator)) => Time::ZERO + actuator.offset,
             _ => Time::ZERO,
         };
         Ok(Self {
@@ -82,11 +82,11 @@ pub(super) fn readings(events: &[ScheduleEvent]) -> usize {
 }
 
 /// The common period of all nodes and of the world.
-fn grid(timing: Timing, world: World) -> Duration {
+fn grid(timing: Timing, world: WorldModel) -> Duration {
     // With the plant's own rate, or one of 1 kHz, it is a whole number of nanoseconds.
     let millisecond = match world {
-        World::Course => None,
-        World::Own(_) | World::Continuous => Hz::new(1e3).ok(),
+        WorldModel::Course => None,
+        WorldModel::Own(_) | WorldModel::Continuous => Hz::new(1e3).ok(),
     };
     let rates = timing.cadences().map(|cadence| cadence.hz);
     let nanos = hyper_period(rates.chain(millisecond)).as_nanos();
@@ -128,7 +128,7 @@ fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLon
 /// The events of `pushes` in `world` between two moments.
 pub(super) fn events(
     pushes: &[TimedPush],
-    world: World,
+    world: WorldModel,
     origin: Time,
     from: Time,
     to: Time,
@@ -167,7 +167,7 @@ pub(super) fn events(
 }
 
 /// Adds an advance by `units`, split into stretches.
-fn advance(events: &mut Vec<ScheduleEvent>, world: World, mut units: u128) {
+fn advance(events: &mut Vec<ScheduleEvent>, world: WorldModel, mut units: u128) {
     let most = (STRETCH.as_nanos() / world.unit().as_nanos()).max(1);
     while units > 0 {
         let stretch = units.min(most);

@@ -22,7 +22,7 @@ use crate::{
 /// | own | ⌊t / step⌋ physics steps | the first physics step at or after `t` |
 /// | continuous | `t` | `t` |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum World {
+pub enum WorldModel {
     /// Each tick of the actuator is one control step of the plant.
     Course,
     /// The plant advances by itself in physics steps of this length.
@@ -31,7 +31,7 @@ pub enum World {
     Continuous,
 }
 
-impl World {
+impl WorldModel {
     /// The smallest unit of its time.
     pub(super) fn unit(self) -> Duration {
         match self {

@@ -8,7 +8,7 @@ use crate::runtime::{Knob, Time, TimedKnob};
 /// The smallest part of a fault. A longer delay or hang is the same part several times in
 /// a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Part {
+pub(super) enum FaultPart {
     /// The message with this number is lost.
     Lost(u64),
     /// The message with this number is delivered a [`UNIT`] later.
@@ -49,7 +49,7 @@ impl Targets {
     }
 
     /// The knobs for the faults of `list`.
-    pub fn knobs(&self, list: &[Part]) -> Vec<TimedKnob> {
+    pub fn knobs(&self, list: &[FaultPart]) -> Vec<TimedKnob> {
         let mut list = list.to_vec();
         list.sort_unstable();
         let same = list.chunk_by(|one, next| one == next);
@@ -59,15 +59,15 @@ impl Targets {
         knobs
     }
 
-    fn knob(&self, part: Part, long: Duration) -> TimedKnob {
+    fn knob(&self, part: FaultPart, long: Duration) -> TimedKnob {
         let topic = self.topic.clone();
         let (at, knob) = match part {
-            Part::Lost(seq) => (Time::ZERO, Knob::Lose { topic, seq }),
-            Part::Late(seq) => {
+            FaultPart::Lost(seq) => (Time::ZERO, Knob::Lose { topic, seq }),
+            FaultPart::Late(seq) => {
                 let delay = long;
                 (Time::ZERO, Knob::Postpone { topic, seq, delay })
             }
-            Part::Hang(at) => {
+            FaultPart::Hang(at) => {
                 let (node, cost) = (self.node.clone(), long);
                 (at, Knob::Hang { node, cost })
             }

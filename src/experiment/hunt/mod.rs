@@ -46,7 +46,7 @@ use crate::{
     runtime::{ClockKind, Fault, Speed, Time, TimedKnob},
     system::{BuildError, System, Verdict},
 };
-use fault::{Part, Targets};
+use fault::{FaultPart, Targets};
 use trial::{Halt, Trials};
 use windows::Windows;
 
@@ -223,7 +223,7 @@ impl Hunt {
         &self,
         windows: &Windows,
         trials: &mut Trials<'_>,
-        best: &mut Option<Vec<Part>>,
+        best: &mut Option<Vec<FaultPart>>,
     ) -> Result<Proof, Halt> {
         windows.search(trials, best)?;
         if best.is_none() {

@@ -1,6 +1,6 @@
 //! Shrinks a list of faults until every part is necessary.
 
-use super::{Proof, fault::Part};
+use super::{Proof, fault::FaultPart};
 
 /// Maximum number of smaller lists that are all run.
 pub const MOST_SMALLER: usize = 4_096;
@@ -8,8 +8,8 @@ pub const MOST_SMALLER: usize = 4_096;
 /// Shrinks `list`, which loses the run. `first` returns the index of the first of several
 /// lists that does. Each step is stored in `list` before the next begins.
 pub(super) fn shrink<E>(
-    list: &mut Vec<Part>,
-    mut first: impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
+    list: &mut Vec<FaultPart>,
+    mut first: impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
 ) -> Result<Proof, E> {
     delta_debug(list, &mut first)?;
     let Some(smaller) = all_smaller(list) else {
@@ -26,8 +26,8 @@ pub(super) fn shrink<E>(
 
 /// Leaves out ever smaller pieces, until every single part is necessary.
 fn delta_debug<E>(
-    list: &mut Vec<Part>,
-    first: &mut impl FnMut(&[Vec<Part>]) -> Result<Option<usize>, E>,
+    list: &mut Vec<FaultPart>,
+    first: &mut impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
 ) -> Result<(), E> {
     let mut pieces = 2;
     while list.len() > 1 {
@@ -36,7 +36,7 @@ fn delta_debug<E>(
         let without = cuts
             .windows(2)
             .map(|cut| [&list[..cut[0]], &list[cut[1]..]].concat());
-        let lists: Vec<Vec<Part>> = match pieces {
+        let lists: Vec<Vec<FaultPart>> = match pieces {
             2 => alone.collect(), // Each is the complement of the other.
             _ => alone.chain(without).collect(),
         };
@@ -55,7 +55,7 @@ fn delta_debug<E>(
 
 /// All sublists of `list` by size, without the empty one and `list` itself; `None` if
 /// there are too many.
-fn all_smaller(list: &[Part]) -> Option<Vec<Vec<Part>>> {
+fn all_smaller(list: &[FaultPart]) -> Option<Vec<Vec<FaultPart>>> {
     let mut sorted = list.to_vec();
     sorted.sort_unstable();
     let mut lists = vec![Vec::new()];
@@ -68,7 +68,7 @@ fn all_smaller(list: &[Part]) -> Option<Vec<Vec<Part>>> {
         });
         lists = longer.collect();
     }
-    lists.retain(|smaller: &Vec<Part>| !smaller.is_empty() && smaller.len() < list.len());
+    lists.retain(|smaller: &Vec<FaultPart>| !smaller.is_empty() && smaller.len() < list.len());
     lists.sort_by_key(Vec::len);
     Some(lists)
 }
@@ -81,12 +81,12 @@ mod tests {
 
     /// Shrinks the loss of the first `count` messages, where `enough` decides which lists
     /// of numbers lose the run.
-    fn shrunk(count: u64, enough: impl Fn(&[u64]) -> bool) -> (Vec<Part>, Proof) {
-        let mut list: Vec<Part> = (0..count).map(Part::Lost).collect();
+    fn shrunk(count: u64, enough: impl Fn(&[u64]) -> bool) -> (Vec<FaultPart>, Proof) {
+        let mut list: Vec<FaultPart> = (0..count).map(FaultPart::Lost).collect();
         let proof = shrink(&mut list, |lists| {
-            let is_enough = |list: &Vec<Part>| {
+            let is_enough = |list: &Vec<FaultPart>| {
                 let numbers = list.iter().map(|part| match part {
-                    Part::Lost(number) => *number,
+                    FaultPart::Lost(number) => *number,
                     _ => unreachable!("only losses"),
                 });
                 enough(&numbers.collect::<Vec<_>>())
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn what_is_left_is_what_it_takes() {
         let (list, proof) = shrunk(100, |lost| [3, 40, 41].iter().all(|n| lost.contains(n)));
-        assert_eq!(list, [3, 40, 41].map(Part::Lost));
+        assert_eq!(list, [3, 40, 41].map(FaultPart::Lost));
         assert_eq!(proof, Proof::EverySmaller(6));
         let (list, proof) = shrunk(30, |lost| lost.len() >= 20);
         assert_eq!((list.len(), proof), (20, Proof::EachPart(20)));
@@ -109,14 +109,14 @@ mod tests {
     fn a_smaller_list_is_found_where_more_would_not_be_enough() {
         // Any two, except the last pair that shrinking one by one would reach.
         let (list, proof) = shrunk(8, |lost| lost.len() >= 6 || lost == [3, 6]);
-        assert_eq!(list, [3, 6].map(Part::Lost));
+        assert_eq!(list, [3, 6].map(FaultPart::Lost));
         assert_eq!(proof, Proof::EverySmaller(2));
     }
 
     #[test]
     fn parts_of_one_delay_count_once() {
-        let hang = Part::Hang(crate::runtime::Time::ZERO);
-        let list = [hang, hang, hang, Part::Late(1)];
+        let hang = FaultPart::Hang(crate::runtime::Time::ZERO);
+        let list = [hang, hang, hang, FaultPart::Late(1)];
         let smaller = all_smaller(&list).expect("few");
         assert_eq!(smaller.len(), 4 * 2 - 2);
         assert!(smaller.is_sorted_by_key(Vec::len));

@@ -10,7 +10,7 @@ use std::{
 
 use super::{
     Hunt, HuntError,
-    fault::{Part, Targets},
+    fault::{FaultPart, Targets},
 };
 use crate::experiment::{Experiment, Summary};
 
@@ -54,14 +54,14 @@ impl<'h> Trials<'h> {
     }
 
     /// The summary of the run with the faults of `list`.
-    pub fn summary(&self, list: &[Part]) -> Result<Summary, HuntError> {
+    pub fn summary(&self, list: &[FaultPart]) -> Result<Summary, HuntError> {
         let config = self.hunt.with(&self.targets.knobs(list));
         let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
         Ok(experiment.run()?)
     }
 
     /// The index of the first of `lists` that loses the run.
-    pub fn first_lost(&mut self, lists: &[Vec<Part>]) -> Result<Option<usize>, Halt> {
+    pub fn first_lost(&mut self, lists: &[Vec<FaultPart>]) -> Result<Option<usize>, Halt> {
         let (next, first) = (AtomicUsize::new(0), AtomicUsize::new(lists.len()));
         let (stopped, failed) = (AtomicBool::new(false), Mutex::new(Vec::new()));
         let failures = || failed.lock().unwrap_or_else(PoisonError::into_inner);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{
     Budget, HuntError,
-    fault::{Part, parts},
+    fault::{FaultPart, parts},
     trial::{Halt, Trials},
 };
 use crate::{
@@ -42,7 +42,7 @@ struct Kind<'w> {
     /// Number of possible beginnings.
     starts: u64,
     /// Returns the list of a given size and beginning.
-    list: Box<dyn Fn(usize, u64) -> Vec<Part> + 'w>,
+    list: Box<dyn Fn(usize, u64) -> Vec<FaultPart> + 'w>,
 }
 
 impl Windows {
@@ -85,7 +85,7 @@ impl Windows {
     pub fn search(
         &self,
         trials: &mut Trials<'_>,
-        best: &mut Option<Vec<Part>>,
+        best: &mut Option<Vec<FaultPart>>,
     ) -> Result<(), Halt> {
         let kinds = self.kinds();
         for kind in &kinds {
@@ -117,7 +117,7 @@ impl Windows {
         kinds.push(Kind {
             most: self.hang,
             starts: self.ticks(),
-            list: Box::new(|size, tick| vec![Part::Hang(self.tick(tick)); size]),
+            list: Box::new(|size, tick| vec![FaultPart::Hang(self.tick(tick)); size]),
         });
         kinds.retain(|kind| kind.most > 0 && kind.starts > 0);
         kinds
@@ -137,22 +137,22 @@ impl Windows {
                 let lost = share(self.lose, size);
                 let mut list = self.lost(lost, at(self.messages));
                 list.extend(self.late(share(self.late, size), 1, at(self.messages) + lost as u64));
-                list.extend(vec![Part::Hang(tick); share(self.hang, size)]);
+                list.extend(vec![FaultPart::Hang(tick); share(self.hang, size)]);
                 list
             }),
         }
     }
 
-    fn lost(&self, size: usize, start: u64) -> Vec<Part> {
+    fn lost(&self, size: usize, start: u64) -> Vec<FaultPart> {
         let last = self.messages.min(start + size as u64);
-        (start..last).map(Part::Lost).collect()
+        (start..last).map(FaultPart::Lost).collect()
     }
 
-    fn late(&self, size: usize, width: usize, start: u64) -> Vec<Part> {
+    fn late(&self, size: usize, width: usize, start: u64) -> Vec<FaultPart> {
         let last = self.messages.min(start + width as u64);
         let messages = start..last;
         messages
-            .flat_map(|seq| vec![Part::Late(seq); size])
+            .flat_map(|seq| vec![FaultPart::Late(seq); size])
             .collect()
     }
 
@@ -168,7 +168,7 @@ impl Windows {
 
     /// Lists that use the whole budget, anywhere in a stretch longer than a window; the
     /// random draws are those of `SEED hunt TOPIC N`.
-    pub fn random(&self, seed: u64) -> Vec<Vec<Part>> {
+    pub fn random(&self, seed: u64) -> Vec<Vec<FaultPart>> {
         let (what, name) = ("hunt", self.topic.as_str());
         let chance = Chance { seed, what, name };
         let mut number = 0_u64;
@@ -179,18 +179,18 @@ impl Windows {
         let lists = (0..RANDOM_LISTS).map(|_| {
             let start = below(self.messages.max(1));
             let room = |of: usize| (of * ROOM) as u64;
-            let mut list: Vec<Part> = Vec::new();
+            let mut list: Vec<FaultPart> = Vec::new();
             let end = self.messages.min(start + room(self.lose));
             let mut messages: Vec<u64> = (start..end).collect();
             for _ in 0..self.lose.min(messages.len()) {
                 let place = below(messages.len() as u64) as usize;
-                list.push(Part::Lost(messages.swap_remove(place)));
+                list.push(FaultPart::Lost(messages.swap_remove(place)));
             }
             let end = self.messages.min(start + room(self.late));
-            list.extend((0..self.late).map(|_| Part::Late(start + below(end - start))));
+            list.extend((0..self.late).map(|_| FaultPart::Late(start + below(end - start))));
             if self.hang > 0 {
                 let at = self.tick(below(self.ticks()));
-                list.extend(vec![Part::Hang(at); self.hang]);
+                list.extend(vec![FaultPart::Hang(at); self.hang]);
             }
             list
         });
@@ -201,13 +201,17 @@ impl Windows {
 impl Kind<'_> {
     /// Finds by bisection the smallest size that is enough anywhere, with its first
     /// beginning; stores the list in `best` if it is smaller.
-    fn search(&self, trials: &mut Trials<'_>, best: &mut Option<Vec<Part>>) -> Result<(), Halt> {
+    fn search(
+        &self,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<(), Halt> {
         let mut try_size = |size: usize| {
             let lists = self.lists(size);
             let first = trials.first_lost(&lists)?;
             Ok::<_, Halt>(first.map(|index| lists[index].clone()))
         };
-        let smaller = |list: &Vec<Part>, best: &Option<Vec<Part>>| {
+        let smaller = |list: &Vec<FaultPart>, best: &Option<Vec<FaultPart>>| {
             best.as_ref().is_none_or(|best| list.len() < best.len())
         };
         let (mut too_small, mut enough) = (0, self.most);
@@ -232,7 +236,7 @@ impl Kind<'_> {
     }
 
     /// All lists of a size, by their beginnings.
-    fn lists(&self, size: usize) -> Vec<Vec<Part>> {
+    fn lists(&self, size: usize) -> Vec<Vec<FaultPart>> {
         let count = self.starts.min(MOST_STARTS);
         let start =
             |place: u64| (u128::from(place) * u128::from(self.starts) / u128::from(count)) as u64;

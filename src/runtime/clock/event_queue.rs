@@ -15,7 +15,7 @@ use crate::runtime::{scheduled_node::ScheduledNode, time::Time};
 /// Late ticks and ticks that take time are rare; they wait in a separate queue.
 #[derive(Debug)]
 pub(crate) struct EventQueue {
-    heap: BinaryHeap<Reverse<Entry>>,
+    heap: BinaryHeap<Reverse<NextDue>>,
     cohorts: Vec<Cohort>,
     pending: BinaryHeap<Reverse<Pending>>,
     /// Rank of each node, by its index in the graph.
@@ -52,7 +52,7 @@ struct Pending {
 
 /// When the next node of this cohort is due, and its rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
+struct NextDue {
     due: Time,
     rank: usize,
     cohort: usize,
@@ -106,7 +106,7 @@ impl EventQueue {
     fn found(&mut self, due: Time, rank: usize) -> usize {
         let cohort = self.cohorts.len();
         self.cohorts.push(Cohort::default());
-        self.heap.push(Reverse(Entry { due, rank, cohort }));
+        self.heap.push(Reverse(NextDue { due, rank, cohort }));
         cohort
     }
 
@@ -182,7 +182,7 @@ impl EventQueue {
 impl Pending {
     /// Whether it comes before a due tick. A late tick comes after a tick of the same
     /// node that is due at its start: that due tick is skipped.
-    fn comes_before(&self, due: &Entry) -> bool {
+    fn comes_before(&self, due: &NextDue) -> bool {
         match self.kind {
             NodeEventKind::Ends => self.at <= due.due,
             _ => (self.at, self.rank) < (due.due, due.rank),

@@ -81,7 +81,7 @@ struct Scheduler<'a> {
 }
 
 /// What to do next.
-enum Turn {
+enum NextStep {
     Obey(Command),
     Proceed,
     Stop,
@@ -109,9 +109,9 @@ impl<'a> Scheduler<'a> {
     fn run(mut self) -> Result<ClockExit, Fault> {
         loop {
             let exit = match self.take_turn() {
-                Turn::Obey(command) => self.receive(command)?,
-                Turn::Proceed => self.proceed()?,
-                Turn::Stop => Some(ClockExit::Stopped),
+                NextStep::Obey(command) => self.receive(command)?,
+                NextStep::Proceed => self.proceed()?,
+                NextStep::Stop => Some(ClockExit::Stopped),
             };
             if let Some(exit) = exit {
                 return Ok(exit);
@@ -120,9 +120,9 @@ impl<'a> Scheduler<'a> {
     }
 
     /// Waits until the next event is due or a command arrives.
-    fn take_turn(&mut self) -> Turn {
+    fn take_turn(&mut self) -> NextStep {
         if self.is_over() {
-            return Turn::Proceed;
+            return NextStep::Proceed;
         }
         let wait = if self.graph.control.status.paused {
             if self.steps > 0 {
@@ -131,16 +131,16 @@ impl<'a> Scheduler<'a> {
                 Wait::Forever
             }
         } else if self.mid_instant() {
-            return Turn::Proceed;
+            return NextStep::Proceed;
         } else {
             let next = self.next_event();
             self.pacer.wait_for(next).map_or(Wait::None, Wait::Until)
         };
         match self.inbox.receive(wait) {
-            Some(command) => Turn::Obey(command),
+            Some(command) => NextStep::Obey(command),
             // All senders are gone, so nothing can end the pause.
-            None if matches!(wait, Wait::Forever) => Turn::Stop,
-            None => Turn::Proceed,
+            None if matches!(wait, Wait::Forever) => NextStep::Stop,
+            None => NextStep::Proceed,
         }
     }
 

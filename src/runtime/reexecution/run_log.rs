@@ -23,11 +23,11 @@ pub(crate) struct RunLog {
 #[derive(Debug, Default)]
 pub(crate) struct Stream {
     size: Arc<AtomicUsize>,
-    content: Mutex<Content>,
+    content: Mutex<StreamData>,
 }
 
 #[derive(Debug, Default)]
-struct Content {
+struct StreamData {
     coder: Coder,
     bytes: Vec<u8>,
 }
@@ -85,7 +85,7 @@ impl Stream {
             return;
         }
         let mut content = lock(&self.content);
-        let Content { coder, bytes } = &mut *content;
+        let StreamData { coder, bytes } = &mut *content;
         let before = bytes.len();
         coder.put(bytes, entry, operations);
         self.size.fetch_add(bytes.len() - before, Ordering::Relaxed);

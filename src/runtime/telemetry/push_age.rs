@@ -14,10 +14,10 @@ const LATE: Duration = Duration::from_secs(1);
 /// The age of the push in force: run time now minus the run time of the sensing behind
 /// it. It grows with time and drops when a fresher push is applied.
 #[derive(Clone, Debug, Default)]
-pub struct PushAge(Arc<Mutex<State>>);
+pub struct PushAge(Arc<Mutex<Pushes>>);
 
 #[derive(Debug, Default)]
-struct State {
+struct Pushes {
     /// The pushes of the last second and the one before, the one in force last.
     late: VecDeque<InForce>,
     /// Run time of the first push.

@@ -8,7 +8,7 @@ use exercises::framework::{Answers, Brief, Exercise, Findings};
 use crate::error::Error;
 
 /// A graded prediction.
-pub struct Mark {
+pub struct GradedPrediction {
     /// The question.
     pub brief: &'static Brief,
     /// The predicted number, in the unit of the question.
@@ -23,7 +23,7 @@ pub struct Mark {
     pub by: String,
 }
 
-impl Mark {
+impl GradedPrediction {
     /// Whether `other` has the same words as a reason, and more than a few.
     pub fn is_worded_like(&self, other: &Self) -> bool {
         let words = |mark: &Self| {
@@ -48,7 +48,7 @@ impl Measured {
     ///
     /// # Errors
     /// [`Error`] if one cannot be measured.
-    pub fn marks(&mut self, answers: &Answers) -> Result<Vec<Mark>, Error> {
+    pub fn marks(&mut self, answers: &Answers) -> Result<Vec<GradedPrediction>, Error> {
         let mut marks = Vec::new();
         for question in exercises::questions() {
             let brief = question.brief();
@@ -58,7 +58,7 @@ impl Measured {
             let seed = question.draws().then(|| prediction.seed());
             let findings = self.measured(question, seed)?;
             let (right, by) = findings.judge(brief, prediction);
-            marks.push(Mark {
+            marks.push(GradedPrediction {
                 brief,
                 number: prediction.number(),
                 seed,

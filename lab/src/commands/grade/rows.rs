@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Graded, file_name, marks::Mark, session::Session};
+use super::{Graded, file_name, marks::GradedPrediction, session::GradedRun};
 
 /// The columns of the CSV file.
 const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
@@ -32,7 +32,7 @@ pub fn csv(graded: &[Graded]) -> String {
     format!("{HEADER}\n{}", rows.collect::<String>())
 }
 
-fn mark_cells(mark: &Mark) -> [String; 6] {
+fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
     [
         format!("exercise {}", mark.brief.label()),
         mark.right.to_string(),
@@ -46,7 +46,7 @@ fn mark_cells(mark: &Mark) -> [String; 6] {
     ]
 }
 
-fn session_cells(session: &Session) -> [String; 6] {
+fn session_cells(session: &GradedRun) -> [String; 6] {
     [
         file_name(&session.file),
         session.refused.is_empty().to_string(),

@@ -13,12 +13,12 @@ use super::{Graded, file_name};
 use crate::{
     error::Error,
     program::Program,
-    recording::{Look, Recording, VerifyError, verify},
+    recording::{Recording, VerifyError, VerifyStatus, verify},
     rescue::{is_shipped, judge_recording},
 };
 
 /// A recording that was handed in.
-pub struct Session {
+pub struct GradedRun {
     /// The file.
     pub file: PathBuf,
     /// The rescue, as text, if it is one.
@@ -31,7 +31,7 @@ pub struct Session {
     commands: Vec<TimedKnob>,
 }
 
-impl Session {
+impl GradedRun {
     /// Judges and verifies the recording in `file`.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Session {
             Ok(rescued) => session.rescued = Some(rescued.to_string()),
             Err(failure) => session.refused.push(format!("no rescue: {failure}")),
         }
-        let watch = |_: &Look| match asked.load(Ordering::Relaxed) {
+        let watch = |_: &VerifyStatus| match asked.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         };
@@ -108,7 +108,7 @@ pub fn find_copies(graded: &mut [Graded]) {
 }
 
 /// All sessions, with the place and the name of the learner.
-fn sessions(graded: &[Graded]) -> impl Iterator<Item = (usize, &str, &Session)> {
+fn sessions(graded: &[Graded]) -> impl Iterator<Item = (usize, &str, &GradedRun)> {
     let learners = graded.iter().enumerate();
     learners.flat_map(|(place, graded)| {
         let sessions = graded.sessions.iter();

@@ -2,7 +2,7 @@
 
 use exercises::framework::{Answer, Brief, Findings, Table};
 
-use super::{Graded, marks::Mark, marks::Measured};
+use super::{Graded, marks::GradedPrediction, marks::Measured};
 use crate::{printable::one_line, report::line};
 
 /// A learner per row, then the reasons by question, then what is not acceptable.
@@ -93,7 +93,7 @@ fn sessions(graded: &Graded) -> String {
 }
 
 /// A prediction in the table: with the number, if it is one.
-fn cell(mark: &Mark) -> String {
+fn cell(mark: &GradedPrediction) -> String {
     match mark.brief.choices {
         [] => format!("{} {}", sign(mark.right), mark.number),
         _ => sign(mark.right).to_owned(),
@@ -142,7 +142,7 @@ fn sign(right: bool) -> &'static str {
 
 impl Graded {
     /// The prediction for a question, if there is one.
-    fn mark(&self, brief: &Brief) -> Option<&Mark> {
+    fn mark(&self, brief: &Brief) -> Option<&GradedPrediction> {
         self.marks.iter().find(|mark| mark.brief.name == brief.name)
     }
 }

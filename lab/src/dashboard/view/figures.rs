@@ -7,7 +7,7 @@ use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
 use super::{
     histogram,
     pane::{self, border, plain, put, row, rows},
-    table::{self, Column, TableCell, TableRow},
+    table::{self, TableCell, TableColumn, TableRow},
     theme::Theme,
 };
 use crate::dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, TopicData};
@@ -27,7 +27,7 @@ const BEST_HISTOGRAM: usize = 8;
 
 /// Columns of topics. `avg` is over the whole run, `lately` counts drops in the last
 /// second, `age` is the data age at each read.
-const TOPIC_COLUMNS: [Column; 8] = [
+const TOPIC_COLUMNS: [TableColumn; 8] = [
     column("msg/s", 7, 0),
     column("avg", 7, 6),
     column("published", 9, 7),
@@ -39,7 +39,7 @@ const TOPIC_COLUMNS: [Column; 8] = [
 ];
 
 /// Columns of nodes.
-const NODE_COLUMNS: [Column; 6] = [
+const NODE_COLUMNS: [TableColumn; 6] = [
     column("rate Hz", 9, 0),
     column("ticks", 8, 5),
     column("late p50 µs", 11, 2),
@@ -48,8 +48,8 @@ const NODE_COLUMNS: [Column; 6] = [
     column("overruns", 8, 1),
 ];
 
-const fn column(head: &'static str, width: usize, rank: u8) -> Column {
-    Column { head, width, rank }
+const fn column(head: &'static str, width: usize, rank: u8) -> TableColumn {
+    TableColumn { head, width, rank }
 }
 
 /// Draws what fits: topics first, then latency, then nodes.

@@ -12,7 +12,7 @@ const GAP: usize = 2;
 
 /// A column of figures.
 #[derive(Clone, Copy, Debug)]
-pub struct Column {
+pub struct TableColumn {
     /// Its title, with the unit.
     pub head: &'static str,
     /// Its width, the maximum for head and figures.
@@ -31,7 +31,7 @@ pub type TableRow = (String, Vec<TableCell>);
 /// out, the last line gives their number.
 pub fn render(
     name: &str,
-    columns: &[Column],
+    columns: &[TableColumn],
     rows: &[TableRow],
     theme: &Theme,
     area: Rect,
@@ -82,7 +82,7 @@ pub fn render(
 }
 
 /// The indices of the columns that fit into `room`.
-fn shown(columns: &[Column], room: usize) -> Vec<usize> {
+fn shown(columns: &[TableColumn], room: usize) -> Vec<usize> {
     let mut places: Vec<usize> = (0..columns.len()).collect();
     places.sort_by_key(|&place| columns[place].rank);
     let mut left = room;
@@ -102,16 +102,16 @@ fn shown(columns: &[Column], room: usize) -> Vec<usize> {
 mod tests {
     use ratatui::style::Style;
 
-    use super::{Column, TableRow, render};
+    use super::{TableColumn, TableRow, render};
     use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text};
 
-    const COLUMNS: [Column; 2] = [
-        Column {
+    const COLUMNS: [TableColumn; 2] = [
+        TableColumn {
             head: "rate Hz",
             width: 7,
             rank: 1,
         },
-        Column {
+        TableColumn {
             head: "ticks",
             width: 5,
             rank: 0,

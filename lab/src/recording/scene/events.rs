@@ -3,12 +3,12 @@
 use ratelab::runtime::telemetry::{Event, EventKind};
 use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
-use crate::recording::{progress::Progress, schema::EVENTS, timeline::Stamps};
+use crate::recording::{plant_steps::PlantSteps, schema::EVENTS, timeline::Stamps};
 
 /// Logs `events`, each at the time at which it took effect.
 pub fn add(
     rec: &RecordingStream,
-    progress: &Progress,
+    progress: &PlantSteps,
     events: &[Event],
 ) -> RecordingStreamResult<()> {
     if events.is_empty() {

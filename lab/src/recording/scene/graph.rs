@@ -6,7 +6,7 @@ use ratelab::runtime::{Command, Knob, Snapshot, telemetry::Event};
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
 
 use super::palette::{BLUE, ORANGE};
-use crate::recording::{progress::Progress, timeline::Stamps};
+use crate::recording::{plant_steps::PlantSteps, timeline::Stamps};
 
 /// The node graph.
 pub const GRAPH: &str = "graph";
@@ -114,7 +114,7 @@ impl GraphScene {
     pub fn add(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();

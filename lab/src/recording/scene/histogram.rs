@@ -8,7 +8,7 @@ use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
 use super::palette::BLUE;
 use crate::{
     bins::{BINS, WIDEST_MS, width_ms},
-    recording::{progress::Progress, timeline::Stamps},
+    recording::{plant_steps::PlantSteps, timeline::Stamps},
 };
 
 /// The histogram.
@@ -41,7 +41,11 @@ impl Histogram {
     }
 
     /// Counts the steps of this batch, and logs the histogram once a second.
-    pub fn add(&mut self, rec: &RecordingStream, progress: &Progress) -> RecordingStreamResult<()> {
+    pub fn add(
+        &mut self,
+        rec: &RecordingStream,
+        progress: &PlantSteps,
+    ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
         let mut rows = Vec::new();
         for step in progress.steps {
@@ -62,7 +66,7 @@ impl Histogram {
     pub fn finish(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         at: Time,
     ) -> RecordingStreamResult<()> {
         self.widen(rec, progress, at)?;
@@ -86,7 +90,7 @@ impl Histogram {
     fn widen(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         at: Time,
     ) -> RecordingStreamResult<()> {
         let fits = |width: u64| self.counts.len() as u64 <= BINS as u64 * width;

@@ -14,7 +14,7 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE},
 };
-use crate::{names::paced_node, recording::progress::Progress};
+use crate::{names::paced_node, recording::plant_steps::PlantSteps};
 
 /// Latency and period (ms).
 pub const LATENCY: &str = "plot/latency";
@@ -54,7 +54,7 @@ impl LatencyScene {
     pub fn add(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress<'_>,
+        progress: &PlantSteps<'_>,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
         if let Some(period) = &mut self.period {
@@ -77,7 +77,7 @@ impl LatencyScene {
     pub fn finish(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress<'_>,
+        progress: &PlantSteps<'_>,
         at: Time,
     ) -> RecordingStreamResult<()> {
         self.histogram.finish(rec, progress, at)

@@ -29,13 +29,13 @@ use rerun::{RecordingStream, RecordingStreamResult};
 use self::{
     graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
 };
-use super::progress::Progress;
+use super::plant_steps::PlantSteps;
 
 /// The news since the last batch, each list in the order of arrival.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
     /// Steps of the plant, and where they place things on the timelines.
-    pub progress: &'a Progress<'a>,
+    pub progress: &'a PlantSteps<'a>,
     /// The messages of each recorded topic, by its name.
     pub topics: &'a [(String, Rows)],
     /// Commands and ends.
@@ -74,7 +74,7 @@ impl Scene {
         &self,
         rec: &RecordingStream,
         start: &Snapshot,
-        progress: &Progress<'_>,
+        progress: &PlantSteps<'_>,
     ) -> RecordingStreamResult<()> {
         lateness::begin(rec, start)?;
         for topic in &start.topics {
@@ -118,7 +118,7 @@ impl Scene {
     pub fn finish(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress<'_>,
+        progress: &PlantSteps<'_>,
         at: Time,
         verdict: &str,
         lost: bool,

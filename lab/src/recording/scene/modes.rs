@@ -6,7 +6,7 @@ use ratelab::runtime::{ClockKind, Command, Knob, Snapshot, Time, telemetry::Even
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
 
 use super::palette::{BLUE, GREY, ORANGE, series};
-use crate::recording::{progress::Progress, schema::path, timeline::Stamps};
+use crate::recording::{plant_steps::PlantSteps, schema::path, timeline::Stamps};
 
 /// The lanes.
 pub const MODES: &str = "mode";
@@ -73,7 +73,7 @@ impl Modes {
     pub fn add(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         events: &[Event],
     ) -> RecordingStreamResult<()> {
         let clocks = changes(events, |command| match command {
@@ -97,7 +97,7 @@ impl Modes {
 /// Logs whether `node` runs, crashed or hangs, where one of `events` is about that.
 fn log_faults(
     rec: &RecordingStream,
-    progress: &Progress,
+    progress: &PlantSteps,
     node: &str,
     events: &[Event],
 ) -> RecordingStreamResult<()> {
@@ -157,7 +157,7 @@ fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Chang
 fn log_changes(
     rec: &RecordingStream,
     lane: impl Into<EntityPath>,
-    progress: &Progress,
+    progress: &PlantSteps,
     changes: &Changes,
 ) -> RecordingStreamResult<()> {
     let stamps = progress.stamps_of(changes.iter().map(|(at, _)| *at));

@@ -11,7 +11,7 @@ use rerun::{
 };
 
 use super::palette::{BLUE, GREY, ORANGE, WHITE};
-use crate::recording::{progress::Progress, timeline::Stamps};
+use crate::recording::{plant_steps::PlantSteps, timeline::Stamps};
 
 /// The picture.
 pub const PICTURE: &str = "picture";
@@ -42,7 +42,7 @@ impl PictureScene {
     pub fn add(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress<'_>,
+        progress: &PlantSteps<'_>,
         states: &Rows,
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();

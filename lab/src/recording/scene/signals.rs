@@ -10,7 +10,7 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE},
 };
-use crate::recording::{progress::Progress, schema::path};
+use crate::recording::{plant_steps::PlantSteps, schema::path};
 
 /// Entity of the signals of the topic called `topic`.
 pub fn entity(topic: &str) -> EntityPath {
@@ -47,7 +47,7 @@ pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Recordin
 /// Logs the signals of `topic` in its messages.
 pub fn add(
     rec: &RecordingStream,
-    progress: &Progress<'_>,
+    progress: &PlantSteps<'_>,
     signals: &[Signal],
     topic: &str,
     messages: &Rows,

@@ -16,7 +16,7 @@ use rerun::{
 use super::{Batch, Scene, latency::LATENCY};
 use crate::recording::{
     blueprint::{self, Subject},
-    progress::Progress,
+    plant_steps::PlantSteps,
     timeline::RUN_TIME,
 };
 
@@ -125,8 +125,8 @@ fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
     lines
 }
 
-fn progress(before: u64, steps: &[Head]) -> Progress<'_> {
-    Progress {
+fn progress(before: u64, steps: &[Head]) -> PlantSteps<'_> {
+    PlantSteps {
         epoch: None,
         before,
         steps,

@@ -9,7 +9,7 @@ use super::{
     lines::{self, Line},
     palette,
 };
-use crate::recording::progress::Progress;
+use crate::recording::plant_steps::PlantSteps;
 
 /// Messages per second, a line per topic.
 pub const PER_SECOND: &str = "plot/messages_per_second";
@@ -30,7 +30,7 @@ const WINDOW: Duration = Duration::from_secs(1);
 /// Samples all topics at the same moments, which are those of run time, not of
 /// any batch.
 pub struct Traffic {
-    topics: Vec<Counter>,
+    topics: Vec<TopicTraffic>,
     /// Whether a link did something to a message.
     linked: bool,
     links_begun: bool,
@@ -40,7 +40,7 @@ pub struct Traffic {
 }
 
 /// One topic.
-struct Counter {
+struct TopicTraffic {
     name: String,
     /// When messages were published, and how many were lost by then: those in
     /// the window first, then those that no sample has reached yet.
@@ -86,7 +86,7 @@ impl LinkCounter {
 impl Traffic {
     /// Nothing was published yet.
     pub fn new(topics: impl Iterator<Item = String>) -> Self {
-        let topics = topics.map(|name| Counter {
+        let topics = topics.map(|name| TopicTraffic {
             name,
             messages: VecDeque::new(),
             recent: 0,
@@ -148,7 +148,7 @@ impl Traffic {
     pub fn sample(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         until: Time,
     ) -> RecordingStreamResult<()> {
         let mut stamps = progress.stamps();
@@ -181,7 +181,7 @@ impl Traffic {
     pub fn finish(
         &mut self,
         rec: &RecordingStream,
-        progress: &Progress,
+        progress: &PlantSteps,
         at: Time,
     ) -> RecordingStreamResult<()> {
         self.sample(rec, progress, at)?;
@@ -200,7 +200,7 @@ fn periods(at: Time) -> u32 {
     u32::try_from(whole).unwrap_or(u32::MAX - 1)
 }
 
-impl Counter {
+impl TopicTraffic {
     /// Moves the window on, so that it ends with `now`.
     fn advance_to(&mut self, now: Time, window: Duration) {
         while let Some(&(stamp, dropped)) = self.messages.get(self.recent)

@@ -15,7 +15,7 @@ use super::{
     Dice, cart_pole, cases, experiment, folder, read, record, record_run, recording, verify,
     with_knobs,
 };
-use crate::recording::{Recording, VerifyError, schema::RunStatus, verify::Look};
+use crate::recording::{Recording, VerifyError, schema::RunStatus, verify::VerifyStatus};
 
 /// `rows` with message `index` as `change` makes it.
 fn changed(rows: &Rows, index: usize, change: impl FnOnce(&mut Head, &mut [f64])) -> Rows {
@@ -215,7 +215,7 @@ fn whoever_watches_a_verification_can_end_it() {
     };
     years.events.push(Event { at, what });
     let mut advance_to = Time::ZERO;
-    let watch = |look: &Look| {
+    let watch = |look: &VerifyStatus| {
         advance_to = look.now;
         ControlFlow::Break(())
     };

@@ -48,7 +48,7 @@ const LONGEST_TICK: Duration = Duration::from_secs(10);
 
 /// What a watcher sees of a run.
 #[derive(Clone, Debug)]
-pub struct Look {
+pub struct VerifyStatus {
     /// Run time.
     pub now: Time,
     /// The node that the run waits for in vain, and the run time of its tick: it cannot be
@@ -87,7 +87,7 @@ pub fn run_again(
     recording: &Recording,
     system: &Arc<dyn System>,
     mut rerun: Option<Rerun>,
-    watch: impl FnMut(&Look) -> ControlFlow<()> + Send,
+    watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Outcome, VerifyError> {
     let whole = recording
         .outcome
@@ -104,7 +104,7 @@ pub fn run_again(
     let complete = whole.is_some() && (rerun.is_none() || order::is_whole(recording));
     experiment.schedule(events::commands(recording, &**system, rerun.as_ref())?);
     let comparison = Comparison::new(recording, complete, rerun.is_some(), experiment.commands());
-    let watcher = Watcher {
+    let watcher = RunWatcher {
         observer: observer.clone(),
         rerun: rerun.as_ref().map(Rerun::watch),
         last: None,
@@ -160,7 +160,7 @@ fn newest_item(recording: &Recording) -> Time {
 }
 
 /// Looks on.
-struct Watcher<W> {
+struct RunWatcher<W> {
     observer: Observer,
     rerun: Option<Arc<Watch>>,
     /// What the run did when it last did something else, and when that was.
@@ -168,7 +168,7 @@ struct Watcher<W> {
     watch: W,
 }
 
-impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
+impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
     /// Looks on until the run is over, or until it is to stop: then it returns true.
     fn stops(mut self, over: &Receiver<()>, comparison: &Comparison) -> bool {
         while over.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
@@ -192,7 +192,7 @@ impl<W: FnMut(&Look) -> ControlFlow<()>> Watcher<W> {
             }
         });
         let now = self.observer.now();
-        (self.watch)(&Look { now, stuck })
+        (self.watch)(&VerifyStatus { now, stuck })
     }
 }
 

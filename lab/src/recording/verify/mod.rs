@@ -18,7 +18,7 @@ use ratelab::{
 };
 use thiserror::Error;
 
-pub use self::again::Look;
+pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, branch};
 use self::{
     again::{Outcome, run_again},
@@ -138,7 +138,7 @@ pub fn verify(
     recording: &Recording,
     system: &Arc<dyn System>,
     perturb: bool,
-    watch: impl FnMut(&Look) -> ControlFlow<()> + Send,
+    watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     refuse_other_system(recording, system)?;
     refuse_nothing(recording, &**system)?;

@@ -154,7 +154,7 @@ impl Wire {
 
 /// A message on a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mark {
+enum WireMark {
     UnderWay,
     /// Lost on the link.
     Lost,
@@ -162,7 +162,7 @@ enum Mark {
     Dropped,
 }
 
-impl Mark {
+impl WireMark {
     fn look(self, theme: &Theme) -> (&'static str, Style) {
         match self {
             Self::UnderWay => (theme.glyph("•", "o"), theme.active()),
@@ -178,7 +178,7 @@ enum Marks<'a> {
     /// dropped messages appear over its whole length.
     Stream(&'a TopicData),
     /// One position per message, by distance from the publisher.
-    Transit(BTreeMap<u64, Mark>),
+    Transit(BTreeMap<u64, WireMark>),
 }
 
 impl<'a> Marks<'a> {
@@ -191,14 +191,18 @@ impl<'a> Marks<'a> {
         let marks = dots.iter().map(|dot| {
             // Between the first cell and the head of the line.
             let far = 1 + (dot.way * longest.saturating_sub(2) as f64) as u64;
-            let mark = if dot.lost { Mark::Lost } else { Mark::UnderWay };
+            let mark = if dot.lost {
+                WireMark::Lost
+            } else {
+                WireMark::UnderWay
+            };
             (far, mark)
         });
         Self::Transit(marks.collect())
     }
 
     /// The message at distance `far` from the publisher.
-    fn at(&self, far: u64) -> Option<Mark> {
+    fn at(&self, far: u64) -> Option<WireMark> {
         let topic = match self {
             Self::Transit(marks) => return marks.get(&far).copied(),
             Self::Stream(topic) => topic,
@@ -212,9 +216,9 @@ impl<'a> Marks<'a> {
             by(message + 1.0) > by(message)
         };
         Some(match () {
-            () if one_of(topic.link_loss()) => Mark::Lost,
-            () if one_of(topic.loss()) => Mark::Dropped,
-            () => Mark::UnderWay,
+            () if one_of(topic.link_loss()) => WireMark::Lost,
+            () if one_of(topic.loss()) => WireMark::Dropped,
+            () => WireMark::UnderWay,
         })
     }
 }

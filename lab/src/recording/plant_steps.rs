@@ -7,7 +7,7 @@ use ratelab::runtime::{Head, Time};
 use super::timeline::Stamps;
 
 /// The steps of the plant in a batch, and their number before it.
-pub struct Progress<'a> {
+pub struct PlantSteps<'a> {
     /// Wall time at which run time was zero, under the real clock.
     pub epoch: Option<SystemTime>,
     /// Number of steps before this batch.
@@ -16,7 +16,7 @@ pub struct Progress<'a> {
     pub steps: &'a [Head],
 }
 
-impl Progress<'_> {
+impl PlantSteps<'_> {
     /// No rows.
     pub fn stamps(&self) -> Stamps {
         Stamps::new(self.epoch)
