@@ -408,7 +408,8 @@ fn a_choice_is_named_in_words_and_needs_a_reason_too() {
         let reason = reason.to_owned();
         assert_eq!((read.number(), read.reason().to_owned()), (number, reason));
     }
-    let asked = "expected one of policy slow, policy, /obs loses and a reason, as in policy slow because …";
+    let asked =
+        "expected one of policy slow, policy, /obs loses and a reason, as in policy slow because …";
     for text in [
         "1 because so",
         "policyslow because so",

@@ -252,11 +252,7 @@ impl ExercisePanel {
         };
     }
 
-    fn predict(
-        &mut self,
-        exercise: &'static dyn Exercise,
-        prediction: Prediction,
-    ) -> PanelAction {
+    fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) -> PanelAction {
         let prediction = match self.seed {
             seed if seed > 0 && exercise.draws() => prediction.about(seed),
             _ => prediction,
@@ -417,7 +413,10 @@ fn reveal(
             let hand = if by_hand { hand } else { "" };
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
-            format!("{outcome}\n\n{}\n{}{hand}", findings.table, findings.meaning)
+            format!(
+                "{outcome}\n\n{}\n{}{hand}",
+                findings.table, findings.meaning
+            )
         }
         Ok(Err(failure)) => failure.to_string(),
         Err(_) => "the measurement panicked, which is a defect: please report it".to_owned(),

@@ -1,9 +1,9 @@
 //! The dashboard as a whole: the real loop, injected keys, drawn screens.
 
-mod exercises;
 mod faults;
 mod files;
 mod order;
+mod panel;
 mod prompt;
 mod rescue;
 mod sessions;
