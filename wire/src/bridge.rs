@@ -137,9 +137,12 @@ impl Bridge {
         &self.inlets
     }
 
-    /// What runs in the other processes.
+    /// What runs in the other processes whose clocks are known, so that their messages
+    /// count.
     pub fn others(&self) -> Vec<Info> {
-        self.peers.infos()
+        let mut infos = self.peers.infos();
+        infos.retain(|info| self.times.knows(info.clock));
+        infos
     }
 
     /// Whether a ROS node subscribes to a topic of this process.

@@ -63,7 +63,7 @@ pub struct LabArgs {
 }
 
 /// The options of a run of one's own.
-const NO_RUN: [&str; 14] = [
+const NO_RUN: [&str; 13] = [
     "seed",
     "knob",
     "knobs",
@@ -75,7 +75,6 @@ const NO_RUN: [&str; 14] = [
     "smoke",
     "out",
     "csv",
-    "record",
     "json",
     "takes",
 ];

@@ -72,7 +72,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
 fn attach(program: &Program, args: &LabArgs, address: &str) -> Result<(), Error> {
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let end = crate::network::attached(address, args.zenoh_config.clone());
-    crate::network::show(program, end, &screen(&args.screen))
+    crate::network::show(program, end, destination(&args.run), &screen(&args.screen))
 }
 
 /// Prints how to get it.
