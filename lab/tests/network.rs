@@ -149,7 +149,9 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     let printed = plant.printed();
     lab.wait_for("gone for");
     lab.type_keys("q");
-    assert!(lab.close().0.success());
+    let (status, screen) = lab.close();
+    let left = screen.screen().contents();
+    assert!(status.success() && left.contains("recorded "), "{left}");
     policy.signal("-INT");
     policy.printed();
     let info = text(&ratelab(&["info", &seen]).stdout);

@@ -63,7 +63,7 @@ pub struct LabArgs {
 }
 
 /// The options of a run of one's own.
-const NO_RUN: [&str; 13] = [
+const NO_RUN: [&str; 11] = [
     "seed",
     "knob",
     "knobs",
@@ -73,9 +73,7 @@ const NO_RUN: [&str; 13] = [
     "like",
     "realtime",
     "smoke",
-    "out",
     "csv",
-    "json",
     "takes",
 ];
 

@@ -36,7 +36,7 @@ fn refused(inlet: &Inlet) -> String {
     }
 }
 
-/// The messages that were evicted unread, and the ages of those that were read.
+/// The messages that its link lost or that were evicted unread, and the ages of those that were read.
 fn read(topic: &TopicView) -> String {
     let ages = topic.subscriptions.iter().map(|read| &read.ages);
     let ages = ages.max_by_key(|ages| ages.count());
@@ -44,11 +44,15 @@ fn read(topic: &TopicView) -> String {
         let age: Option<Duration> = ages.and_then(|ages| ages.quantile(share));
         age.map(|age| age.as_secs_f64() * 1e3)
     };
+    let link = match topic.lost {
+        0 => String::new(),
+        lost => format!(", {lost} by its link"),
+    };
     let dropped = topic.dropped();
     match ms(0.5).zip(ms(0.99)) {
         Some((p50, p99)) => {
-            format!(", {dropped} dropped, age when read p50 {p50:.1} ms, p99 {p99:.1} ms")
+            format!("{link}, {dropped} dropped, age when read p50 {p50:.1} ms, p99 {p99:.1} ms")
         }
-        None => format!(", {dropped} dropped"),
+        None => format!("{link}, {dropped} dropped"),
     }
 }

@@ -1,6 +1,9 @@
-//! The recordings that a dashboard makes of the runs of other processes, one file per run.
+//! What a dashboard keeps of the runs of other processes: a recording of each, and the
+//! summary of the last.
 
 use std::path::Path;
+
+use ratelab::experiment::Summary;
 
 use crate::{
     error::Error,
@@ -17,6 +20,8 @@ pub struct Recordings {
     done: Vec<Recorder>,
     /// The first file that could not be made.
     refused: Option<Error>,
+    /// The summary of the last run, and whether that run ended.
+    pub last: Option<(Summary, bool)>,
 }
 
 impl Recordings {

@@ -14,7 +14,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use ratelab::{
     experiment::{Config, Experiment, Summary, Taps},
     runtime::{
-        Command, Knob, Observer, TickRecord, Time,
+        ClockExit, Command, Knob, Observer, TickRecord, Time,
         telemetry::{Event, EventKind, Lineage, NodeTopology, Topology},
     },
     system::System,
@@ -28,7 +28,7 @@ use ratelab_wire::{
 use super::{gathered::GatheredRun, recordings::Recordings, relay::Relay};
 use crate::{
     dashboard::{Place, Remote, RunSource, WatchedRows, watched},
-    recording::{ProcessRecord, Source, schema::Origin},
+    recording::{ProcessRecord, Source, StopReason, schema::Origin},
 };
 
 /// How long an item waits for earlier ones of other processes.
@@ -181,9 +181,18 @@ impl RemoteRun {
 
     /// Adds what still waits of the last run, and ends its recording.
     fn complete_last(&mut self) {
+        if self.hub.is_none() {
+            return;
+        }
         self.gather_until(Time::MAX);
         let end = self.gathered.end();
-        self.recordings().end(end);
+        let seen = match &end {
+            StopReason::Run(summary) => ((**summary).clone(), true),
+            _ => (self.gathered.summary(&ClockExit::Stopped), false),
+        };
+        let mut recordings = self.recordings();
+        recordings.last = Some(seen);
+        recordings.end(end);
     }
 
     fn recordings(&self) -> MutexGuard<'_, Recordings> {

@@ -5,16 +5,16 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use ratelab::experiment::{Config, Experiment};
+use ratelab::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{End, Follower, Settings};
 
 use super::{recordings::Recordings, remote::RemoteRun, wire_error};
 use crate::{
     dashboard::{self, Options},
     error::Error,
-    output::{note, print_recorded},
+    output::note,
     program::Program,
-    recording::Destination,
+    recording::{Destination, RecordError, Recorded},
 };
 
 /// The connection of a dashboard to the process that listens at `address`.
@@ -26,6 +26,14 @@ pub fn attached(address: &str, file: Option<PathBuf>) -> Settings {
     }
 }
 
+/// What a dashboard leaves.
+pub struct SeenRuns {
+    /// The summary of the last run, and whether that run ended.
+    pub last: Option<(Summary, bool)>,
+    /// The recordings.
+    pub recorded: Vec<Result<Recorded, RecordError>>,
+}
+
 /// Opens the dashboard until the person leaves; the run goes on. Records what it shows to
 /// `destination`, if there is one.
 pub fn show(
@@ -33,7 +41,7 @@ pub fn show(
     settings: Settings,
     destination: Option<Destination>,
     options: &Options,
-) -> Result<(), Error> {
+) -> Result<SeenRuns, Error> {
     settings.check().map_err(wire_error)?;
     if let End::Connect(addresses) = &settings.end {
         note(&format!("connecting to {}", addresses.join(", ")));
@@ -45,8 +53,9 @@ pub fn show(
     drop(experiment);
     let left = dashboard::watch(run, options).map_err(Error::from);
     let mut recordings = recordings.lock().unwrap_or_else(PoisonError::into_inner);
-    for recorded in recordings.finish()? {
-        print_recorded(false, &recorded?)?;
-    }
-    left
+    let recorded = recordings.finish()?;
+    left.map(|()| SeenRuns {
+        last: recordings.last.take(),
+        recorded,
+    })
 }

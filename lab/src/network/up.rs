@@ -76,7 +76,7 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
         drop((hub, others));
         let printed = printed.and_then(|printed| printed.join().ok());
         print_line(last_summary(&printed.unwrap_or_default()))?;
-        return left;
+        return left.map(drop);
     }
     let input = hub.0.stdin.take();
     signals::watch(move || drop(input), || ());
