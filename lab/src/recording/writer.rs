@@ -56,7 +56,7 @@ impl AttachedTaps {
         let nodes = topology.nodes.iter().zip(taps.ticks(BACKLOG));
         Self {
             topics: topics
-                .filter_map(|topic| TopicTrack::new(&topic.name, taps, BACKLOG))
+                .filter_map(|topic| TopicTrack::new(&topic.name, &**taps, BACKLOG))
                 .collect(),
             nodes: nodes
                 .map(|(node, tap)| NodeTrack::new(&node.name, tap))
