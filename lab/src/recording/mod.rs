@@ -67,8 +67,12 @@ pub use other_runtime::OtherRun;
 pub use reader::{ReadError, Recording};
 pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
-pub use schema::{ProcessRecord, RecordingEnd};
-pub use source::{Source, StopReason, Tapped};
+#[cfg(feature = "network")]
+pub use schema::ProcessRecord;
+pub use schema::RecordingEnd;
+#[cfg(feature = "network")]
+pub use source::Tapped;
+pub use source::{Source, StopReason};
 pub use verify::{Branch, VerifyError, VerifyStatus, branch, verify};
 pub use viewer::{VIEWER, Viewer};
 pub use writer::Recorded;
