@@ -1,27 +1,21 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
-use ratelab::{
-    experiment::Experiment,
-    runtime::{ClockKind, Speed, Time},
-};
+#[cfg(feature = "network")]
+use ratelab::experiment::Config;
+use ratelab::experiment::Experiment;
 
+#[cfg(feature = "network")]
+use crate::report::ReportContext;
 use crate::{
     cli::LabArgs,
     dashboard::{self, Guide, LabError, Setup},
     error::Error,
     first_start,
-    options::{self, Defaults},
+    options::{self, LAB},
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
     results::{context, destination, plan, print_results},
     screen::{need_terminal, screen},
-};
-
-/// The lab starts in virtual time, because runs are reproducible there.
-const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Virtual,
-    end: Time::MAX,
-    speed: Speed::REAL_TIME,
 };
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
@@ -30,17 +24,16 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         return attach(program, args, address);
     }
     let like = options::like(program, &args.run.graph)?;
-    let config = options::config(program, &args.run, &DEFAULTS, like.as_ref())?;
+    let config = options::config(program, &args.run, &LAB, like.as_ref())?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
     let realtime = options::realtime(&args.run.graph);
     let setup = Setup {
-        system: program.system.clone(),
-        course: program.course,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: destination(&args.run),
+        ..Setup::new(program.system.clone(), program.course)
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,
@@ -67,12 +60,28 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Opens the dashboard over the run of other processes.
+/// Opens the dashboard over the run of other processes; on exit writes and prints the
+/// summary of the last run that it showed.
 #[cfg(feature = "network")]
 fn attach(program: &Program, args: &LabArgs, address: &str) -> Result<(), Error> {
     need_terminal("the lab needs a terminal to draw on", "run")?;
+    let experiment = Experiment::new(program.system.clone(), &Config::default())?;
+    let outputs = Outputs::prepare(&plan(&args.run, &experiment)?)?;
+    drop(experiment);
     let end = crate::network::attached(address, args.zenoh_config.clone());
-    crate::network::show(program, end, &screen(&args.screen))
+    let destination = destination(&args.run);
+    let seen = crate::network::show(program, end, destination, &screen(&args.screen))?;
+    for recorded in seen.recorded {
+        print_recorded(args.run.json, &recorded?)?;
+    }
+    let Some((summary, ended)) = seen.last else {
+        return Ok(());
+    };
+    let context = ReportContext {
+        open: (!ended).then(|| "its dashboard was closed then, and the run went on".to_owned()),
+        ..ReportContext::default()
+    };
+    print_results(program, &args.run, outputs, &summary, &context, None)
 }
 
 /// Prints how to get it.
