@@ -9,22 +9,25 @@ use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{
-        Observer, Time,
+        Observer, Speed, Time,
         telemetry::{Event, Lineage},
     },
     system::System,
 };
 
 use super::{
+    branch::{self, LeftRun},
     error::LabError,
     frame::{FrameData, SignalTrace},
-    keys::{REPLAY, ReplayAction},
+    keys::{REPLAY, ReplayAction, is_chord},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
     panes::Panes,
     presets::{self, Direction},
+    prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
+    session::{Prepared, Setup},
     view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Recording, Replay};
@@ -41,6 +44,10 @@ pub struct Player {
     begins: Time,
     speed: f64,
     panes: Panes,
+    /// The input line for the knob of a branch.
+    prompt: Prompt,
+    /// The branch to go on with.
+    branch: Option<(Prepared, LeftRun)>,
     notice: Option<String>,
     quit: bool,
 }
@@ -78,6 +85,8 @@ impl Player {
             begins,
             speed: 1.0,
             panes: Panes::default(),
+            prompt: Prompt::default(),
+            branch: None,
             notice,
             quit: false,
         };
@@ -122,6 +131,10 @@ impl Player {
             ReplayAction::Play if self.playhead.playing.is_some() => self.playhead.playing = None,
             ReplayAction::Play => self.start(),
             ReplayAction::Step(direction) => self.step(direction),
+            ReplayAction::Branch => {
+                self.playhead.playing = None;
+                self.prompt.open();
+            }
             ReplayAction::Second(Direction::Up) => self.jump(self.playhead.at + SECOND),
             ReplayAction::Second(Direction::Down) => {
                 let back = self.playhead.at.since(Time::ZERO + SECOND);
@@ -219,6 +232,45 @@ impl Player {
     }
 }
 
+impl Player {
+    /// The branch to go on with, if there is one, and a sampler that knows the whole run.
+    ///
+    /// # Errors
+    /// [`LabError`] if the run cannot be read.
+    pub fn into_branch(mut self) -> Result<Option<((Prepared, LeftRun), Sampler)>, LabError> {
+        let Some(branch) = self.branch.take() else {
+            return Ok(None);
+        };
+        self.go(Time::MAX);
+        self.sample()?;
+        let sampler = self.sampler.next(&self.playhead);
+        Ok(Some((branch, sampler)))
+    }
+}
+
+impl TypesKnobs for Player {
+    fn prompt(&mut self) -> &mut Prompt {
+        &mut self.prompt
+    }
+
+    fn vocabulary(&self) -> Vocabulary<'_> {
+        Vocabulary {
+            system: self.playhead.system(),
+            graph: self.playhead.observer.read_counters(),
+            choices: &[],
+        }
+    }
+
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        let recording = self.playhead.replay.shared_recording();
+        let setup = Setup::new(self.playhead.shared_system().clone(), false);
+        let (place, pace) = ((self.playhead.at, text), (Time::MAX, Speed::REAL_TIME));
+        self.branch = Some(branch::prepare(&recording, &setup, place, pace)?);
+        self.quit = true;
+        Ok(())
+    }
+}
+
 impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
@@ -251,7 +303,10 @@ impl Model for Player {
             zoomed: self.panes.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: self.panes.footer(|| REPLAY.hints(|_| true)),
+            footer: match self.prompt.is_open() {
+                true => self.prompt.line(&self.vocabulary(), Some(self.playhead.at)),
+                false => self.panes.footer(|| REPLAY.hints(|_| true)),
+            },
             help: self.panes.help(|| REPLAY.rows(|_| true)),
             page: self.panes.explanation(system, frame),
             aside: None,
@@ -261,6 +316,10 @@ impl Model for Player {
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
+        if self.prompt.is_open() && !is_chord(key) {
+            self.type_key(key);
+            return Ok(());
+        }
         match REPLAY.action(key) {
             Some(ReplayAction::Quit) => self.quit = true,
             _ if self.panes.scroll(key) => {}
@@ -270,7 +329,11 @@ impl Model for Player {
         Ok(())
     }
 
-    fn paste(&mut self, _: &str) {}
+    fn paste(&mut self, text: &str) {
+        if self.prompt.is_open() {
+            self.prompt.paste(text);
+        }
+    }
 
     fn rest(&mut self) {}
 

@@ -143,7 +143,8 @@ pub struct Sampler {
 /// A run for comparison.
 struct LastRun {
     ghost: Ghost,
-    digest: RunDigest,
+    /// To compare with; a recorded run has none.
+    digest: Option<RunDigest>,
     ended: bool,
 }
 
@@ -214,13 +215,13 @@ impl Sampler {
             points: shared(&mut self.points.iter().copied()),
             ages: shared(&mut self.push_ages.saw(0.0, f64::INFINITY).into_iter()),
         };
-        let last = session.digest().map(|digest| LastRun {
+        let last = LastRun {
             ghost,
-            digest: digest.clone(),
+            digest: session.digest().cloned(),
             ended: session.summary().is_some(),
-        });
+        };
         Self {
-            last,
+            last: Some(last),
             ..Self::default()
         }
     }
@@ -229,7 +230,7 @@ impl Sampler {
     fn same(&self, session: &impl RunSource) -> Option<bool> {
         let last = self.last.as_ref()?;
         let whole = session.summary().is_some() && last.ended;
-        Some(session.digest()?.is_same(&last.digest, whole))
+        Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
     }
 
     /// The signal over the `span` seconds before `now`; `None` without a signal.

@@ -91,6 +91,11 @@ impl Replay {
         &self.recording
     }
 
+    /// The same, shared.
+    pub fn shared_recording(&self) -> Arc<Recording> {
+        self.recording.clone()
+    }
+
     /// Reads the current counters.
     pub fn observer(&self) -> Observer {
         self.counters.observer()

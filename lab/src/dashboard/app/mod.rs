@@ -1,5 +1,6 @@
 //! The state of the dashboard, and the effects of keys on it.
 
+mod branch;
 mod choices;
 mod cliff;
 mod exercises;
@@ -13,7 +14,7 @@ mod tour;
 
 use std::{sync::Arc, time::Duration};
 
-use crossterm::event::{KeyEvent, KeyModifiers};
+use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::Config,
     runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
@@ -24,13 +25,14 @@ use knobs::without_knobs;
 use restart::Next;
 
 use super::{
+    branch::LeftRun,
     cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::{self, ExercisePanel},
     focus::Pane,
     frame::{FrameData, SignalTrace},
     history::FrameHistory,
-    keys::{LAB, LabAction, MAP, PaneAction},
+    keys::{LAB, LabAction, MAP, PaneAction, is_chord},
     knob_focus::KnobFocus,
     knobs::Knobs,
     marks::{TRACE_S, marks},
@@ -39,7 +41,7 @@ use super::{
     presets::{Direction, at_end},
     prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
-    session::{Session, SessionResult, Setup},
+    session::{Prepared, Session, SessionResult, Setup},
     tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
@@ -107,6 +109,10 @@ pub struct App {
     pub panes: Panes,
     /// The input line for a knob.
     prompt: Prompt,
+    /// The moment of the branch whose knob is being typed.
+    leave_at: Option<Time>,
+    /// The run that the session left, if it is a branch.
+    left: Option<LeftRun>,
     /// The latest notice of the dashboard.
     pub notice: Option<String>,
     /// Whether to quit.
@@ -122,7 +128,25 @@ impl App {
         let mut destination = setup.record.clone().unwrap_or_default();
         let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
-        Ok(Self {
+        Ok(Self::of(session, setup, destination, config.seed))
+    }
+
+    /// Starts with a branch; `sampler` knows the run that it left.
+    pub fn of_branch(
+        (prepared, left): (Prepared, LeftRun),
+        sampler: Sampler,
+        setup: Setup,
+    ) -> Self {
+        let session = prepared.begin(None);
+        let seed = session.config().seed;
+        let mut app = Self::of(session, setup, Destination::default(), seed);
+        app.sampler = sampler;
+        app.begin_branch(Some(left));
+        app
+    }
+
+    fn of(session: Session, setup: Setup, destination: Destination, learner: u64) -> Self {
+        Self {
             choices: choices::available(session.system(), session.config()),
             own_world: own_world(&setup.system, session.config()),
             config: without_knobs(session.config().clone()),
@@ -142,7 +166,7 @@ impl App {
             recorded: Vec::new(),
             unrecorded: None,
             frame: None,
-            learner: config.seed,
+            learner,
             panel: None,
             tour: None,
             unbroken: Vec::new(),
@@ -153,9 +177,11 @@ impl App {
             mapping: false,
             panes: Panes::default(),
             prompt: Prompt::default(),
+            leave_at: None,
+            left: None,
             notice: None,
             quit: false,
-        })
+        }
     }
 
     /// Number of the visible frame and number of frames; `None` live.
@@ -189,8 +215,11 @@ impl App {
             Some(_) => Err(self.session.abandon()),
         };
         self.finish_recordings();
+        let verdict = ended.as_ref().ok().map(|ended| ended.summary.verdict);
+        let change = self.left.map(|left| left.change.sentence(verdict));
         LabOutcome {
             ended,
+            change,
             recorded: self.recorded,
             unrecorded: self.unrecorded,
         }
@@ -202,6 +231,8 @@ impl App {
 pub struct LabOutcome {
     /// The result of the last session.
     pub ended: Result<SessionResult, LabError>,
+    /// What the last session changed, if it was a branch.
+    pub change: Option<String>,
     /// Complete recordings.
     pub recorded: Vec<Recorded>,
     /// The first recording that ended early.
@@ -314,6 +345,7 @@ impl App {
         let rows = self.session.new_rows();
         let mut frame = self.sampler.frame_data(&mut self.session, &rows);
         self.follow_rescue(&rows, &mut frame);
+        self.follow_branch(&mut frame);
         self.history.add(frame)
     }
 
@@ -335,7 +367,11 @@ impl App {
                 self.knob_focus.move_topic(system, &graph, direction);
             }
             LabAction::Break => self.break_it(),
-            LabAction::Type => self.prompt.open(),
+            LabAction::Type => {
+                self.leave_at = None;
+                self.prompt.open();
+            }
+            LabAction::Branch => self.ask_for_branch(),
             LabAction::Pause => self.pause(),
             LabAction::StepForward => self.step(),
             LabAction::StepBack => self.look_back(),
@@ -375,7 +411,7 @@ impl App {
 
     fn footer(&self) -> Footer<'_> {
         if self.prompt.is_open() {
-            return self.prompt.line(&self.vocabulary());
+            return self.prompt.line(&self.vocabulary(), self.leave_at);
         }
         if self.panel.is_some() && self.panes.overlay.is_none() {
             return Footer::listed(exercise_panel::HINTS);
@@ -467,9 +503,4 @@ impl App {
             }
         }
     }
-}
-
-/// Whether a key is pressed with Ctrl or Alt, and so types nothing.
-fn is_chord(key: &KeyEvent) -> bool {
-    !(key.modifiers - KeyModifiers::SHIFT).is_empty()
 }

@@ -63,6 +63,8 @@ pub enum LabAction {
     Panes(PaneAction),
     /// Open the cliff map.
     Map,
+    /// Leave the run at the visible moment, with a knob turned.
+    Branch,
     /// Record to a file, or stop recording.
     Record,
     /// Open the exercises.
@@ -122,4 +124,6 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         "start again with the next seed, the previous one", Some("seed")),
     row(&[(Char('p'), Choice(Up)), (Char('P'), Choice(Down))],
         "swap the policy for the next one, the previous one", Some("policy")),
+    row(&[(Char('B'), Branch)],
+        "branch: this run again up to here, then with a knob turned", Some("branch")),
 ];

@@ -19,7 +19,7 @@ use ratelab::{
 use thiserror::Error;
 
 pub use self::again::VerifyStatus;
-pub use self::branch::{Branch, branch};
+pub use self::branch::{Branch, Departure, branch};
 use self::{
     again::{Outcome, run_again},
     difference::Difference,
