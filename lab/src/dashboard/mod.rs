@@ -28,6 +28,7 @@ mod marks;
 mod model;
 mod overlay;
 mod panes;
+mod past;
 pub mod picture;
 mod player;
 mod presets;

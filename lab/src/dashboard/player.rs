@@ -39,6 +39,9 @@ const SECOND: Duration = Duration::from_secs(1);
 /// of a run.
 pub struct Player {
     playhead: Playhead,
+    /// The settings of a branch, with its end and its speed.
+    setup: Setup,
+    pace: (Time, Speed),
     sampler: Sampler,
     frame: Option<FrameData>,
     begins: Time,
@@ -72,6 +75,8 @@ impl Player {
         let replay = Replay::new(recording, system);
         let begins = replay.begins();
         let mut player = Self {
+            setup: Setup::new(replay.system().clone(), false),
+            pace: (Time::MAX, Speed::REAL_TIME),
             playhead: Playhead {
                 observer: replay.observer(),
                 lineage: replay.recording().lineage(),
@@ -100,6 +105,23 @@ impl Player {
         player.playhead.playing = None;
         player.go(at);
         player
+    }
+
+    /// The same within the lab: branches have its `setup` and `pace`, and the panes stay.
+    pub fn within(self, setup: Setup, pace: (Time, Speed), panes: Panes) -> Self {
+        let panes = Panes {
+            overlay: None,
+            ..panes
+        };
+        let notice =
+            Some("the run itself: , and . step, B branches, q returns to the lab".to_owned());
+        Self {
+            setup,
+            pace,
+            panes,
+            notice,
+            ..self
+        }
     }
 
     fn ends(&self) -> Time {
@@ -184,6 +206,7 @@ impl Player {
             Direction::Down => (replay.previous(), self.begins),
         };
         self.go(to.unwrap_or(end));
+        self.notice = self.playhead.replay.happened();
     }
 
     fn event(&mut self, direction: Direction) {
@@ -233,12 +256,17 @@ impl Player {
 }
 
 impl Player {
+    /// The branch to go on with, if there is one.
+    pub fn take_branch(&mut self) -> Option<(Prepared, LeftRun)> {
+        self.branch.take()
+    }
+
     /// The branch to go on with, if there is one, and a sampler that knows the whole run.
     ///
     /// # Errors
     /// [`LabError`] if the run cannot be read.
     pub fn into_branch(mut self) -> Result<Option<((Prepared, LeftRun), Sampler)>, LabError> {
-        let Some(branch) = self.branch.take() else {
+        let Some(branch) = self.take_branch() else {
             return Ok(None);
         };
         self.go(Time::MAX);
@@ -263,9 +291,9 @@ impl TypesKnobs for Player {
 
     fn enter(&mut self, text: &str) -> Result<(), String> {
         let recording = self.playhead.replay.shared_recording();
-        let setup = Setup::new(self.playhead.shared_system().clone(), false);
-        let (place, pace) = ((self.playhead.at, text), (Time::MAX, Speed::REAL_TIME));
-        self.branch = Some(branch::prepare(&recording, &setup, place, pace)?);
+        let place = (self.playhead.at, text);
+        let branch = branch::prepare(&recording, &self.setup, place, self.pace)?;
+        self.branch = Some(branch);
         self.quit = true;
         Ok(())
     }

@@ -65,6 +65,6 @@ pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
 pub use schema::RecordingEnd;
 pub use source::{Source, StopReason};
-pub use verify::{Branch, Departure, VerifyError, VerifyStatus, branch, verify};
+pub use verify::{Branch, Departure, Execution, VerifyError, VerifyStatus, branch, verify};
 pub use viewer::{VIEWER, Viewer};
 pub use writer::Recorded;

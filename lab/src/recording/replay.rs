@@ -122,6 +122,28 @@ impl Replay {
         self.order.get(self.done).map(|(at, _)| *at)
     }
 
+    /// What happened at the current instant, with its run time (µs).
+    pub fn happened(&self) -> Option<String> {
+        let (at, _) = self.order.get(self.done.checked_sub(1)?)?;
+        let first = self.order.partition_point(|(before, _)| before < at);
+        let items = self.order[first..self.done].iter();
+        let items: Vec<String> = items.map(|(_, item)| self.in_words(*item)).collect();
+        Some(format!("{:.6} s: {}", at.as_secs_f64(), items.join(", ")))
+    }
+
+    fn in_words(&self, item: ReplayItem) -> String {
+        let topology = &self.recording.origin.topology;
+        match item {
+            ReplayItem::Event(index) => self.recording.events[index].to_string(),
+            ReplayItem::Tick { node, .. } => format!("{} ticks", topology.nodes[node].name),
+            ReplayItem::Push { node, .. } => format!("{} acts", topology.nodes[node].name),
+            ReplayItem::Message { topic, index } => {
+                let seq = self.recording.topics[topic].heads()[index].seq;
+                format!("{} gets message {seq}", topology.topics[topic].name)
+            }
+        }
+    }
+
     /// Run time of the item before the current instant.
     pub fn previous(&self) -> Option<Time> {
         let (last, _) = self.order.get(self.done.checked_sub(1)?)?;

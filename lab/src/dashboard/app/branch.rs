@@ -1,8 +1,9 @@
 //! Branches: the run is left at the visible moment, with a knob turned.
 
+use std::sync::Arc;
+
 use super::{App, restart::Next};
 use crate::dashboard::{branch, frame::FrameData, sampler::RunSource};
-use std::sync::Arc;
 
 impl App {
     /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for

@@ -5,6 +5,7 @@ mod choices;
 mod cliff;
 mod exercises;
 mod knobs;
+mod past;
 #[cfg(test)]
 mod probe;
 mod recording;
@@ -38,6 +39,7 @@ use super::{
     marks::{TRACE_S, marks},
     model::Model,
     panes::Panes,
+    past::Past,
     presets::{Direction, at_end},
     prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
@@ -113,6 +115,8 @@ pub struct App {
     leave_at: Option<Time>,
     /// The run that the session left, if it is a branch.
     left: Option<LeftRun>,
+    /// The run while it is looked at again, tick by tick.
+    past: Option<Past>,
     /// The latest notice of the dashboard.
     pub notice: Option<String>,
     /// Whether to quit.
@@ -179,6 +183,7 @@ impl App {
             prompt: Prompt::default(),
             leave_at: None,
             left: None,
+            past: None,
             notice: None,
             quit: false,
         }
@@ -249,10 +254,14 @@ impl Model for App {
         let new = measured | self.add_frame();
         self.frame = self.history.shown();
         let mapped = self.follow_map();
-        Ok(new || mapped)
+        let played = self.follow_past()?;
+        Ok(new || mapped || played)
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
+        if let Some(player) = self.player() {
+            return player.screen();
+        }
         let frame = self.frame.as_deref()?;
         let system = self.system();
         let trace = self.sampler.trace(system, frame.now, TRACE_S);
@@ -293,6 +302,9 @@ impl Model for App {
             return Ok(());
         }
         self.notice = None;
+        if !(action == Some(LabAction::Quit) && is_chord(key)) && self.is_for_the_past(key)? {
+            return Ok(());
+        }
         if self.prompt.is_open() && !is_chord(key) {
             self.type_key(key);
             return Ok(());
@@ -317,7 +329,9 @@ impl Model for App {
     }
 
     fn paste(&mut self, text: &str) {
-        if self.prompt.is_open() {
+        if let Some(Past::Playing(player)) = &mut self.past {
+            player.paste(text);
+        } else if self.prompt.is_open() {
             self.prompt.paste(text);
         } else if let Some(panel) = &mut self.panel {
             panel.paste(&text.replace(char::is_control, " "));
@@ -329,6 +343,9 @@ impl Model for App {
     }
 
     fn go_on(&mut self) {
+        if let Some(Past::Playing(player)) = &mut self.past {
+            player.go_on();
+        }
         if std::mem::take(&mut self.resting) {
             self.session.send(Command::Resume);
         }

@@ -127,7 +127,7 @@ impl App {
             Ok(_) | Err(LabError::Csv(_)) => {}
             Err(error) => return Err(error),
         }
-        self.notice = None;
+        (self.notice, self.past) = (None, None);
         self.follow_recordings();
         self.record |= by_hand;
         let record = self.record.then(|| prepared.record(&mut self.destination));

@@ -94,7 +94,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     row(&[(Char('.'), StepForward), (RIGHT, StepForward)],
         "one tick of one node; looking back, one picture forward", Some("step")),
     row(&[(Char(','), StepBack), (LEFT, StepBack)],
-        "look back one picture", Some("back")),
+        "look back one picture; at a real run at rest, tick by tick", Some("back")),
     row(&[(HOME, Oldest), (END, Newest), (Char('f'), Live)],
         "look at the oldest picture kept, the newest, what is live", None),
     row(&[(Char('m'), Map)],

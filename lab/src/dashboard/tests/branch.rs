@@ -110,3 +110,51 @@ fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
     let left = app.finish();
     assert!(left.change.is_some_and(|so| so.contains("it stays up")));
 }
+
+/// Opens the run that is executed again.
+fn back(app: &mut App) {
+    press(app, ",");
+    let playing = |app: &App| app.screen().is_some_and(|screen| screen.scrubber.is_some());
+    while !playing(app) {
+        app.sample().expect("no fault");
+    }
+}
+
+fn shown(app: &App) -> (Time, u64) {
+    let screen = app.screen().expect("a frame");
+    let ticks = screen.frame.nodes.iter().map(|node| node.ticks).sum();
+    (screen.frame.now, ticks)
+}
+
+#[test]
+fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left_there() {
+    let mut app = ended(slow());
+    let (end, all) = shown(&app);
+    back(&mut app);
+    assert_eq!(shown(&app), (end, all), "the run is another one");
+    let mut ticks = vec![all];
+    for _ in 0..20 {
+        press(&mut app, ",");
+        app.sample().expect("no fault");
+        ticks.push(shown(&app).1);
+    }
+    assert!(ticks.is_sorted_by(|one, next| next <= one), "{ticks:?}");
+    assert!(
+        ticks.windows(2).all(|pair| pair[0] - pair[1] <= 1),
+        "{ticks:?}"
+    );
+    let (then, fewer) = shown(&app);
+    assert!(then < end && fewer < all);
+    // Forwards again, to the same moment.
+    press(&mut app, ",.");
+    app.sample().expect("no fault");
+    assert_eq!(shown(&app), (then, fewer));
+    press(&mut app, "q");
+    assert_eq!((shown(&app), app.quit), ((end, all), false));
+    back(&mut app);
+    app.key(&KeyEvent::new(KeyCode::Home, KeyModifiers::NONE))
+        .expect("obeyed");
+    press(&mut app, "Btakes policy 0\n");
+    let saved = branched(&mut app);
+    assert!(saved.contains("it stays up"), "{saved}");
+}

@@ -6,6 +6,7 @@ mod compare;
 mod difference;
 mod end;
 mod events;
+mod execute;
 mod order;
 mod series;
 mod topology;
@@ -20,6 +21,7 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
+pub use self::execute::Execution;
 use self::{
     again::{Outcome, run_again},
     difference::Difference,
