@@ -48,7 +48,7 @@ impl Change {
         let before = match self.recorded {
             Some(verdict) if verdict.is_lost() => format!("lost at {}", verdict.at),
             Some(_) => "not lost".to_owned(),
-            None => "end unknown".to_owned(),
+            None => "not lost so far".to_owned(),
         };
         let after = match branch {
             Some(verdict) if verdict.is_lost() && self.recorded.as_ref().is_some_and(lost) => {

@@ -35,6 +35,9 @@ use crate::recording::{Recording, Replay};
 /// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);
 
+/// Run time between two samples of the push age.
+const LOOK: Duration = Duration::from_millis(10);
+
 /// Plays a recording: replays it into counters up to a moment, and shows them like those
 /// of a run.
 pub struct Player {
@@ -134,6 +137,15 @@ impl Player {
         if at < self.playhead.at {
             self.playhead.rewind();
             self.sampler = Sampler::default();
+        }
+        // What is sampled is there for the whole chart, from wherever one comes.
+        let chart = Duration::from_secs_f64(TRACE_S);
+        let first = Time::ZERO + at.since(Time::ZERO + chart);
+        let mut now = self.playhead.at.max(first);
+        while now < at {
+            self.playhead.advance_to(now);
+            self.sampler.look(&self.playhead);
+            now = now + LOOK;
         }
         self.playhead.advance_to(at);
     }
@@ -377,6 +389,7 @@ impl Model for Player {
 
 impl Playhead {
     fn rewind(&mut self) {
+        self.at = Time::ZERO;
         self.replay.rewind();
         self.observer = self.replay.observer();
         self.summary = None;

@@ -208,6 +208,15 @@ impl Sampler {
         }
     }
 
+    /// Looks at the age of the push between two frames, where it is sampled.
+    pub fn look(&mut self, session: &impl RunSource) {
+        let graph = || session.observer().read_counters();
+        self.push_ages.meet(session.system(), graph);
+        if self.push_ages.is_sampled() {
+            self.push_ages.look(&graph());
+        }
+    }
+
     /// Creates the sampler of the run after `session`.
     pub fn next(&self, session: &impl RunSource) -> Self {
         let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();

@@ -126,8 +126,14 @@ impl Replay {
     pub fn happened(&self) -> Option<String> {
         let (at, _) = self.order.get(self.done.checked_sub(1)?)?;
         let first = self.order.partition_point(|(before, _)| before < at);
-        let items = self.order[first..self.done].iter();
-        let items: Vec<String> = items.map(|(_, item)| self.in_words(*item)).collect();
+        let items = self.order[first..self.done].iter().map(|(_, item)| *item);
+        // The ticks have made the rest, if there are any.
+        let made = |item: &ReplayItem| {
+            matches!(item, ReplayItem::Message { .. } | ReplayItem::Push { .. })
+        };
+        let all = items.clone().all(|item| made(&item));
+        let items = items.filter(|item| all || !made(item));
+        let items: Vec<String> = items.map(|item| self.in_words(item)).collect();
         Some(format!("{:.6} s: {}", at.as_secs_f64(), items.join(", ")))
     }
 

@@ -158,3 +158,17 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
     let saved = branched(&mut app);
     assert!(saved.contains("it stays up"), "{saved}");
 }
+
+#[test]
+fn a_step_back_in_a_world_of_its_own_keeps_the_age_of_the_pushes() {
+    let mut app = ended(Config {
+        world: WorldKind::OWN,
+        ..slow()
+    });
+    back(&mut app);
+    let age = |app: &App| app.screen().and_then(|screen| screen.frame.age);
+    assert!(age(&app).is_some());
+    press(&mut app, ",,");
+    app.sample().expect("no fault");
+    assert!(age(&app).is_some(), "it has to be played first");
+}
