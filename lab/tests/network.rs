@@ -1,77 +1,16 @@
 //! A run in several processes, from outside: `node` and `up`.
 
+#[path = "support/part.rs"]
+mod part;
 mod support;
+#[path = "support/terminal.rs"]
+mod terminal;
 
-use std::{
-    io::{BufRead, BufReader, Read},
-    net::TcpListener,
-    path::PathBuf,
-    process::{Child, ChildStderr, Command, Stdio},
-};
+use std::{net::TcpListener, process::Command};
 
-use support::{command, complaint, ratelab, text};
-
-/// A port that is free, as an address.
-fn address() -> String {
-    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/{}", free.expect("a free port"))
-}
-
-/// A process of a run; ended when it is dropped.
-struct Part {
-    child: Child,
-    notes: BufReader<ChildStderr>,
-}
-
-impl Part {
-    fn start(args: &[&str]) -> Self {
-        Self::of(command(), args)
-    }
-
-    /// The same by `command`, which starts ratelab.
-    fn of(mut command: Command, args: &[&str]) -> Self {
-        command.arg("node").args(args);
-        command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().expect("ratelab starts");
-        let notes = BufReader::new(child.stderr.take().expect("piped"));
-        Self { child, notes }
-    }
-
-    /// Reads its notes until one contains `text`.
-    fn wait_for(&mut self, text: &str) {
-        let mut line = String::new();
-        while !line.contains(text) {
-            line.clear();
-            let read = self.notes.read_line(&mut line).expect("its notes");
-            assert!(read > 0, "it ended before: {text}");
-        }
-    }
-
-    /// Waits for its end; returns what it printed.
-    fn printed(mut self) -> String {
-        let mut printed = String::new();
-        let mut output = self.child.stdout.take().expect("piped");
-        output.read_to_string(&mut printed).expect("UTF-8");
-        let mut notes = String::new();
-        self.notes.read_to_string(&mut notes).expect("UTF-8");
-        let status = self.child.wait().expect("ended");
-        assert!(status.success(), "{status}: {notes}\n{printed}");
-        printed
-    }
-
-    fn signal(&self, name: &str) {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args([name, &id]).status();
-        assert!(sent.expect("kill").success());
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+use part::{Part, address, python};
+use support::{complaint, folder, path, ratelab, text};
+use terminal::Lab;
 
 #[test]
 fn plant_and_policy_balance_in_two_processes_and_nothing_is_lost() {
@@ -167,93 +106,6 @@ fn up_runs_all_parts_and_leaves_none_behind() {
     assert!(printed.contains("policy"), "{printed}");
 }
 
-/// Two machines on a cable, as network namespaces; removed when dropped.
-struct Cable([String; 2]);
-
-impl Cable {
-    /// The cable, or the reason why there is none.
-    fn new() -> Result<Self, &'static str> {
-        let id = std::process::id();
-        let cable = Self([format!("rl-{id}-a"), format!("rl-{id}-b")]);
-        let [a, b] = &cable.0;
-        let made = ip(&format!("netns add {a}"))
-            && ip(&format!("netns add {b}"))
-            && ip(&format!(
-                "link add cable netns {a} type veth peer name cable netns {b}"
-            ))
-            && ip(&format!("-n {a} addr add 10.77.0.1/24 dev cable"))
-            && ip(&format!("-n {b} addr add 10.77.0.2/24 dev cable"))
-            && ip(&format!("-n {a} link set cable up"))
-            && ip(&format!("-n {b} link set cable up"));
-        let why = "no network namespaces: they need ip, and the rights of root";
-        made.then_some(cable).ok_or(why)
-    }
-
-    /// Starts a process on machine `side`.
-    fn start(&self, side: usize, args: &[&str]) -> Part {
-        let mut inside = Command::new("ip");
-        inside.args([
-            "netns",
-            "exec",
-            &self.0[side],
-            env!("CARGO_BIN_EXE_ratelab"),
-        ]);
-        Part::of(inside, args)
-    }
-
-    fn set(&self, state: &str) {
-        assert!(ip(&format!("-n {} link set cable {state}", self.0[0])));
-    }
-}
-
-impl Drop for Cable {
-    fn drop(&mut self) {
-        for name in &self.0 {
-            ip(&format!("netns del {name}"));
-        }
-    }
-}
-
-/// Whether `ip` with these arguments succeeds.
-fn ip(args: &str) -> bool {
-    let mut ip = Command::new("ip");
-    let done = ip.args(args.split(' ')).stderr(Stdio::null()).status();
-    done.is_ok_and(|status| status.success())
-}
-
-#[test]
-fn two_machines_meet_again_after_their_cable_was_cut() {
-    let cable = match Cable::new() {
-        Ok(cable) => cable,
-        Err(why) => return eprintln!("skipped: {why}"),
-    };
-    let address = "tcp/10.77.0.1:7447";
-    let listen = ["plant", "--listen", address, "--insecure"];
-    let plant = [&listen[..], &["--duration-s", "2", "--again"]].concat();
-    let mut plant = cable.start(0, &plant);
-    let _policy = cable.start(1, &["policy", "--connect", address]);
-    plant.wait_for("the run begins");
-    cable.set("down");
-    plant.wait_for("waiting for policy");
-    cable.set("up");
-    let printed = plant.printed();
-    let (cut, next) = printed.split_once("BALANCED").expect("a second run");
-    assert!(cut.contains("policy: silent for 100 ms"), "{printed}");
-    assert!(next.contains("0 refused"), "{printed}");
-}
-
-/// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.
-fn python() -> Result<PathBuf, &'static str> {
-    let named = std::env::var_os("RATELAB_ROS_PYTHON").map(PathBuf::from);
-    let python = named.unwrap_or_else(|| PathBuf::from("python3"));
-    let mut imports = Command::new(&python);
-    imports.args(["-c", "import zenoh, rosbags"]);
-    match imports.stderr(Stdio::null()).status() {
-        Ok(status) if status.success() => Ok(python),
-        _ => Err("no Python with eclipse-zenoh and rosbags: name one in RATELAB_ROS_PYTHON"),
-    }
-}
-
 #[test]
 fn a_policy_of_ros_messages_in_python_balances_the_pole() {
     let python = match python() {
@@ -280,4 +132,41 @@ fn a_policy_of_ros_messages_in_python_balances_the_pole() {
     assert!(printed.contains("BALANCED"), "{printed}");
     let wire = "/action from policy: 0 lost on the way, 0 refused";
     assert!(printed.contains(wire), "{printed}");
+}
+
+#[test]
+fn an_attached_dashboard_and_each_process_record_what_they_see() {
+    let (folder, address) = (folder(), address());
+    let [seen, own] = ["seen.rrd", "own.rrd"].map(|name| path(&folder, name));
+    let plant = ["plant", "--listen", &address, "--duration-s", "4"];
+    let mut plant = Part::start(&plant);
+    let mut lab = Lab::open(&["lab", "--attach", &address, "--record", &seen], 24, 80);
+    lab.wait_for("waiting for");
+    let policy = ["policy", "--connect", &address, "--record", &own];
+    let policy = Part::start(&policy);
+    plant.wait_for("the run begins");
+    lab.wait_for("BALANCED so far");
+    let printed = plant.printed();
+    lab.wait_for("gone for");
+    lab.type_keys("q");
+    let (status, screen) = lab.close();
+    let left = screen.screen().contents();
+    assert!(status.success() && left.contains("recorded "), "{left}");
+    policy.signal("-INT");
+    policy.printed();
+    let info = text(&ratelab(&["info", &seen]).stdout);
+    for line in [
+        "process   sensor and actuator in process ",
+        "process   policy in process ",
+        "verdict   BALANCED",
+        "latency   sense→act",
+    ] {
+        assert!(info.contains(line), "{line}: {info}{printed}");
+    }
+    let info = text(&ratelab(&["info", &own]).stdout);
+    assert!(info.contains("process   policy in process "), "{info}");
+    for file in [seen, own] {
+        let refused = complaint(&ratelab(&["verify", &file]), 1);
+        assert!(refused.contains("in several processes"), "{refused}");
+    }
 }

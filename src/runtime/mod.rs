@@ -112,7 +112,7 @@ pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
 pub use reexecution::{Doing, Log, LogError, LogPosition, Shared, Turn, Watch};
 pub use rows::{RecordedTopic, RowInlet, RowTap, RowWatcher, Rows};
-pub use tap::{Backpressure, Tap, TapMessage, TickRecord};
+pub use tap::{Backpressure, Copies, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};
 pub use time::{Hz, HzError, Time, TimeError};

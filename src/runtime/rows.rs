@@ -212,6 +212,14 @@ pub struct RowTap {
 }
 
 impl RowTap {
+    /// The rows of `tap`, each of `width` numbers.
+    pub fn of(tap: Tap<(Head, Vec<f64>)>, width: usize) -> Self {
+        Self {
+            width,
+            tap: Box::new(tap),
+        }
+    }
+
     /// An empty list for messages of this topic, for [`take`](Self::take) to fill.
     pub fn rows(&self) -> Rows {
         Rows::new(self.width)
@@ -240,13 +248,31 @@ trait TakeRows: Send {
     fn lost(&self) -> u64;
 }
 
-impl<T: Fields + Payload> TakeRows for Tap<TapMessage<T>> {
+/// An item of a tap that is a row.
+trait RowItem: Send {
+    fn push_to(&self, rows: &mut Rows);
+}
+
+impl<T: Fields + Payload> RowItem for TapMessage<T> {
+    fn push_to(&self, rows: &mut Rows) {
+        rows.push_message(self);
+    }
+}
+
+impl RowItem for (Head, Vec<f64>) {
+    fn push_to(&self, rows: &mut Rows) {
+        // A row of another width is no message of the topic.
+        let _ = rows.push(self.0, self.1.iter().copied());
+    }
+}
+
+impl<I: RowItem> TakeRows for Tap<I> {
     fn take(&self, rows: &mut Rows) -> usize {
         // Only those available now: a run without pacing could fill the tap as fast as
         // this loop empties it.
         let there = self.items().len();
         for tapped in self.items().try_iter().take(there) {
-            rows.push_message(&tapped);
+            tapped.push_to(rows);
         }
         there
     }
@@ -255,7 +281,7 @@ impl<T: Fields + Payload> TakeRows for Tap<TapMessage<T>> {
         let Ok(first) = self.items().recv() else {
             return false;
         };
-        rows.push_message(&first);
+        first.push_to(rows);
         self.take(rows);
         true
     }

@@ -16,7 +16,7 @@ use super::{
     outbox::Outbox,
     rate::Rate,
     sync::{Arc, atomic::Ordering, bump},
-    tap::{TickRecord, TickTaps},
+    tap::{Copies, TickRecord},
     telemetry::{Meter, NodeEntry, PushAge, TickMeters},
     time::{Hz, Time},
     timing::{Running, TickTiming, Waiting},
@@ -32,7 +32,7 @@ pub(crate) struct ScheduledNode {
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
     meters: TickMeters,
-    pub(crate) taps: Arc<TickTaps>,
+    pub(crate) taps: Arc<Copies<TickRecord>>,
     /// The seed of the run.
     pub(crate) seed: u64,
     /// Duration and lateness of its ticks, if ever set.

@@ -101,6 +101,10 @@ impl<T> TapSender<T> {
             }
         }
     }
+
+    fn lose(&self, items: u64) {
+        self.lost.fetch_add(items, Ordering::Relaxed);
+    }
 }
 
 /// Receives all items, in order; see [`Graph::tap`](super::Graph::tap) and
@@ -135,29 +139,52 @@ impl<T> Tap<T> {
     }
 }
 
-/// The taps on the ticks of one node.
-#[derive(Debug, Default)]
-pub(crate) struct TickTaps {
-    /// Whether there are any taps, so that an untapped node pays for one load only.
+/// Copies of a series of items for any number of taps: the ticks of a node, or whatever is
+/// received of a run elsewhere.
+#[derive(Debug)]
+pub struct Copies<T> {
+    /// Whether there are any taps, so that without them an item costs one load only.
     tapped: AtomicBool,
-    ends: Mutex<Vec<TapSender<TickRecord>>>,
+    ends: Mutex<Vec<TapSender<T>>>,
 }
 
-impl TickTaps {
-    /// Adds a tap for all ticks from now on.
-    pub(crate) fn add(&self, end: TapSender<TickRecord>) {
+impl<T> Default for Copies<T> {
+    fn default() -> Self {
+        Self {
+            tapped: AtomicBool::new(false),
+            ends: Mutex::new(Vec::new()),
+        }
+    }
+}
+
+impl<T: Clone> Copies<T> {
+    /// A tap for all items from now on. A full one, of `capacity` items, loses and counts.
+    pub fn tap(&self, capacity: usize) -> Tap<T> {
+        let (end, tap) = tap(capacity, Backpressure::default());
+        self.add(end);
+        tap
+    }
+
+    /// Adds a tap for all items from now on.
+    pub(crate) fn add(&self, end: TapSender<T>) {
         lock(&self.ends).push(end);
         self.tapped.store(true, Ordering::Release);
     }
 
     /// Sends every tap a copy, and removes taps without a receiver.
-    pub(crate) fn offer(&self, tick: impl FnOnce() -> TickRecord) {
+    pub fn offer(&self, item: impl FnOnce() -> T) {
         if !self.tapped.load(Ordering::Acquire) {
             return;
         }
-        let tick = tick();
+        let item = item();
         let mut ends = lock(&self.ends);
-        ends.retain(|end| end.offer(tick));
+        ends.retain(|end| end.offer(item.clone()));
         self.tapped.store(!ends.is_empty(), Ordering::Release);
+    }
+
+    /// Counts `items` as lost by every tap: they never came here.
+    pub fn lose(&self, items: u64) {
+        let ends = lock(&self.ends);
+        ends.iter().for_each(|end| end.lose(items));
     }
 }

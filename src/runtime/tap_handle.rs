@@ -3,7 +3,7 @@
 use super::{
     message::Payload,
     sync::Arc,
-    tap::{Backpressure, Tap, TapMessage, TickRecord, TickTaps, tap},
+    tap::{Backpressure, Copies, Tap, TapMessage, TickRecord, tap},
     topic::Topic,
 };
 
@@ -15,7 +15,7 @@ use super::{
 #[derive(Clone, Debug)]
 pub struct TapHandle {
     pub(crate) backpressure: Backpressure,
-    pub(crate) nodes: Vec<Arc<TickTaps>>,
+    pub(crate) nodes: Vec<Arc<Copies<TickRecord>>>,
 }
 
 impl TapHandle {

@@ -53,7 +53,7 @@ pub struct Bridge {
     ros_readers: Vec<IsRead>,
     _presence: LivelinessToken,
     _watch: Watch,
-    _reporter: Reporter,
+    reporter: Option<Reporter>,
 }
 
 /// Tells whether somebody subscribes.
@@ -128,7 +128,7 @@ impl Bridge {
             _ros: ros,
             ros_readers: ros_readers.unwrap_or_default(),
             _presence: presence,
-            _reporter: reporter,
+            reporter: Some(reporter),
         })
     }
 
@@ -137,9 +137,12 @@ impl Bridge {
         &self.inlets
     }
 
-    /// What runs in the other processes.
+    /// What runs in the other processes whose clocks are known, so that their messages
+    /// count.
     pub fn others(&self) -> Vec<Info> {
-        self.peers.infos()
+        let mut infos = self.peers.infos();
+        infos.retain(|info| self.times.knows(info.clock));
+        infos
     }
 
     /// Whether a ROS node subscribes to a topic of this process.
@@ -155,6 +158,8 @@ impl Bridge {
 
 impl Drop for Bridge {
     fn drop(&mut self) {
+        // It sends once more.
+        self.reporter = None;
         let _ = self.session.close().wait();
     }
 }

@@ -31,6 +31,7 @@ pub use bridge::{Bridge, SILENT_PERIODS};
 pub use command::{Answer, Order};
 pub use follower::Follower;
 pub use inlet::Inlet;
+pub use machine::host;
 pub use peers::Peers;
 pub use refusal::{Refusal, Refused};
 pub use session::{End, Settings, USUAL, WireError};

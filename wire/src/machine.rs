@@ -1,7 +1,7 @@
 //! This machine.
 
 /// Its name.
-pub(crate) fn host() -> String {
+pub fn host() -> String {
     let name = rustix::system::uname();
     name.nodename().to_string_lossy().into_owned()
 }

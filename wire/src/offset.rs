@@ -10,6 +10,8 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
+use thiserror::Error;
+
 use crate::clock::{self, ClockId, Nanos};
 
 /// Round trips that are kept.
@@ -49,6 +51,14 @@ impl Estimate {
     pub fn ours(self, theirs: Nanos) -> Nanos {
         theirs.saturating_sub(self.ahead)
     }
+
+    /// By how much more the other clock is ahead at `later`, if the bounds rule out that
+    /// it is the same.
+    fn step_to(self, later: Self) -> Option<Nanos> {
+        let step = later.ahead.saturating_sub(self.ahead);
+        let bound = self.bound.saturating_add(later.bound);
+        (step.saturating_abs() > bound).then_some(step)
+    }
 }
 
 impl RoundTrip {
@@ -66,24 +76,35 @@ impl RoundTrip {
     }
 }
 
+/// Times that no round trip has, such as a reply that left before its query arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the times are those of no round trip")]
+pub struct Impossible;
+
 /// The newest round trips to another machine.
 #[derive(Clone, Debug, Default)]
 pub struct Offset(VecDeque<RoundTrip>);
 
 impl Offset {
-    /// Adds a round trip. Returns `false` and ignores it if its times are impossible, as
-    /// those of a clock that was set are.
-    #[must_use]
-    pub fn add(&mut self, trip: RoundTrip) -> bool {
+    /// Adds a round trip. Where it contradicts the earlier ones, one of the clocks was set:
+    /// those are forgotten, and the step of the other clock against ours is returned (ns).
+    ///
+    /// # Errors
+    /// [`Impossible`] if its times are no round trip.
+    pub fn add(&mut self, trip: RoundTrip) -> Result<Option<Nanos>, Impossible> {
         let possible = trip.returned >= trip.left && trip.answered >= trip.arrived;
-        let possible = possible && trip.estimate(trip.returned).is_some();
-        if possible {
-            self.0.push_back(trip);
-            if self.0.len() > KEPT {
-                self.0.pop_front();
-            }
+        let new = trip.estimate(trip.returned).filter(|_| possible);
+        let new = new.ok_or(Impossible)?;
+        let known = self.at(trip.returned);
+        let step = known.and_then(|known| known.step_to(new));
+        if step.is_some() {
+            self.0.clear();
         }
-        possible
+        self.0.push_back(trip);
+        if self.0.len() > KEPT {
+            self.0.pop_front();
+        }
+        Ok(step)
     }
 
     /// The estimate with the least bound at `now`, if there is any.
@@ -95,7 +116,11 @@ impl Offset {
 
 /// How far the clocks of all other machines are ahead of ours.
 #[derive(Debug, Default)]
-pub struct Offsets(Mutex<HashMap<ClockId, Offset>>);
+pub struct Offsets {
+    clocks: Mutex<HashMap<ClockId, Offset>>,
+    /// Steps of clocks that nobody has taken note of yet (ns).
+    steps: Mutex<Vec<(ClockId, Nanos)>>,
+}
 
 impl Offsets {
     /// How far `clock` is ahead of ours; `None` while unknown.
@@ -103,18 +128,28 @@ impl Offsets {
         if clock == ClockId::here() {
             return Some(Estimate::SAME);
         }
-        let offsets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        offsets.get(&clock)?.at(clock::now())
+        let clocks = self.clocks.lock().unwrap_or_else(PoisonError::into_inner);
+        clocks.get(&clock)?.at(clock::now())
     }
 
     /// Adds a round trip to `clock`.
     pub fn add(&self, clock: ClockId, trip: RoundTrip) {
-        let mut offsets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let offset = offsets.entry(clock).or_default();
-        if !offset.add(trip) {
-            // A clock that was set: what was known of it is worth nothing.
-            *offset = Offset::default();
+        let mut clocks = self.clocks.lock().unwrap_or_else(PoisonError::into_inner);
+        let offset = clocks.entry(clock).or_default();
+        match offset.add(trip) {
+            Ok(step) => {
+                let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
+                steps.extend(step.map(|step| (clock, step)));
+            }
+            // A clock that was set during the round trip.
+            Err(Impossible) => *offset = Offset::default(),
         }
+    }
+
+    /// The steps of other clocks against ours (ns) since the last call.
+    pub fn take_steps(&self) -> Vec<(ClockId, Nanos)> {
+        let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::take(&mut steps)
     }
 }
 
@@ -140,7 +175,7 @@ mod tests {
         for ahead in [-5_000_000_000, -3, 0, 1, 9_000_000_000_000] {
             let mut offset = Offset::default();
             for (there, back) in [(900_000, 20), (10, 400_000), (60_000, 70_000), (0, 0)] {
-                assert!(offset.add(trip(1_000, ahead, there, back)));
+                assert_eq!(offset.add(trip(1_000, ahead, there, back)), Ok(None));
                 let found = offset.at(1_000_000).expect("a round trip");
                 assert!((found.ahead - ahead).abs() <= found.bound, "{found:?}");
             }
@@ -150,8 +185,8 @@ mod tests {
     #[test]
     fn the_least_round_trip_counts_until_drift_has_eaten_its_lead() {
         let mut offset = Offset::default();
-        assert!(offset.add(trip(0, 50, 1_000, 1_000)));
-        assert!(offset.add(trip(10_000, 50, 9_000, 9_000)));
+        assert_eq!(offset.add(trip(0, 50, 1_000, 1_000)), Ok(None));
+        assert_eq!(offset.add(trip(10_000, 50, 9_000, 9_000)), Ok(None));
         assert!(offset.at(20_000).expect("two").bound < 1_100);
         // 100 ppm of a second are 100 µs: the bound grows.
         assert!(offset.at(1_000_000_000).expect("two").bound > 100_000);
@@ -181,8 +216,29 @@ mod tests {
                 ..good
             },
         ] {
-            assert!(!offset.add(bad), "{bad:?}");
+            assert_eq!(offset.add(bad), Err(Impossible), "{bad:?}");
         }
         assert_eq!(offset.at(0), None);
+    }
+
+    #[test]
+    fn a_clock_that_was_set_is_noticed_at_the_next_round_trip() {
+        const SECOND: Nanos = 1_000_000_000;
+        for step in [SECOND, -SECOND, 3_000_000] {
+            let mut offset = Offset::default();
+            for beat in 0..4 {
+                let steady = offset.add(trip(beat * SECOND / 4, 50, 90_000, 20_000));
+                assert_eq!(steady, Ok(None));
+            }
+            let found = offset.add(trip(SECOND, 50 + step, 60_000, 60_000));
+            let found = found.expect("a round trip").expect("a step");
+            // The bounds of both estimates, of which the first has drifted for a moment.
+            assert!((found - step).abs() < 200_000, "{found} for {step}");
+            // The new offset counts at once, and alone.
+            let now = offset.at(SECOND + 1_000_000).expect("the last trip");
+            assert!((now.ahead - 50 - step).abs() <= now.bound, "{now:?}");
+            let next = offset.add(trip(2 * SECOND, 50 + step, 90_000, 20_000));
+            assert_eq!(next, Ok(None));
+        }
     }
 }

@@ -44,7 +44,7 @@ impl Refusal {
 
     /// Whether an honest sender causes it as well: at the start of a run.
     pub fn is_harmless(self) -> bool {
-        matches!(self, Self::Clock | Self::Early)
+        self == Self::Early
     }
 }
 

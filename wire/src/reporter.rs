@@ -5,7 +5,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    thread,
+    thread::{self, JoinHandle},
     time::Duration,
 };
 
@@ -36,12 +36,19 @@ const BACKLOG: usize = 1024;
 /// The most items of a kind in a batch, so that it fits into a message.
 const MOST: usize = 128;
 
-/// Sends until it is dropped.
-pub struct Reporter(Arc<AtomicBool>);
+/// Sends until it is dropped; then the rest of what happened.
+pub struct Reporter {
+    end: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
 
 impl Drop for Reporter {
     fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.end.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            let _ = thread.join();
+        }
     }
 }
 
@@ -83,15 +90,19 @@ impl Reporter {
         let ended = end.clone();
         let thread = thread::Builder::new().name("telemetry".to_owned());
         let begun = thread.spawn(move || sources.report(&publisher, &ended));
-        begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
-        Ok(Self(end))
+        let thread = begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
+        Ok(Self {
+            end,
+            thread: Some(thread),
+        })
     }
 }
 
 impl Sources {
     fn report(self, publisher: &Publisher<'static>, ended: &AtomicBool) {
         let mut open: Option<Open> = None;
-        while !ended.load(Ordering::Relaxed) {
+        loop {
+            let is_last = ended.load(Ordering::Relaxed);
             let status = publisher.matching_status().wait();
             if status.is_ok_and(|status| status.matching()) {
                 let open = open.get_or_insert_with(|| self.open());
@@ -104,7 +115,10 @@ impl Sources {
                 open = None;
                 while self.arrived.try_recv().is_ok() {}
             }
-            thread::sleep(PAUSE);
+            if is_last {
+                return;
+            }
+            thread::park_timeout(PAUSE);
         }
     }
 

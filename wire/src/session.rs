@@ -81,7 +81,7 @@ impl Settings {
     /// # Errors
     /// [`WireError::Setting`] for an unreadable file, an invalid address, or an address
     /// open to the network without credentials.
-    fn config(&self) -> Result<Config, WireError> {
+    pub fn config(&self) -> Result<Config, WireError> {
         let mut config = match &self.file {
             None => Config::default(),
             Some(path) => Config::from_file(path).map_err(|why| {
@@ -112,14 +112,19 @@ impl Settings {
         set(&mut config, "connect/endpoints", &format!("{connect:?}"))?;
         // Waits for the other end for as long as it takes.
         set(&mut config, "connect/timeout_ms", "-1")?;
-        let has_users = config
-            .get_json("transport/auth/usrpwd/dictionary_file")
-            .is_ok_and(|users| users != "null");
-        let open = listen.iter().find(|address| !is_loopback(address));
+        let users = config.get_json("transport/auth/usrpwd/dictionary_file");
+        let has_users = users.is_ok_and(|users| users != "null");
+        let certificates = config.get_json("transport/link/tls/enable_mtls");
+        let has_certificates = certificates.is_ok_and(|asked| asked == "true");
+        let is_known =
+            |address: &str| has_users || (has_certificates && address.starts_with("tls/"));
+        let mut listen = listen.iter();
+        let open = listen.find(|address| !is_loopback(address) && !is_known(address));
         match open {
-            Some(address) if !has_users && !self.insecure => Err(WireError::Setting(format!(
+            Some(address) if !self.insecure => Err(WireError::Setting(format!(
                 "--listen {address}: anybody who reaches this address could move the plant: \
-                 give users by --zenoh-config, or add --insecure on a network of your own"
+                 give users or certificates by --zenoh-config, or add --insecure on a network \
+                 of your own"
             ))),
             _ => Ok(config),
         }
@@ -208,6 +213,14 @@ mod tests {
             ..listen("tcp/0.0.0.0:7447", false)
         };
         assert!(with_users.config().is_ok());
+        let certificates = "{ transport: { link: { tls: { enable_mtls: true } } } }";
+        std::fs::write(file.path(), certificates).expect("written");
+        let with_certificates = |address| Settings {
+            file: Some(file.path().to_owned()),
+            ..listen(address, false)
+        };
+        assert!(with_certificates("tls/0.0.0.0:7447").config().is_ok());
+        assert!(with_certificates("tcp/0.0.0.0:7447").config().is_err());
     }
 
     #[test]
@@ -218,12 +231,19 @@ mod tests {
             ..listen("tcp/0.0.0.0:7447", false)
         };
         assert!(robot.check().is_ok(), "{:?}", robot.check());
-        let policy = Settings {
-            end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
-            insecure: false,
-            file: Some(PathBuf::from(format!("{folder}/policy.json5"))),
+        let by_tls = Settings {
+            file: Some(PathBuf::from(format!("{folder}/robot-tls.json5"))),
+            ..listen("tls/0.0.0.0:7447", false)
         };
-        assert!(policy.check().is_ok(), "{:?}", policy.check());
+        assert!(by_tls.check().is_ok(), "{:?}", by_tls.check());
+        for name in ["policy.json5", "dashboard.json5", "policy-tls.json5"] {
+            let other = Settings {
+                end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
+                insecure: false,
+                file: Some(PathBuf::from(format!("{folder}/{name}"))),
+            };
+            assert!(other.check().is_ok(), "{:?}", other.check());
+        }
     }
 
     #[test]

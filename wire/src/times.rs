@@ -29,6 +29,16 @@ impl Times {
         }
     }
 
+    /// Whether times of `clock` can be converted.
+    pub fn knows(&self, clock: ClockId) -> bool {
+        self.offsets.estimate(clock).is_some()
+    }
+
+    /// The steps of other clocks against ours (ns) since the last call.
+    pub fn take_steps(&self) -> Vec<(ClockId, Nanos)> {
+        self.offsets.take_steps()
+    }
+
     /// The moment of run time zero, by our clock; `None` before the run.
     pub fn zero(&self) -> Option<Nanos> {
         let mut known = self.zero.lock().unwrap_or_else(PoisonError::into_inner);

@@ -61,6 +61,16 @@ impl Watch {
                         observer.note_presence(now, &inlet.node, present, &what);
                     }
                 }
+                for (clock, step) in times.take_steps() {
+                    let now = times.now().unwrap_or_default();
+                    let nodes = peers.infos().into_iter();
+                    let nodes = nodes.filter(|info| info.clock == clock);
+                    for node in nodes.flat_map(|info| info.nodes) {
+                        let here = known.get(&node).and_then(|known| known.present);
+                        let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
+                        observer.note_presence(now, &node, here.unwrap_or(true), &what);
+                    }
+                }
                 thread::sleep(PAUSE);
             }
         });

@@ -28,7 +28,7 @@ use crate::{
 };
 
 #[cfg(feature = "network")]
-pub use self::network::NetworkArgs;
+pub use self::network::{NetworkArgs, RosArgs};
 pub use self::{
     branch::BranchArgs,
     examples::EXAMPLES,

@@ -29,6 +29,11 @@ pub struct NodeArgs {
     #[arg(long, help_heading = heading::TIME)]
     pub again: bool,
 
+    /// Record what happens in this process to this file, which must be new; without a
+    /// name, to one named after the run, in ./recordings.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, help_heading = heading::OUTPUT)]
+    pub record: Option<Option<PathBuf>>,
+
     /// End when the standard input does, as that of a child does with its parent.
     #[arg(long, hide = true)]
     pub child: bool,

@@ -63,7 +63,7 @@ pub struct LabArgs {
 }
 
 /// The options of a run of one's own.
-const NO_RUN: [&str; 14] = [
+const NO_RUN: [&str; 11] = [
     "seed",
     "knob",
     "knobs",
@@ -73,10 +73,7 @@ const NO_RUN: [&str; 14] = [
     "like",
     "realtime",
     "smoke",
-    "out",
     "csv",
-    "record",
-    "json",
     "takes",
 ];
 

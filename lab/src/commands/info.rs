@@ -43,6 +43,8 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
     if !recording.is_of(&*program.system) {
         lines.insert(1, ("system", recording.origin.system.clone()));
     }
+    let processes = recording.origin.processes.iter();
+    lines.extend(processes.map(|process| ("process", process.to_string())));
     let mut lines: Vec<String> = lines
         .iter()
         .map(|(name, text)| report::line(name, text))

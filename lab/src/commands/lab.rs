@@ -1,7 +1,11 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
+#[cfg(feature = "network")]
+use ratelab::experiment::Config;
 use ratelab::experiment::Experiment;
 
+#[cfg(feature = "network")]
+use crate::report::ReportContext;
 use crate::{
     cli::LabArgs,
     dashboard::{self, Guide, LabError, Setup},
@@ -60,12 +64,28 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Opens the dashboard over the run of other processes.
+/// Opens the dashboard over the run of other processes; on exit writes and prints the
+/// summary of the last run that it showed.
 #[cfg(feature = "network")]
 fn attach(program: &Program, args: &LabArgs, address: &str) -> Result<(), Error> {
     need_terminal("the lab needs a terminal to draw on", "run")?;
+    let experiment = Experiment::new(program.system.clone(), &Config::default())?;
+    let outputs = Outputs::prepare(&plan(&args.run, &experiment)?)?;
+    drop(experiment);
     let end = crate::network::attached(address, args.zenoh_config.clone());
-    crate::network::show(program, end, &screen(&args.screen))
+    let destination = destination(&args.run);
+    let seen = crate::network::show(program, end, destination, &screen(&args.screen))?;
+    for recorded in seen.recorded {
+        print_recorded(args.run.json, &recorded?)?;
+    }
+    let Some((summary, ended)) = seen.last else {
+        return Ok(());
+    };
+    let context = ReportContext {
+        open: (!ended).then(|| "its dashboard was closed then, and the run went on".to_owned()),
+        ..ReportContext::default()
+    };
+    print_results(program, &args.run, outputs, &summary, &context, None)
 }
 
 /// Prints how to get it.

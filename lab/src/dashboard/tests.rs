@@ -4,6 +4,7 @@ mod branch;
 mod faults;
 mod files;
 mod order;
+mod panel;
 mod prompt;
 mod rescue;
 mod sessions;
@@ -214,7 +215,7 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
         ),
         (
             "0 sensor-hz 5",
-            ["it looks only 5 times a second", "this push is"],
+            ["it looks 5 times a second", "this push is"],
         ),
         (
             "0 link /action delay:100",
@@ -301,7 +302,7 @@ fn the_events_blame_the_slow_node_and_its_setting() {
         screen(&ended(config), &PLAIN, width, height)
     };
     let sensor = fallen("0 sensor-hz 5", 80, 24);
-    let cause = "the age arose at the sensor: it looks only 5 times a second. } raises sensor-hz";
+    let cause = "the age arose at the sensor: it looks 5 times a second. } raises sensor-hz";
     assert!(sensor.contains(cause), "{sensor}");
     let sensor = fallen("0 sensor-hz 5", 160, 50);
     assert!(

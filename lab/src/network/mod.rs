@@ -1,9 +1,12 @@
 //! Runs in several processes: `node`, `up`, and the dashboard over them.
 
+mod gathered;
 mod line;
 mod node;
 mod numbering;
 mod parts;
+mod recordings;
+mod relay;
 mod remote;
 mod show;
 mod stop;

@@ -1,20 +1,21 @@
 //! One process of a run.
 
-use std::{thread, time::Duration};
+use std::{path::Path, process, thread, time::Duration};
 
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{ClockKind, RealClock, Speed, Time},
 };
-use ratelab_wire::{Bridge, End, Settings, USUAL};
+use ratelab_wire::{Bridge, End, Settings, USUAL, host};
 
 use super::{line, parts, stop::Stop, wire_error};
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs},
     error::Error,
     options::{self, Defaults},
-    output::{note, print_line},
+    output::{note, print_line, print_recorded, record_error},
     program::Program,
+    recording::{Destination, ProcessRecord, Recorder, Source, StopReason},
     report::{self, ReportContext},
 };
 
@@ -38,18 +39,18 @@ pub fn node(program: &Program, args: &NodeArgs) -> Result<(), Error> {
         .nodes
         .first()
         .is_some_and(|node| here.contains(&node.name));
-    let settings = settings(&args.network, is_first);
+    let part = LocalPart {
+        settings: settings(&args.network, is_first),
+        ros: args.ros.domain(),
+        here,
+        is_first,
+    };
     drop(whole);
     let stop = Stop::watch(args.child);
+    let mut destination = args.record.clone().map(Destination::new);
     loop {
-        let run = ConnectedRun::connect(
-            program,
-            &config,
-            &here,
-            (&settings, args.ros.domain()),
-            &stop,
-        )?;
-        let lost = run.finish(args, &stop)?;
+        let run = ConnectedRun::connect(program, &config, &part, &stop)?;
+        let lost = run.finish(args, destination.as_mut(), &stop)?;
         if !(args.again && lost) || stop.asked() {
             return Ok(());
         }
@@ -66,17 +67,12 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
     if let Some(watchdog) = program.system.watchdog(&config.setup) {
         let (_, knobs) = options::read_knob(program, "watchdog", &watchdog)?;
         for knob in knobs {
-            let same = |set: &&_| is_same_knob(set, &knob);
-            if config.setup.iter().find(same).is_none() {
+            if !config.setup.iter().any(|set| set.is_of(&knob)) {
                 config.setup.set(knob);
             }
         }
     }
     Ok(config)
-}
-
-fn is_same_knob(one: &ratelab::runtime::Knob, other: &ratelab::runtime::Knob) -> bool {
-    one.kind() == other.kind() && one.target() == other.target()
 }
 
 /// The settings of the connection: the first node of the graph listens by default.
@@ -95,10 +91,20 @@ fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
     }
 }
 
+/// The part of a graph that runs in this process.
+struct LocalPart {
+    here: Vec<String>,
+    /// Whether the first node of the graph is one of them: the run begins with it.
+    is_first: bool,
+    settings: Settings,
+    /// The domain of ROS, with `--ros`.
+    ros: Option<u32>,
+}
+
 /// A connected part of a run.
 struct ConnectedRun<'a> {
     program: &'a Program,
-    here: &'a [String],
+    part: &'a LocalPart,
     experiment: Experiment,
     bridge: Bridge,
 }
@@ -108,44 +114,37 @@ impl<'a> ConnectedRun<'a> {
     fn connect(
         program: &'a Program,
         config: &Config,
-        here: &'a [String],
-        (settings, ros): (&Settings, Option<u32>),
+        part: &'a LocalPart,
         stop: &Stop,
     ) -> Result<Self, Error> {
+        let (here, settings) = (&part.here, &part.settings);
         let experiment = Experiment::part(program.system.clone(), config, here)?;
         settings.check().map_err(wire_error)?;
         if let End::Connect(addresses) = &settings.end {
             note(&format!("connecting to {}", addresses.join(", ")));
         }
-        let bridge = Bridge::start(settings, &experiment, here, ros).map_err(wire_error)?;
+        let bridge = Bridge::start(settings, &experiment, here, part.ros).map_err(wire_error)?;
         let run = Self {
             program,
-            here,
+            part,
             experiment,
             bridge,
         };
         if let End::Listen(addresses) = &settings.end {
             note(&format!("listening on {}", addresses.join(", ")));
         }
-        if run.is_first() {
+        if part.is_first {
             run.wait_for_others();
         }
         stop.by(Some(run.experiment.commands()));
         Ok(run)
     }
 
-    /// Whether the first node of the graph runs here: the run begins with it.
-    fn is_first(&self) -> bool {
-        let graph = self.experiment.observer().topology();
-        let first = graph.nodes.first();
-        first.is_some_and(|node| self.here.contains(&node.name))
-    }
-
     /// Waits until each node runs somewhere, or a ROS node is there.
     fn wait_for_others(&self) {
         let nodes = self.experiment.observer().topology().nodes.into_iter();
         let mut away: Vec<String> = nodes.map(|node| node.name).collect();
-        away.retain(|node| !self.here.contains(node));
+        away.retain(|node| !self.part.here.contains(node));
         let mut said = false;
         loop {
             let others = self.bridge.others();
@@ -162,15 +161,41 @@ impl<'a> ConnectedRun<'a> {
         }
     }
 
+    /// Starts a recording of what happens here, if there is a destination.
+    fn record(&self, destination: Option<&mut Destination>) -> Result<Option<Recorder>, Error> {
+        let mut source = Source::of(&self.experiment);
+        source.origin.processes = vec![ProcessRecord {
+            host: host(),
+            pid: process::id(),
+            nodes: self.part.here.clone(),
+            error_ns: Some(0),
+        }];
+        let begin = |path: &Path| Recorder::from_the_start(path, &source);
+        let begun = destination.map(|destination| destination.claim(&source.origin, begin));
+        let begun = begun.transpose();
+        let begun = begun.map_err(|(path, why)| record_error(&path, &why))?;
+        Ok(begun.map(|(_, recorder)| recorder))
+    }
+
     /// Runs to the end and prints the summary; returns whether the run is lost.
-    fn finish(self, args: &NodeArgs, stop: &Stop) -> Result<bool, Error> {
+    fn finish(
+        self,
+        args: &NodeArgs,
+        destination: Option<&mut Destination>,
+        stop: &Stop,
+    ) -> Result<bool, Error> {
         let realtime = options::realtime(&args.graph);
         let mut clock = RealClock::new(realtime.clone().and_then(Result::ok));
-        let graph = self.experiment.observer().topology();
+        let (observer, here) = (self.experiment.observer(), &self.part.here);
+        let recorder = self.record(destination)?;
         let outcome = self.experiment.run_with(&mut clock);
         stop.by(None);
-        let lines = line::lines(&self.bridge);
+        let lines = line::lines(&self.bridge, &observer);
         drop(self.bridge);
+        let recorded = recorder.map(|recorder| {
+            recorder.end(StopReason::of(&outcome));
+            recorder.finish()
+        });
         let summary = outcome?;
         let context = ReportContext {
             break_bug: args.graph.system.broken,
@@ -179,20 +204,21 @@ impl<'a> ConnectedRun<'a> {
             csv_lost: 0,
             open: None,
         };
-        let state = self.program.system.state();
+        let (state, graph) = (self.program.system.state(), observer.topology());
         let state = graph
             .topics
             .iter()
             .find(|topic| Some(&*topic.name) == state);
         let states_here = state.is_none_or(|topic| {
             let mut publishers = topic.publishers.iter();
-            publishers.any(|node| self.here.contains(&graph.nodes[*node].name))
+            publishers.any(|node| here.contains(&graph.nodes[*node].name))
         });
         match states_here {
             true => print_line(&report::text(&*self.program.system, &summary, &context))?,
-            false => print_line(&ticks(&summary, self.here))?,
+            false => print_line(&ticks(&summary, here))?,
         }
         lines.iter().try_for_each(|line| print_line(line))?;
+        recorded.map_or(Ok(()), |recorded| print_recorded(false, &recorded?))?;
         Ok(states_here && summary.verdict.is_lost())
     }
 }

@@ -1,8 +1,10 @@
-//! Numbers that go on where a process that was started again begins anew.
+//! Numbers, times and totals that go on where a process that was started again begins anew.
 
 use std::collections::HashMap;
 
-/// The numbering of each of several series.
+use ratelab::runtime::Time;
+
+/// The numbering of each of several series, with their times.
 #[derive(Default)]
 pub struct Numbering(HashMap<usize, SeriesNumbers>);
 
@@ -12,22 +14,71 @@ struct SeriesNumbers {
     /// Numbers used by earlier processes.
     before: u64,
     next: u64,
+    last: Time,
+}
+
+/// The place of an item in its series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SeriesPlace {
+    /// Its number.
+    pub number: u64,
+    /// Its run time, never before that of the item before: a better estimate of a clock
+    /// may have moved it.
+    pub at: Time,
+    /// Numbers between it and the item before.
+    pub missing: u64,
 }
 
 impl Numbering {
-    /// The number in `series` of what `process` calls `number`.
-    pub fn number(&mut self, series: usize, process: u64, number: u64) -> u64 {
-        let series = self.0.entry(series).or_insert_with(|| SeriesNumbers {
-            process,
-            ..SeriesNumbers::default()
-        });
+    /// The place in `series` of the item that `process` calls `number`, at run time `at`;
+    /// `None` if it was there already.
+    pub fn place(
+        &mut self,
+        series: usize,
+        process: u64,
+        number: u64,
+        at: Time,
+    ) -> Option<SeriesPlace> {
+        let known = self.0.contains_key(&series);
+        let series = self.0.entry(series).or_default();
         if series.process != process {
             series.process = process;
             series.before = series.next;
         }
         let number = series.before.saturating_add(number);
+        let missing = number.checked_sub(series.next)?;
         series.next = number.saturating_add(1);
-        number
+        series.last = series.last.max(at);
+        Some(SeriesPlace {
+            number,
+            at: series.last,
+            missing: if known { missing } else { 0 },
+        })
+    }
+}
+
+/// Totals of several counters.
+#[derive(Default)]
+pub struct Totals(HashMap<usize, Total>);
+
+#[derive(Default)]
+struct Total {
+    process: u64,
+    /// Counted by earlier processes.
+    before: u64,
+    now: u64,
+}
+
+impl Totals {
+    /// The total of `counter`, of which `process` has counted `count`.
+    pub fn total(&mut self, counter: usize, process: u64, count: u64) -> u64 {
+        let total = self.0.entry(counter).or_default();
+        if total.process != process {
+            total.process = process;
+            total.before = total.now;
+        }
+        total.now = total.before.saturating_add(count).max(total.now);
+        total.now
     }
 }
 
@@ -35,13 +86,29 @@ impl Numbering {
 mod tests {
     use super::*;
 
+    /// The number, the run time (ns) and what is missing before it.
+    fn place(of: &mut Numbering, process: u64, number: u64, at: u64) -> Option<(u64, u64, u64)> {
+        let place = of.place(0, process, number, Time::from_nanos(at))?;
+        Some((place.number, place.at.as_nanos(), place.missing))
+    }
+
     #[test]
     fn a_restart_goes_on_after_the_last_number() {
-        let mut numbering = Numbering::default();
-        assert_eq!(numbering.number(0, 1, 40), 40);
-        assert_eq!(numbering.number(0, 1, 43), 43);
-        assert_eq!(numbering.number(0, 2, 0), 44);
-        assert_eq!(numbering.number(0, 2, 1), 45);
-        assert_eq!(numbering.number(1, 2, 7), 7);
+        let of = &mut Numbering::default();
+        assert_eq!(place(of, 1, 40, 5), Some((40, 5, 0)));
+        assert_eq!(place(of, 1, 43, 6), Some((43, 6, 2)));
+        assert_eq!(place(of, 1, 43, 6), None);
+        assert_eq!(place(of, 2, 0, 4), Some((44, 6, 0)));
+        assert_eq!(place(of, 2, 2, 7), Some((46, 7, 1)));
+        let other = of.place(1, 2, 7, Time::ZERO).expect("another series");
+        assert_eq!((other.number, other.missing), (7, 0));
+    }
+
+    #[test]
+    fn a_restart_adds_to_the_total() {
+        let totals = &mut Totals::default();
+        let counts = [(1, 3), (1, 5), (2, 0), (2, 4), (3, 1)];
+        let found = counts.map(|(process, count)| totals.total(0, process, count));
+        assert_eq!(found, [3, 5, 5, 9, 10]);
     }
 }

@@ -6,16 +6,16 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    sync::Arc,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use ratelab::{
-    experiment::{Config, Experiment, Summary},
+    experiment::{Config, Experiment, Summary, Taps},
     runtime::{
-        ClockKind, Command, Head, Knob, Observer, Rows, Speed, TickRecord, Time,
-        telemetry::{Event, EventKind, Lineage, NodeTopology, ReplayCounters, Status, Topology},
+        ClockExit, Command, Knob, Observer, TickRecord, Time,
+        telemetry::{Event, EventKind, Lineage, NodeTopology, Topology},
     },
     system::System,
 };
@@ -25,8 +25,11 @@ use ratelab_wire::{
     telemetry::{Batch, Counts, Info, Message},
 };
 
-use super::numbering::Numbering;
-use crate::dashboard::{Place, Remote, RunSource, WatchedRows, watched};
+use super::{gathered::GatheredRun, recordings::Recordings, relay::Relay};
+use crate::{
+    dashboard::{Place, Remote, RunSource, WatchedRows, watched},
+    recording::{ProcessRecord, Source, StopReason, schema::Origin},
+};
 
 /// How long an item waits for earlier ones of other processes.
 const HOLD: Duration = Duration::from_millis(150);
@@ -34,11 +37,11 @@ const HOLD: Duration = Duration::from_millis(150);
 /// Time without a report after which a process counts as gone.
 const GONE: Duration = Duration::from_millis(500);
 
-/// Messages and ticks kept per topic and node, for the timeline.
-const KEPT: usize = 1 << 15;
-
 /// The most items that wait.
 const MOST_PENDING: usize = 100_000;
+
+/// The most reports that wait for their process to be known: seconds.
+const MOST_EARLY: usize = 256;
 
 /// A run of other processes.
 pub struct RemoteRun {
@@ -47,7 +50,12 @@ pub struct RemoteRun {
     /// The process that listens, and how its run began.
     hub: Option<Arc<Info>>,
     processes: HashMap<u64, Process>,
-    picture: Picture,
+    /// Reports of processes that are not known yet.
+    early: Vec<(u64, Batch)>,
+    gathered: GatheredRun,
+    /// The topics of the system.
+    known: Taps,
+    recordings: Arc<Mutex<Recordings>>,
     pending: BTreeMap<(Time, u64), Item>,
     items: u64,
     /// When messages arrived, by topic, sender and number.
@@ -73,18 +81,6 @@ struct Process {
     events: usize,
 }
 
-/// The run as far as it is put together.
-struct Picture {
-    config: Config,
-    topology: Topology,
-    counters: ReplayCounters,
-    observer: Observer,
-    lineage: Lineage,
-    new_rows: Vec<(usize, Rows)>,
-    ticks: Numbering,
-    messages: Numbering,
-}
-
 /// Something that happened.
 enum Item {
     Event(Event),
@@ -92,38 +88,25 @@ enum Item {
     Message(u64, Message),
 }
 
-impl Picture {
-    fn new(config: Config, topology: Topology) -> Self {
-        let status = Status {
-            clock: ClockKind::Real,
-            paused: false,
-            speed: Speed::REAL_TIME,
-        };
-        let counters = ReplayCounters::new(&topology, status);
-        Self {
-            observer: counters.observer(),
-            counters,
-            lineage: Lineage::new(topology.clone()).keeping(KEPT),
-            config,
-            topology,
-            new_rows: Vec::new(),
-            ticks: Numbering::default(),
-            messages: Numbering::default(),
-        }
-    }
-}
-
 impl RemoteRun {
     /// Follows the run that `follower` is connected to. `experiment` has its graph until
-    /// the processes tell theirs.
-    pub fn new(follower: Follower, experiment: &Experiment) -> Self {
-        let (config, observer) = (experiment.config().clone(), experiment.observer());
+    /// the processes send theirs.
+    pub fn new(
+        follower: Follower,
+        experiment: &Experiment,
+        recordings: Arc<Mutex<Recordings>>,
+    ) -> Self {
+        let (system, known) = (experiment.system(), experiment.taps());
+        let (config, graph) = (experiment.config(), experiment.observer().topology());
         Self {
             follower,
-            system: experiment.system().clone(),
+            system: system.clone(),
             hub: None,
             processes: HashMap::new(),
-            picture: Picture::new(config, observer.topology()),
+            early: Vec::new(),
+            gathered: gathered(system, config, &graph, &known),
+            known,
+            recordings,
             pending: BTreeMap::new(),
             items: 0,
             arrivals: HashMap::new(),
@@ -149,7 +132,13 @@ impl RemoteRun {
                 new_run = true;
             }
             if !self.processes.contains_key(&info.incarnation) {
+                let new = info.incarnation;
                 self.add(info);
+                let reports = self.early.extract_if(.., |(from, _)| *from == new);
+                let reports: Vec<_> = reports.collect();
+                reports
+                    .into_iter()
+                    .for_each(|(from, batch)| self.take(from, batch));
             }
         }
         new_run
@@ -180,16 +169,59 @@ impl RemoteRun {
 
     /// Begins the picture of another run.
     fn begin(&mut self, hub: &Info) {
-        self.picture = Picture::new(hub.config.clone(), hub.topology.clone());
-        for knob in hub.config.setup.iter() {
-            self.picture.lineage.knob(Time::ZERO, knob);
-        }
+        self.complete_last();
+        self.gathered = gathered(&self.system, &hub.config, &hub.topology, &self.known);
         self.hub = Some(Arc::new(hub.clone()));
         self.pending.clear();
         self.arrivals.clear();
         self.dropped_before.clear();
         self.complete = None;
         self.began = Instant::now();
+    }
+
+    /// Adds what still waits of the last run, and ends its recording.
+    fn complete_last(&mut self) {
+        if self.hub.is_none() {
+            return;
+        }
+        self.gather_until(Time::MAX);
+        let end = self.gathered.end();
+        let seen = match &end {
+            StopReason::Run(summary) => ((**summary).clone(), true),
+            _ => (self.gathered.summary(&ClockExit::Stopped), false),
+        };
+        let mut recordings = self.recordings();
+        recordings.last = Some(seen);
+        recordings.end(end);
+    }
+
+    fn recordings(&self) -> MutexGuard<'_, Recordings> {
+        self.recordings
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The run for a recorder.
+    fn source(&self) -> Source {
+        let (system, gathered) = (self.system.clone(), &self.gathered);
+        let (config, topology) = (gathered.config.clone(), gathered.topology.clone());
+        let mut origin = Origin::new(&*system, config, topology);
+        let processes = self.processes.values().map(|process| ProcessRecord {
+            host: process.info.host.clone(),
+            pid: process.info.pid,
+            nodes: process.info.nodes.clone(),
+            error_ns: process.bound.and_then(|bound| u64::try_from(bound).ok()),
+        });
+        origin.processes = processes.collect();
+        origin.processes.sort_by_key(|process| process.pid);
+        Source {
+            system,
+            origin,
+            start: gathered.start.clone(),
+            observer: gathered.observer.clone(),
+            taps: gathered.relay.clone(),
+            viewer: None,
+        }
     }
 
     /// The moment of run time zero by our clock, with its error, once the run has begun.
@@ -202,7 +234,11 @@ impl RemoteRun {
     fn hear(&mut self) {
         let batches: Vec<(u64, Batch)> = self.follower.batches().collect();
         for (from, batch) in batches {
-            self.take(from, batch);
+            if self.processes.contains_key(&from) {
+                self.take(from, batch);
+            } else if self.early.len() < MOST_EARLY {
+                self.early.push((from, batch));
+            }
         }
     }
 
@@ -317,43 +353,51 @@ impl RemoteRun {
             self.process_of(&node.name)
                 .is_some_and(|process| process.batch > 0)
         };
-        if self.complete.is_none() && self.picture.topology.nodes.iter().all(heard) {
+        if self.complete.is_none() && self.gathered.topology.nodes.iter().all(heard) {
             self.complete = Some(ripe + HOLD);
         }
-        let later = self.pending.split_off(&(ripe, 0));
-        let due = std::mem::replace(&mut self.pending, later);
-        for item in due.into_values() {
-            match item {
-                Item::Event(event) => self.picture.event(&event),
-                Item::Tick(from, node, tick) => self.picture.tick(&*self.system, from, node, tick),
-                Item::Message(from, message) => {
-                    let arrives = self.arrives(from, &message);
-                    let dropped = self.dropped(message.topic);
-                    self.picture.message(from, message, arrives, dropped);
-                }
-            }
-        }
-        self.picture.lineage.settle();
+        self.gather_until(ripe);
         let is_gone = self
             .hub
             .as_ref()
             .is_none_or(|hub| self.is_gone(hub.incarnation));
         if !is_gone {
-            self.picture.counters.deliver(ripe);
-            self.picture.counters.set_now(ripe);
+            self.gathered.set_now(ripe);
         }
         self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
+    }
+
+    /// Puts together what happened before run time `until`.
+    fn gather_until(&mut self, until: Time) {
+        let later = self.pending.split_off(&(until, 0));
+        let due = std::mem::replace(&mut self.pending, later);
+        if !due.is_empty() && self.recordings().is_waiting() {
+            let source = self.source();
+            self.recordings().begin(source);
+        }
+        for item in due.into_values() {
+            match item {
+                Item::Event(event) => self.gathered.event(&event),
+                Item::Tick(from, node, tick) => self.gathered.tick(from, node, tick),
+                Item::Message(from, message) => {
+                    let arrives = self.arrives(from, &message);
+                    let dropped = self.dropped(message.topic);
+                    self.gathered.message(from, message, arrives, dropped);
+                }
+            }
+        }
+        self.gathered.settle();
     }
 
     /// When a message reached its reader; `None` if it did not. Within a process it is at
     /// once.
     fn arrives(&mut self, from: u64, message: &Message) -> Option<Time> {
-        let topic = self.picture.topology.topics.get(message.topic)?;
+        let topic = self.gathered.topology.topics.get(message.topic)?;
         let process = self.processes.get(&from);
         let mut readers = topic
             .readers
             .iter()
-            .map(|node| &self.picture.topology.nodes[*node]);
+            .map(|node| &self.gathered.topology.nodes[*node]);
         let near = |name: &String| process.is_none_or(|p| p.info.nodes.contains(name));
         if readers.all(|node| near(&node.name)) {
             return Some(message.at);
@@ -387,55 +431,26 @@ impl RemoteRun {
     }
 }
 
-impl Picture {
-    fn event(&mut self, event: &Event) {
-        if let Some(timed) = event.knob() {
-            self.lineage.knob(event.at, &timed.knob);
-        }
-        self.counters.event(event);
+impl Drop for RemoteRun {
+    fn drop(&mut self) {
+        self.complete_last();
     }
+}
 
-    fn tick(&mut self, system: &dyn System, from: u64, node: usize, tick: TickRecord) {
-        let number = self.ticks.number(node, from, tick.number);
-        let tick = TickRecord { number, ..tick };
-        self.counters.tick(node, &tick);
-        if let Some(push) = tick.push {
-            self.counters.push(node, push);
-            let name = self.topology.nodes.get(node).map(|node| node.name.as_str());
-            let meter = system.latency().filter(|(acts, _)| Some(*acts) == name);
-            if let Some((_, meter)) = meter {
-                self.counters
-                    .sample(node, meter, push.at.since(push.sensed));
-            }
-        }
-        self.lineage.tick(node, tick);
-    }
-
-    fn message(&mut self, from: u64, message: Message, arrives: Option<Time>, dropped: u64) {
-        let topic = message.topic;
-        let head = Head {
-            at: message.at,
-            stamp: message.at,
-            seq: self.messages.number(topic, from, message.seq),
-            origin: message.origin,
-            arrives,
-            dropped,
-        };
-        self.counters.message(topic, &head);
-        self.lineage.message(topic, &head);
-        let row = message
-            .row
-            .into_iter()
-            .map(|number| number.unwrap_or(f64::NAN));
-        let row: Vec<f64> = row.collect();
-        let place = self.new_rows.iter().position(|(known, _)| *known == topic);
-        let place = place.unwrap_or_else(|| {
-            self.new_rows.push((topic, Rows::new(row.len())));
-            self.new_rows.len() - 1
-        });
-        // A row of another length is of a hostile sender.
-        let _ = self.new_rows[place].1.push(head, row);
-    }
+/// The beginning of a run with this configuration and graph.
+fn gathered(
+    system: &Arc<dyn System>,
+    config: &Config,
+    graph: &Topology,
+    known: &Taps,
+) -> GatheredRun {
+    let fields = |name: &str| {
+        let mut topics = known.topics().iter();
+        let topic = topics.find(|topic| topic.name() == name)?;
+        Some(topic.fields())
+    };
+    let relay = Relay::new(graph, fields);
+    GatheredRun::new(system, config.clone(), graph.clone(), relay)
 }
 
 /// Run time `time`, `shift` ns later.
@@ -458,11 +473,11 @@ impl RunSource for RemoteRun {
     }
 
     fn config(&self) -> &Config {
-        &self.picture.config
+        &self.gathered.config
     }
 
     fn observer(&self) -> &Observer {
-        &self.picture.observer
+        &self.gathered.observer
     }
 
     fn wall_time(&self) -> Duration {
@@ -470,16 +485,16 @@ impl RunSource for RemoteRun {
     }
 
     fn lineage(&mut self) -> &Lineage {
-        &self.picture.lineage
+        self.gathered.lineage()
     }
 
     fn known_lineage(&self) -> &Lineage {
-        &self.picture.lineage
+        self.gathered.lineage()
     }
 
     fn new_rows(&mut self) -> Vec<WatchedRows> {
-        let topics = &self.picture.topology.topics;
-        let new = std::mem::take(&mut self.picture.new_rows);
+        let new = self.gathered.take_rows();
+        let topics = &self.gathered.topology.topics;
         let names: Vec<&'static str> = watched(&*self.system).collect();
         let new = new.into_iter().filter_map(|(topic, rows)| {
             let name = &topics.get(topic)?.name;

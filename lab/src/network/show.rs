@@ -1,16 +1,20 @@
 //! The dashboard over a run of other processes.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::PathBuf,
+    sync::{Arc, Mutex, PoisonError},
+};
 
-use ratelab::experiment::{Config, Experiment};
+use ratelab::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{End, Follower, Settings};
 
-use super::{remote::RemoteRun, wire_error};
+use super::{recordings::Recordings, remote::RemoteRun, wire_error};
 use crate::{
     dashboard::{self, Options},
     error::Error,
     output::note,
     program::Program,
+    recording::{Destination, RecordError, Recorded},
 };
 
 /// The connection of a dashboard to the process that listens at `address`.
@@ -22,15 +26,36 @@ pub fn attached(address: &str, file: Option<PathBuf>) -> Settings {
     }
 }
 
-/// Opens the dashboard until the person leaves. The run goes on.
-pub fn show(program: &Program, settings: Settings, options: &Options) -> Result<(), Error> {
+/// What a dashboard leaves.
+pub struct SeenRuns {
+    /// The summary of the last run, and whether that run ended.
+    pub last: Option<(Summary, bool)>,
+    /// The recordings.
+    pub recorded: Vec<Result<Recorded, RecordError>>,
+}
+
+/// Opens the dashboard until the person leaves; the run goes on. Records what it shows to
+/// `destination`, if there is one.
+pub fn show(
+    program: &Program,
+    settings: Settings,
+    destination: Option<Destination>,
+    options: &Options,
+) -> Result<SeenRuns, Error> {
     settings.check().map_err(wire_error)?;
     if let End::Connect(addresses) = &settings.end {
         note(&format!("connecting to {}", addresses.join(", ")));
     }
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;
     let follower = Follower::connect(&settings, program.system.name()).map_err(wire_error)?;
-    let run = RemoteRun::new(follower, &experiment);
+    let recordings = Arc::new(Mutex::new(Recordings::new(destination)));
+    let run = RemoteRun::new(follower, &experiment, recordings.clone());
     drop(experiment);
-    dashboard::watch(run, options).map_err(Error::from)
+    let left = dashboard::watch(run, options).map_err(Error::from);
+    let mut recordings = recordings.lock().unwrap_or_else(PoisonError::into_inner);
+    let recorded = recordings.finish()?;
+    left.map(|()| SeenRuns {
+        last: recordings.last.take(),
+        recorded,
+    })
 }

@@ -10,6 +10,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
+use clap::{Arg, Args};
 use ratelab::{experiment::Experiment, runtime::Time};
 
 use super::{
@@ -17,8 +18,13 @@ use super::{
     show::{attached, show},
 };
 use crate::{
-    cli::UpArgs, dashboard::terminal_is_there, error::Error, output::print_line, program::Program,
-    screen::screen, signals,
+    cli::{NodeArgs, RosArgs, UpArgs},
+    dashboard::terminal_is_there,
+    error::Error,
+    output::print_line,
+    program::Program,
+    screen::screen,
+    signals,
 };
 
 /// The port of zenoh's routers, where others on this machine look.
@@ -36,16 +42,23 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
     };
     drop(whole);
     let again = config.end == Time::MAX;
-    let options = without(
-        env::args_os().skip(2),
-        &["--ascii"],
-        &["--port", "--fps", "--theme"],
-    );
+    let of_up = UpArgs::augment_args(clap::Command::new("up"));
+    let of_node = NodeArgs::augment_args(clap::Command::new("node"));
+    let knows = |arg: &Arg| {
+        of_node
+            .get_arguments()
+            .any(|known| known.get_id() == arg.get_id())
+    };
+    let of_up_alone = of_up.get_arguments().filter(|arg| !knows(arg));
+    let options = without(env::args_os().skip(2), of_up_alone);
     let shown = terminal_is_there();
     let mut hub = ChildProcess::start(&first, &["--listen", &address], &options, (again, shown))?;
-    // The run lasts as long as its first part does.
-    let of_first = ["--duration-s", "--duration_s", "--domain"];
-    let options = without(options.into_iter(), &["--ros"], &of_first);
+    // The run lasts as long as its first part does, which is the one that ROS sees.
+    let of_ros = RosArgs::augment_args(clap::Command::new("ros"));
+    let duration = of_up
+        .get_arguments()
+        .filter(|arg| arg.get_id() == "duration_s");
+    let options = without(options.into_iter(), of_ros.get_arguments().chain(duration));
     let others = parts.map(|part| {
         let end = ["--connect", &*address];
         ChildProcess::start(&part, &end, &options, (false, shown))
@@ -53,12 +66,17 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
     let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
     if shown {
         let printed = hub.printed();
-        let left = show(program, attached(&address, None), &screen(&args.screen));
+        let left = show(
+            program,
+            attached(&address, None),
+            None,
+            &screen(&args.screen),
+        );
         // The plant ends first: it would miss the policy.
         drop((hub, others));
         let printed = printed.and_then(|printed| printed.join().ok());
         print_line(last_summary(&printed.unwrap_or_default()))?;
-        return left;
+        return left.map(drop);
     }
     let input = hub.0.stdin.take();
     signals::watch(move || drop(input), || ());
@@ -132,33 +150,47 @@ fn free_port(asked: Option<u16>) -> Result<u16, Error> {
     })
 }
 
-/// The options in `args` without some `flags`, and without some `others` and their values.
-fn without(args: impl Iterator<Item = OsString>, flags: &[&str], others: &[&str]) -> Vec<OsString> {
+/// The options in `args` without some of them, and without their values.
+fn without<'a>(
+    args: impl Iterator<Item = OsString>,
+    others: impl Iterator<Item = &'a Arg>,
+) -> Vec<OsString> {
+    let others: Vec<&Arg> = others.collect();
     let (mut options, mut skip) = (Vec::new(), false);
     for arg in args {
-        let text = arg.to_string_lossy();
-        let name = text.split('=').next().unwrap_or_default();
-        if std::mem::take(&mut skip) || flags.contains(&&*text) {
+        if std::mem::take(&mut skip) {
             continue;
         }
-        if others.contains(&name) {
-            skip = !text.contains('=');
-        } else {
-            options.push(arg);
+        let text = arg.to_string_lossy();
+        let name = text.split('=').next().unwrap_or_default();
+        match others.iter().find(|other| is_called(other, name)) {
+            Some(other) => skip = other.get_action().takes_values() && !text.contains('='),
+            None => options.push(arg),
         }
     }
     options
 }
 
+/// Whether `name` with its two dashes is a name of `option`.
+fn is_called(option: &Arg, name: &str) -> bool {
+    let aliases = option.get_all_aliases().unwrap_or_default();
+    let mut names = option.get_long().into_iter().chain(aliases);
+    name.strip_prefix("--")
+        .is_some_and(|name| names.any(|known| known == name))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::ScreenArgs;
 
     #[test]
     fn the_options_of_the_screen_are_not_for_the_parts() {
         let args = "--seed 3 --fps 10 --ascii --control-hz=20 --theme=dark --port 0 --break";
         let args = args.split(' ').map(OsString::from);
-        let kept = without(args, &["--ascii"], &["--port", "--fps", "--theme"]);
+        let screen = ScreenArgs::augment_args(clap::Command::new("screen"));
+        let port = [Arg::new("port").long("port")];
+        let kept = without(args, screen.get_arguments().chain(&port));
         let kept: Vec<_> = kept.iter().map(|arg| arg.to_string_lossy()).collect();
         assert_eq!(kept.join(" "), "--seed 3 --control-hz=20 --break");
     }

@@ -25,6 +25,7 @@ pub fn origin(json: Value) -> Option<Origin> {
         system: CartPole::default().name().to_owned(),
         config: old.config.config()?,
         topology: old.shape,
+        processes: Vec::new(),
     })
 }
 

@@ -1,9 +1,9 @@
 //! Names in a recording, and its description of itself.
 
-use std::{collections::BTreeMap, time::Duration};
+use std::{collections::BTreeMap, fmt, time::Duration};
 
 use ratelab::{
-    experiment::{Config, Summary},
+    experiment::{Config, RunEnd, Summary},
     runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology},
     system::{Setup, System, Verdict, VerdictKind, WorldKind},
 };
@@ -129,6 +129,35 @@ pub struct Origin {
     /// The graph at the start.
     #[serde(rename = "shape")]
     pub topology: Topology,
+    /// The processes that were recorded, of a run in several; empty for a run in one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub processes: Vec<ProcessRecord>,
+}
+
+/// A process of a run in several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProcessRecord {
+    /// Name of its machine.
+    pub host: String,
+    /// Its number there.
+    pub pid: u32,
+    /// The nodes that run in it.
+    pub nodes: Vec<String>,
+    /// The greatest error of its times (ns) when the recording began: zero for those of the
+    /// machine whose run time it is; `None` if it was unknown.
+    pub error_ns: Option<u64>,
+}
+
+impl fmt::Display for ProcessRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let nodes = self.nodes.join(" and ");
+        write!(f, "{nodes} in process {} on {}", self.pid, self.host)?;
+        match self.error_ns {
+            Some(0) => Ok(()),
+            Some(error) => write!(f, ", times ±{:.1} ms", error as f64 / 1e6),
+            None => write!(f, ", times ?"),
+        }
+    }
 }
 
 /// A [`Config`] in a file: these names stay the same when those in the code change. A
@@ -157,6 +186,7 @@ impl Origin {
             system: system.name().to_owned(),
             config,
             topology,
+            processes: Vec::new(),
         }
     }
 
@@ -242,19 +272,24 @@ pub struct VerdictRecord {
 impl RunResult {
     /// The result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
-        let finals = system.finals(&summary.state).into_iter();
+        Self::of(system, &summary.end(), summary.steps)
+    }
+
+    /// The result of a run of `system` with this `end` after so many `steps` of the plant.
+    pub fn of(system: &dyn System, end: &RunEnd, steps: u64) -> Self {
+        let finals = system.finals(&end.state).into_iter();
         let finals = finals.map(|figure| {
             let finite = Some(figure.value).filter(|value| value.is_finite());
             (figure.name.to_owned(), finite)
         });
         Self {
             verdict: VerdictRecord {
-                name: summary.verdict.name().to_owned(),
-                at: summary.verdict.at,
+                name: end.verdict.name().to_owned(),
+                at: end.verdict.at,
             },
-            steps: summary.steps,
-            sim_time: summary.sim_time,
-            wall_time: summary.wall_time,
+            steps,
+            sim_time: end.sim_time,
+            wall_time: end.wall_time,
             finals: finals.collect(),
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ratelab::{
     experiment::{Experiment, Summary, Taps},
-    runtime::{Fault, Observer, Snapshot, telemetry::TopicView},
+    runtime::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, telemetry::TopicView},
     system::System,
 };
 
@@ -12,6 +12,37 @@ use super::{
     schema::{Origin, RunResult, RunStatus},
     viewer::Viewer,
 };
+
+/// A run whose messages and ticks can be copied: one of this process, or one that is
+/// received from others.
+pub trait Tapped: Send + Sync {
+    /// Names of the numbers in a message of the topic called `topic`; `None` if it is not
+    /// recorded.
+    fn fields(&self, topic: &str) -> Option<&'static [&'static str]>;
+
+    /// Its messages from now on, in a queue of `capacity`; `None` if it is not recorded.
+    fn rows(&self, topic: &str, capacity: usize) -> Option<RowTap>;
+
+    /// All ticks from now on, with one queue of `capacity` ticks per node.
+    fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>>;
+}
+
+impl Tapped for Taps {
+    fn fields(&self, topic: &str) -> Option<&'static [&'static str]> {
+        let mut topics = self.topics().iter();
+        topics
+            .find(|known| known.name() == topic)
+            .map(|known| known.fields())
+    }
+
+    fn rows(&self, topic: &str, capacity: usize) -> Option<RowTap> {
+        self.rows(topic, capacity)
+    }
+
+    fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
+        self.ticks(capacity)
+    }
+}
 
 /// A run, for a recorder.
 #[derive(Clone)]
@@ -24,8 +55,8 @@ pub struct Source {
     pub start: Snapshot,
     /// Reads the graph.
     pub observer: Observer,
-    /// Access to its taps.
-    pub taps: Taps,
+    /// Its messages and ticks.
+    pub taps: Arc<dyn Tapped>,
     /// The viewer that gets the recording as well, if there is one.
     pub viewer: Option<Viewer>,
 }
@@ -38,7 +69,7 @@ impl Source {
         Self {
             origin: Origin::new(&*system, config, observer.topology()),
             start: observer.snapshot(),
-            taps: experiment.taps(),
+            taps: Arc::new(experiment.taps()),
             observer,
             system,
             viewer: None,
@@ -48,9 +79,11 @@ impl Source {
     /// Whether the plant has a picture. Before the run this is tested with a state of
     /// zeros.
     pub(super) fn has_picture(&self) -> bool {
-        let mut topics = self.taps.topics().iter();
-        let state = topics.find(|topic| Some(topic.name()) == self.system.state());
-        let zeros = state.map(|state| vec![0.0; state.fields().len()]);
+        let fields = self
+            .system
+            .state()
+            .and_then(|state| self.taps.fields(state));
+        let zeros = fields.map(|fields| vec![0.0; fields.len()]);
         zeros.is_some_and(|zeros| self.system.picture(&zeros).is_some())
     }
 }

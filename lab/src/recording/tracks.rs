@@ -3,15 +3,13 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    experiment::Taps,
-    runtime::{Head, RowTap, Rows, Tap, TickRecord, Time},
-};
+use ratelab::runtime::{Head, RowTap, Rows, Tap, TickRecord, Time};
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{
     columns::{numbers, numbers_or_none, series},
     schema::{message, node_entity, tick, topic_entity},
+    source::Tapped,
     timeline::Stamps,
 };
 
@@ -48,13 +46,12 @@ pub struct TopicTrack {
 impl TopicTrack {
     /// The messages of the topic called `name` from now on, with a tap of capacity
     /// `backlog`; `None` if the topic is not recorded.
-    pub fn new(name: &str, taps: &Taps, backlog: usize) -> Option<Self> {
-        let topic = taps.topics().iter().find(|topic| topic.name() == name)?;
+    pub fn new(name: &str, taps: &dyn Tapped, backlog: usize) -> Option<Self> {
         let tap = taps.rows(name, backlog)?;
         Some(Self {
             name: name.to_owned(),
             written: 0,
-            fields: topic.fields(),
+            fields: taps.fields(name)?,
             entity: topic_entity(name),
             waiting: tap.rows(),
             tap,

@@ -93,6 +93,8 @@ pub struct App {
     learner: u64,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
+    /// Whether the cause of a loss is covered, because an exercise asks for it.
+    covered: bool,
     /// The position in the guided tour, during one.
     tour: Option<Tour>,
     /// The knobs that undo the one that breaks the system, after that was turned.
@@ -172,6 +174,7 @@ impl App {
             frame: None,
             learner,
             panel: None,
+            covered: false,
             tour: None,
             unbroken: Vec::new(),
             by_hand: None,
@@ -363,6 +366,7 @@ impl App {
         let mut frame = self.sampler.frame_data(&mut self.session, &rows);
         self.follow_rescue(&rows, &mut frame);
         self.follow_branch(&mut frame);
+        self.cover_cause(&mut frame);
         self.history.add(frame)
     }
 

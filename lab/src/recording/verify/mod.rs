@@ -42,6 +42,12 @@ pub enum VerifyError {
         /// That of this program.
         known: &'static str,
     },
+    /// Messages came from other processes, when the network brought them.
+    #[error(
+        "this run was in several processes ({0}), and messages came when the network brought \
+         them: the same run does not come twice, so there is nothing to verify"
+    )]
+    Processes(String),
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, where the system decides in which order \

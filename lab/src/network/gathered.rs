@@ -1,0 +1,217 @@
+//! What is known of a run of other processes, put together in the order of its run times.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{
+    experiment::{Config, RunEnd, Summary},
+    runtime::{
+        ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
+        telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
+    },
+    system::{MeanCost, System},
+};
+use ratelab_wire::telemetry::Message;
+
+use super::{
+    numbering::{Numbering, Totals},
+    relay::Relay,
+};
+use crate::recording::StopReason;
+
+/// Messages and ticks kept per topic and node, for the timeline.
+const KEPT: usize = 1 << 15;
+
+/// A run as far as it is put together.
+pub struct GatheredRun {
+    system: Arc<dyn System>,
+    pub config: Config,
+    pub topology: Topology,
+    pub observer: Observer,
+    /// The graph before the run.
+    pub start: Snapshot,
+    /// Its messages and ticks for a recorder.
+    pub relay: Arc<Relay>,
+    counters: ReplayCounters,
+    lineage: Lineage,
+    new_rows: Vec<(usize, Rows)>,
+    ticks: Numbering,
+    messages: Numbering,
+    overruns: Totals,
+    /// The newest state, and what the states cost if all of them came.
+    state: Vec<f64>,
+    cost: Option<MeanCost>,
+}
+
+impl GatheredRun {
+    /// A run of which nothing is known yet; its messages and ticks go to `relay` as well.
+    pub fn new(system: &Arc<dyn System>, config: Config, topology: Topology, relay: Relay) -> Self {
+        let status = Status {
+            clock: ClockKind::Real,
+            paused: false,
+            speed: Speed::REAL_TIME,
+        };
+        let counters = ReplayCounters::new(&topology, status);
+        let mut lineage = Lineage::new(topology.clone()).keeping(KEPT);
+        let setup = config.setup.iter();
+        setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
+        Self {
+            system: system.clone(),
+            start: counters.observer().snapshot(),
+            observer: counters.observer(),
+            relay: Arc::new(relay),
+            counters,
+            lineage,
+            config,
+            topology,
+            new_rows: Vec::new(),
+            ticks: Numbering::default(),
+            messages: Numbering::default(),
+            overruns: Totals::default(),
+            state: Vec::new(),
+            cost: Some(MeanCost::default()),
+        }
+    }
+
+    /// The chains behind its actions.
+    pub fn lineage(&self) -> &Lineage {
+        &self.lineage
+    }
+
+    /// The messages since the last call, by the index of their topic.
+    pub fn take_rows(&mut self) -> Vec<(usize, Rows)> {
+        std::mem::take(&mut self.new_rows)
+    }
+
+    /// Adds an event.
+    pub fn event(&mut self, event: &Event) {
+        if let Some(timed) = event.knob() {
+            self.lineage.knob(event.at, &timed.knob);
+        }
+        self.counters.event(event);
+    }
+
+    /// Adds a tick of the node with index `node` in process `from`.
+    pub fn tick(&mut self, from: u64, node: usize, tick: TickRecord) {
+        let Some(place) = self.ticks.place(node, from, tick.number, tick.at) else {
+            return;
+        };
+        let tick = TickRecord {
+            number: place.number,
+            at: place.at,
+            overruns: self.overruns.total(node, from, tick.overruns),
+            push: tick.push.map(|mut push| {
+                push.at = push.at.max(place.at);
+                push
+            }),
+            ..tick
+        };
+        self.counters.tick(node, &tick);
+        if let Some(push) = tick.push {
+            self.counters.push(node, push);
+            let name = self.topology.nodes.get(node).map(|node| node.name.as_str());
+            let meter = self.system.latency();
+            if let Some((_, meter)) = meter.filter(|(acts, _)| Some(*acts) == name) {
+                let age = push.at.since(push.sensed);
+                self.counters.sample(node, meter, age);
+            }
+        }
+        self.lineage.tick(node, tick);
+        self.relay.tick(node, tick, place.missing);
+    }
+
+    /// Adds a message of process `from`, which `arrives` at its reader unless it is lost.
+    pub fn message(&mut self, from: u64, message: Message, arrives: Option<Time>, dropped: u64) {
+        let topic = message.topic;
+        let Some(place) = self.messages.place(topic, from, message.seq, message.at) else {
+            return;
+        };
+        let head = Head {
+            at: place.at,
+            stamp: place.at,
+            seq: place.number,
+            origin: message.origin,
+            arrives: arrives.map(|arrives| arrives.max(place.at)),
+            dropped,
+        };
+        self.counters.message(topic, &head);
+        self.lineage.message(topic, &head);
+        let row = message.row.into_iter();
+        let row: Vec<f64> = row.map(|number| number.unwrap_or(f64::NAN)).collect();
+        self.relay.message(topic, head, &row, place.missing);
+        let name = self.topology.topics.get(topic).map(|topic| &*topic.name);
+        if name.is_some() && name == self.system.state() {
+            self.add_state(&head, place.missing, &row);
+        }
+        let place = self.new_rows.iter().position(|(known, _)| *known == topic);
+        let place = place.unwrap_or_else(|| {
+            self.new_rows.push((topic, Rows::new(row.len())));
+            self.new_rows.len() - 1
+        });
+        // A row of another length is of a hostile sender.
+        let _ = self.new_rows[place].1.push(head, row);
+    }
+
+    fn add_state(&mut self, head: &Head, missing: u64, row: &[f64]) {
+        let is_first = self.state.is_empty();
+        row.clone_into(&mut self.state);
+        if missing > 0 || (is_first && head.seq > 0) {
+            self.cost = None;
+        }
+        if let (Some(mean), Some(cost)) = (&mut self.cost, self.system.quadratic_cost()) {
+            mean.state(head.stamp, (cost.of_state)(row));
+        }
+    }
+
+    /// Closes the chains behind the actions so far.
+    pub fn settle(&mut self) {
+        self.lineage.settle();
+    }
+
+    /// Sets run time to `now`.
+    pub fn set_now(&mut self, now: Time) {
+        self.counters.deliver(now);
+        self.counters.set_now(now);
+    }
+
+    /// How it ended, as far as that is known.
+    pub fn end(&self) -> StopReason {
+        let now = self.observer.now();
+        let ended = self.observer.events(0).into_iter().rev();
+        let ended = ended.map(|event| match &event.what {
+            EventKind::Ended { node } => Some(Ok(ClockExit::Ended {
+                node: node.clone(),
+                at: event.at,
+            })),
+            EventKind::Faulted { node, cause } => Some(Err(format!("{node} failed: {cause}"))),
+            EventKind::Applied {
+                command: Command::Stop,
+                ..
+            } => Some(Ok(ClockExit::Stopped)),
+            _ => None,
+        });
+        let completed = (now >= self.config.end).then_some(Ok(ClockExit::Completed));
+        match ended.flatten().next().or(completed) {
+            None => StopReason::Off,
+            Some(Err(fault)) => StopReason::Fault(fault),
+            Some(Ok(exit)) => StopReason::Run(Box::new(self.summary(&exit))),
+        }
+    }
+
+    /// The summary of what is known, of a run that ended by `exit`.
+    pub fn summary(&self, exit: &ClockExit) -> Summary {
+        let now = self.observer.now().min(self.config.end);
+        let at = match exit {
+            ClockExit::Ended { at, .. } => *at,
+            _ => now,
+        };
+        let state = Some(&self.state[..]).filter(|state| !state.is_empty());
+        let end = RunEnd {
+            verdict: self.system.verdict(exit, at, state),
+            sim_time: at,
+            wall_time: Duration::from_nanos(at.as_nanos()),
+            state: self.state.clone(),
+            cost: self.cost.as_ref().and_then(|mean| mean.until(at)),
+        };
+        Summary::observed(&*self.system, &self.config, end, &self.observer)
+    }
+}

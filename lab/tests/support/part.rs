@@ -1,0 +1,83 @@
+//! A process of a run in several.
+#![allow(dead_code)] // Each test uses its own part.
+
+use std::{
+    io::{BufRead, BufReader, Read},
+    net::TcpListener,
+    path::PathBuf,
+    process::{Child, ChildStderr, Command, Stdio},
+};
+
+/// A port that is free, as an address.
+pub fn address() -> String {
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    format!("tcp/{}", free.expect("a free port"))
+}
+
+/// A process of a run; ended when it is dropped.
+pub struct Part {
+    child: Child,
+    notes: BufReader<ChildStderr>,
+}
+
+impl Part {
+    pub fn start(args: &[&str]) -> Self {
+        Self::of(Command::new(env!("CARGO_BIN_EXE_ratelab")), args)
+    }
+
+    /// The same by `command`, which starts ratelab.
+    pub fn of(mut command: Command, args: &[&str]) -> Self {
+        command.arg("node").args(args);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("ratelab starts");
+        let notes = BufReader::new(child.stderr.take().expect("piped"));
+        Self { child, notes }
+    }
+
+    /// Reads its notes until one contains `text`.
+    pub fn wait_for(&mut self, text: &str) {
+        let mut line = String::new();
+        while !line.contains(text) {
+            line.clear();
+            let read = self.notes.read_line(&mut line).expect("its notes");
+            assert!(read > 0, "it ended before: {text}");
+        }
+    }
+
+    /// Waits for its end; returns what it printed.
+    pub fn printed(mut self) -> String {
+        let mut printed = String::new();
+        let mut output = self.child.stdout.take().expect("piped");
+        output.read_to_string(&mut printed).expect("UTF-8");
+        let mut notes = String::new();
+        self.notes.read_to_string(&mut notes).expect("UTF-8");
+        let status = self.child.wait().expect("ended");
+        assert!(status.success(), "{status}: {notes}\n{printed}");
+        printed
+    }
+
+    pub fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args([name, &id]).status();
+        assert!(sent.expect("kill").success());
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.
+pub fn python() -> Result<PathBuf, &'static str> {
+    let named = std::env::var_os("RATELAB_ROS_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or_else(|| PathBuf::from("python3"));
+    let mut imports = Command::new(&python);
+    imports.args(["-c", "import zenoh, rosbags"]);
+    match imports.stderr(Stdio::null()).status() {
+        Ok(status) if status.success() => Ok(python),
+        _ => Err("no Python with eclipse-zenoh and rosbags: name one in RATELAB_ROS_PYTHON"),
+    }
+}

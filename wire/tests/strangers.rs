@@ -1,0 +1,201 @@
+//! Strangers on the network: what they send is counted, and never obeyed.
+
+use std::{
+    fs,
+    io::Write,
+    net::{TcpListener, TcpStream},
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
+};
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{Config, Experiment},
+    runtime::Time,
+};
+use ratelab_wire::{
+    Bridge, End, Refusal, Settings,
+    clock::{self, ClockId},
+    key::Keys,
+    packet::{self, Head, Moment},
+};
+use zenoh::{Session, Wait};
+
+const PLANT: [&str; 2] = ["sensor", "actuator"];
+const POLICY: [&str; 1] = ["policy"];
+
+/// A port that is free.
+fn address() -> String {
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    format!("tcp/{}", free.expect("a free port"))
+}
+
+fn settings(end: End, file: Option<&Path>) -> Settings {
+    Settings {
+        end,
+        insecure: false,
+        file: file.map(Path::to_owned),
+    }
+}
+
+/// A process of a run of two seconds.
+fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
+    let here: Vec<String> = nodes.iter().map(|&node| node.to_owned()).collect();
+    let config = Config {
+        end: Time::from_secs_f64(2.0).expect("seconds"),
+        ..Config::default()
+    };
+    let system = Arc::new(CartPole::default());
+    let part = Experiment::part(system, &config, &here).expect("a part");
+    let bridge = Bridge::start(settings, &part, &here, None).expect("connected");
+    (part, bridge)
+}
+
+/// Where the plant's process takes actions from.
+fn actions() -> String {
+    Keys::new("cart-pole").data("policy", "/action")
+}
+
+/// A connection of somebody who knows the address.
+fn stranger(address: &str) -> Session {
+    let end = End::Connect(vec![address.to_owned()]);
+    settings(end, None)
+        .open()
+        .expect("anybody may connect here")
+}
+
+/// Sends to `key` what no sender of ours does, again and again.
+fn flood(session: &Session, rounds: usize) {
+    let stamp = || Moment {
+        clock: ClockId::here(),
+        at: clock::now(),
+    };
+    let key = actions();
+    for seq in 0..rounds as u64 {
+        let head = Head {
+            incarnation: 666,
+            seq,
+            stamp: stamp(),
+            origin: None,
+        };
+        for bytes in [
+            vec![0xff; 64],
+            packet::encode(&head, &[10.0, 10.0]),
+            packet::encode(&head, &[f64::NAN]),
+            packet::encode(&head, &[10.0]),
+        ] {
+            let _ = session.put(&key, bytes).wait();
+        }
+    }
+}
+
+#[test]
+fn what_strangers_send_is_counted_and_the_run_goes_on() {
+    let address = address();
+    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (policy, here) = part(
+        &POLICY,
+        &settings(End::Connect(vec![address.clone()]), None),
+    );
+    while there.others().is_empty() || here.others().is_empty() {
+        thread::yield_now();
+    }
+    let socket = address.trim_start_matches("tcp/").to_owned();
+    let summary = thread::scope(|scope| {
+        let policy = scope.spawn(|| policy.run().expect("a run"));
+        let plant = scope.spawn(|| plant.run().expect("a run"));
+        // The first sender has to be the policy.
+        while there.inlets()[0].sender().starts == 0 {
+            thread::yield_now();
+        }
+        flood(&stranger(&address), 100);
+        let large = stranger(&address);
+        let _ = large.put(actions(), vec![0; 100_000_000]).wait();
+        for _ in 0..2_000 {
+            let connected = TcpStream::connect(&socket);
+            let _ = connected.map(|mut open| open.write_all(&[0xaa; 64]));
+        }
+        let idle: Vec<_> = (0..150).map(|_| TcpStream::connect(&socket)).collect();
+        let summary = plant.join().expect("a thread");
+        drop((idle, policy.join().expect("a thread")));
+        summary
+    });
+    let inlet = &there.inlets()[0];
+    let refused = inlet.refused.read();
+    for (why, least) in [
+        (Refusal::Format, 100),
+        (Refusal::Length, 100),
+        (Refusal::NotFinite, 100),
+        (Refusal::Sender, 100),
+    ] {
+        let found = refused.iter().find(|(known, _)| *known == why);
+        let count = found.map_or(0, |(_, count)| *count);
+        assert!(count >= least, "{why}: {refused:?}");
+    }
+    let (lost, starts) = (inlet.sender().lost, inlet.sender().starts);
+    assert_eq!((lost, starts), (0, 1), "{refused:?}");
+    assert!(summary.topic("/action").published > 50);
+}
+
+/// The configuration `name` of the manual, with these users.
+fn of_manual(folder: &Path, name: &str) -> PathBuf {
+    let manual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/network");
+    let users = folder.join("users.txt");
+    fs::write(
+        &users,
+        "policy:change-me-too\ndashboard:change-me-as-well\n",
+    )
+    .expect("written");
+    let text = fs::read_to_string(manual.join(name)).expect("in the manual");
+    let text = text.replace("users.txt", &users.display().to_string());
+    let path = folder.join(name);
+    fs::write(&path, text).expect("written");
+    path
+}
+
+#[test]
+fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
+        .map(|name| of_manual(folder.path(), name));
+    let address = address();
+    let listen = End::Listen(vec![address.clone()]);
+    let connect = || End::Connect(vec![address.clone()]);
+    let (plant, there) = part(&PLANT, &settings(listen, Some(&robot)));
+    let (_policy, _here) = part(&POLICY, &settings(connect(), Some(&policy)));
+    while there.others().is_empty() {
+        thread::yield_now();
+    }
+    let mut connection = settings(connect(), None).config().expect("settings");
+    let once = connection.insert_json5("connect/timeout_ms", "300");
+    once.expect("a setting of zenoh");
+    let refused = zenoh::open(connection).wait();
+    assert!(refused.is_err(), "connected without a password");
+    let run = thread::spawn(|| plant.run().expect("a run"));
+    let inlet = there.inlets()[0].clone();
+    while there.times().zero().is_none() {
+        thread::yield_now();
+    }
+    let [watches, acts] =
+        [&dashboard, &policy].map(|file| settings(connect(), Some(file)).open().expect("a user"));
+    let known = || {
+        inlet
+            .refused
+            .read()
+            .iter()
+            .map(|(_, count)| count)
+            .sum::<u64>()
+    };
+    // In turn: what the dashboard sent before is refused at the border or counted by now.
+    for _ in 0..20 {
+        let _ = watches.put(actions(), vec![0xff; 64]).wait();
+    }
+    let _ = watches.close().wait();
+    let _ = acts.put(actions(), vec![0xff; 64]).wait();
+    while known() == 0 {
+        thread::yield_now();
+    }
+    run.join().expect("a run");
+    assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
+}
