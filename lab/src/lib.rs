@@ -37,6 +37,7 @@
 #![warn(clippy::print_stderr)]
 
 mod bins;
+mod change;
 mod cli;
 mod commands;
 mod csv;

@@ -5,7 +5,7 @@ use std::{ops::ControlFlow, sync::Arc};
 use ratelab::system::System;
 
 use crate::{
-    dashboard::{self, Options},
+    dashboard::{self, Options, Setup},
     error::Error,
     output::print_line,
     recording::{OtherRun, Recording, verify},
@@ -25,7 +25,8 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
             theme: theme(false, None),
             ask_background: false,
         };
-        dashboard::play(recording.clone(), system, &options)?;
+        let setup = Setup::new(system.clone(), false);
+        dashboard::play(recording.clone(), setup, &options)?;
     }
     let name = recording.path.display();
     let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));

@@ -1,6 +1,6 @@
 //! The input files, output files and printed results of a run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ratelab::{
     experiment::{Experiment, Summary},
@@ -14,9 +14,9 @@ use crate::{
     error::Error,
     like::{self, Like},
     metrics,
-    output::{OutputPlan, Outputs, note, print_line},
+    output::{OutputPlan, Outputs, note, print_line, record_error},
     program::Program,
-    recording::{Destination, Viewer},
+    recording::{Destination, Recorder, Source, Viewer},
     report::{self, ReportContext},
 };
 
@@ -65,6 +65,27 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
     let asked = args.record.is_some() || viewer.is_some();
     let destination = Destination::new(args.record.clone().flatten());
     asked.then(|| destination.shown_by(viewer))
+}
+
+/// Starts a recording of `experiment`, if there is a destination.
+///
+/// # Errors
+/// [`Error`] if the file cannot be created.
+pub fn record(
+    destination: Option<Destination>,
+    experiment: &Experiment,
+) -> Result<Option<Recorder>, Error> {
+    let Some(mut destination) = destination else {
+        return Ok(None);
+    };
+    let source = Source {
+        viewer: destination.viewer.clone(),
+        ..Source::of(experiment)
+    };
+    let begin = |path: &Path| Recorder::from_the_start(path, &source);
+    let begun = destination.claim(&source.origin, begin);
+    let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
+    Ok(Some(recorder))
 }
 
 /// The files named by `knobs`, by option.

@@ -86,6 +86,14 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
     for part in ["last rest", "FELL at", "BALANCED", "it stays up"] {
         assert!(printed.contains(part), "{output:?}");
     }
+    // The branch is a recording, too.
+    let kept = path(&folder, "branch.rrd");
+    let output = ratelab(&[&branch[..], &["--record", &kept]].concat());
+    assert!(text(&output.stdout).contains("recorded"), "{output:?}");
+    let info = text(&ratelab(&["info", &kept]).stdout);
+    for part in ["BALANCED", "on to the virtual clock", "takes policy 0"] {
+        assert!(info.contains(part), "{info}");
+    }
     let late = ["branch", &file, "--at", "9", "--knob", "takes policy 0"];
     assert!(complaint(&ratelab(&late), 2).contains("choose an earlier moment"));
 }

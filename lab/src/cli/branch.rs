@@ -26,4 +26,9 @@ pub struct BranchArgs {
     /// End of the branch in run time (s) [default: that of the recorded run].
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration_s: Option<Time>,
+
+    /// Record the branch to this file, which must be new; without a name, to one named
+    /// after the run, in ./recordings.
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    pub record: Option<Option<PathBuf>>,
 }

@@ -12,8 +12,9 @@ use crate::{
     error::Error,
     first_start,
     options::{self, LAB},
-    output::{Outputs, print_recorded, record_error, write_error},
+    output::{Outputs, print_line, print_recorded, record_error, write_error},
     program::Program,
+    report,
     results::{context, destination, plan, print_results},
     screen::{need_terminal, screen},
 };
@@ -57,6 +58,9 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         &context,
         like.as_ref(),
     )?;
+    if let Some(so) = left.change.filter(|_| !args.run.json) {
+        print_line(&report::line("so", &so))?;
+    }
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 

@@ -10,11 +10,12 @@ use std::{
 
 use crate::{
     cli::ReplayArgs,
-    dashboard,
+    dashboard::{self, LabOutcome, Setup},
     error::Error,
-    output::note,
+    output::{note, print_line, print_recorded},
     program::{self, Program},
     recording::{ReadError, Recording},
+    report,
     screen::{need_terminal, screen},
 };
 
@@ -30,11 +31,26 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
     };
     if args.terminal {
         need_terminal("replay --terminal needs a terminal to draw on", "info")?;
-        dashboard::play(recording.clone(), &program.system, &screen(&args.screen))?;
+        let setup = Setup::new(program.system.clone(), program.course);
+        let branch = dashboard::play(recording.clone(), setup, &screen(&args.screen))?;
+        branch.map_or(Ok(()), print_branch)?;
     } else {
         view(&args.file)?;
     }
     Error::if_damaged(&recording)
+}
+
+/// Prints what a branch of the recording changed.
+fn print_branch(left: LabOutcome) -> Result<(), Error> {
+    for recorded in &left.recorded {
+        print_recorded(false, recorded)?;
+    }
+    let verdict = left.ended?.summary.verdict;
+    print_line(&report::line("branch", &verdict.to_string()))?;
+    if let Some(so) = &left.change {
+        print_line(&report::line("so", so))?;
+    }
+    left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
 fn view(file: &Path) -> Result<(), Error> {

@@ -1,7 +1,5 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use std::path::Path;
-
 use ratelab::{
     experiment::Experiment,
     runtime::{ClockKind, Command, RealClock, Speed, Time},
@@ -12,10 +10,10 @@ use crate::{
     csv,
     error::Error,
     options::{self, Defaults},
-    output::{self, Outputs, print_recorded, record_error},
+    output::{self, Outputs, print_recorded},
     program::Program,
-    recording::{Recorder, Source, StopReason},
-    results::{context, destination, plan, print_results},
+    recording::StopReason,
+    results::{context, destination, plan, print_results, record},
     signals,
 };
 
@@ -36,7 +34,7 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     // still written.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
-    let recorder = record(args, &experiment)?;
+    let recorder = record(destination(args), &experiment)?;
     let realtime = options::realtime(&args.graph);
     let mut csv = outputs.take_csv();
     let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
@@ -63,19 +61,4 @@ fn both(first: Result<(), Error>, second: Result<(), Error>) -> Result<(), Error
         output::error(error);
     }
     second.and(first)
-}
-
-/// Starts a recording, if it is requested.
-fn record(args: &RunArgs, experiment: &Experiment) -> Result<Option<Recorder>, Error> {
-    let Some(mut destination) = destination(args) else {
-        return Ok(None);
-    };
-    let source = Source {
-        viewer: destination.viewer.clone(),
-        ..Source::of(experiment)
-    };
-    let begin = |path: &Path| Recorder::from_the_start(path, &source);
-    let begun = destination.claim(&source.origin, begin);
-    let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
-    Ok(Some(recorder))
 }

@@ -8,6 +8,7 @@
 mod age_limits;
 mod app;
 mod background;
+mod branch;
 mod cause;
 mod cliff;
 pub mod error;
@@ -27,6 +28,7 @@ mod marks;
 mod model;
 mod overlay;
 mod panes;
+mod past;
 pub mod picture;
 mod player;
 mod presets;
@@ -58,7 +60,7 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
-use ratelab::{experiment::Config, system::System};
+use ratelab::experiment::Config;
 
 use app::App;
 pub use app::LabOutcome;
@@ -105,24 +107,34 @@ pub fn show(
 ) -> Result<LabOutcome, LabError> {
     let mut app = App::new(config, setup)?;
     app.guide(guide);
-    let end = on_screen(&mut app, options);
-    let outcome = app.finish();
-    Ok(LabOutcome {
-        ended: end.and(outcome.ended),
-        ..outcome
-    })
+    Ok(until_left(app, options))
 }
 
-/// Plays a recording until the person leaves; `system` is that of the program.
+/// Plays a recording until the person leaves, and then its branch, if the person branched
+/// it; returns the results of that.
 ///
 /// # Errors
 /// [`LabError`] if the terminal failed.
 pub fn play(
     recording: Arc<Recording>,
-    system: &Arc<dyn System>,
+    setup: Setup,
     options: &Options,
-) -> Result<(), LabError> {
-    on_screen(&mut Player::new(recording, system), options)
+) -> Result<Option<LabOutcome>, LabError> {
+    let mut player = Player::new(recording, &setup.system);
+    on_screen(&mut player, options)?;
+    let branched = player.into_branch()?;
+    let app = branched.map(|(branch, sampler)| App::of_branch(branch, sampler, setup));
+    Ok(app.map(|app| until_left(app, options)))
+}
+
+/// Shows the lab until the person leaves; returns its results.
+fn until_left(mut app: App, options: &Options) -> LabOutcome {
+    let end = on_screen(&mut app, options);
+    let outcome = app.finish();
+    LabOutcome {
+        ended: end.and(outcome.ended),
+        ..outcome
+    }
 }
 
 /// Shows a run of other processes until the person leaves.

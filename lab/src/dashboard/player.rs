@@ -9,22 +9,25 @@ use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{
-        Observer, Time,
+        Observer, Speed, Time,
         telemetry::{Event, Lineage},
     },
     system::System,
 };
 
 use super::{
+    branch::{self, LeftRun},
     error::LabError,
     frame::{FrameData, SignalTrace},
-    keys::{REPLAY, ReplayAction},
+    keys::{REPLAY, ReplayAction, is_chord},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
     panes::Panes,
     presets::{self, Direction},
+    prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
+    session::{Prepared, Setup},
     view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Recording, Replay};
@@ -32,15 +35,25 @@ use crate::recording::{Recording, Replay};
 /// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);
 
+/// Run time between two samples of the push age.
+const LOOK: Duration = Duration::from_millis(10);
+
 /// Plays a recording: replays it into counters up to a moment, and shows them like those
 /// of a run.
 pub struct Player {
     playhead: Playhead,
+    /// The settings of a branch, with its end and its speed.
+    setup: Setup,
+    pace: (Time, Speed),
     sampler: Sampler,
     frame: Option<FrameData>,
     begins: Time,
     speed: f64,
     panes: Panes,
+    /// The input line for the knob of a branch.
+    prompt: Prompt,
+    /// The branch to go on with.
+    branch: Option<(Prepared, LeftRun)>,
     notice: Option<String>,
     quit: bool,
 }
@@ -65,6 +78,8 @@ impl Player {
         let replay = Replay::new(recording, system);
         let begins = replay.begins();
         let mut player = Self {
+            setup: Setup::new(replay.system().clone(), false),
+            pace: (Time::MAX, Speed::REAL_TIME),
             playhead: Playhead {
                 observer: replay.observer(),
                 lineage: replay.recording().lineage(),
@@ -78,6 +93,8 @@ impl Player {
             begins,
             speed: 1.0,
             panes: Panes::default(),
+            prompt: Prompt::default(),
+            branch: None,
             notice,
             quit: false,
         };
@@ -93,6 +110,23 @@ impl Player {
         player
     }
 
+    /// The same within the lab: branches have its `setup` and `pace`, and the panes stay.
+    pub fn within(self, setup: Setup, pace: (Time, Speed), panes: Panes) -> Self {
+        let panes = Panes {
+            overlay: None,
+            ..panes
+        };
+        let notice =
+            Some("the run itself: , and . step, B branches, q returns to the lab".to_owned());
+        Self {
+            setup,
+            pace,
+            panes,
+            notice,
+            ..self
+        }
+    }
+
     fn ends(&self) -> Time {
         self.playhead.replay.recording().until.max(self.begins)
     }
@@ -103,6 +137,15 @@ impl Player {
         if at < self.playhead.at {
             self.playhead.rewind();
             self.sampler = Sampler::default();
+        }
+        // What is sampled is there for the whole chart, from wherever one comes.
+        let chart = Duration::from_secs_f64(TRACE_S);
+        let first = Time::ZERO + at.since(Time::ZERO + chart);
+        let mut now = self.playhead.at.max(first);
+        while now < at {
+            self.playhead.advance_to(now);
+            self.sampler.look(&self.playhead);
+            now = now + LOOK;
         }
         self.playhead.advance_to(at);
     }
@@ -122,6 +165,10 @@ impl Player {
             ReplayAction::Play if self.playhead.playing.is_some() => self.playhead.playing = None,
             ReplayAction::Play => self.start(),
             ReplayAction::Step(direction) => self.step(direction),
+            ReplayAction::Branch => {
+                self.playhead.playing = None;
+                self.prompt.open();
+            }
             ReplayAction::Second(Direction::Up) => self.jump(self.playhead.at + SECOND),
             ReplayAction::Second(Direction::Down) => {
                 let back = self.playhead.at.since(Time::ZERO + SECOND);
@@ -171,6 +218,7 @@ impl Player {
             Direction::Down => (replay.previous(), self.begins),
         };
         self.go(to.unwrap_or(end));
+        self.notice = self.playhead.replay.happened();
     }
 
     fn event(&mut self, direction: Direction) {
@@ -219,6 +267,50 @@ impl Player {
     }
 }
 
+impl Player {
+    /// The branch to go on with, if there is one.
+    pub fn take_branch(&mut self) -> Option<(Prepared, LeftRun)> {
+        self.branch.take()
+    }
+
+    /// The branch to go on with, if there is one, and a sampler that knows the whole run.
+    ///
+    /// # Errors
+    /// [`LabError`] if the run cannot be read.
+    pub fn into_branch(mut self) -> Result<Option<((Prepared, LeftRun), Sampler)>, LabError> {
+        let Some(branch) = self.take_branch() else {
+            return Ok(None);
+        };
+        self.go(Time::MAX);
+        self.sample()?;
+        let sampler = self.sampler.next(&self.playhead);
+        Ok(Some((branch, sampler)))
+    }
+}
+
+impl TypesKnobs for Player {
+    fn prompt(&mut self) -> &mut Prompt {
+        &mut self.prompt
+    }
+
+    fn vocabulary(&self) -> Vocabulary<'_> {
+        Vocabulary {
+            system: self.playhead.system(),
+            graph: self.playhead.observer.read_counters(),
+            choices: &[],
+        }
+    }
+
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        let recording = self.playhead.replay.shared_recording();
+        let place = (self.playhead.at, text);
+        let branch = branch::prepare(&recording, &self.setup, place, self.pace)?;
+        self.branch = Some(branch);
+        self.quit = true;
+        Ok(())
+    }
+}
+
 impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
@@ -251,7 +343,10 @@ impl Model for Player {
             zoomed: self.panes.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: self.panes.footer(|| REPLAY.hints(|_| true)),
+            footer: match self.prompt.is_open() {
+                true => self.prompt.line(&self.vocabulary(), Some(self.playhead.at)),
+                false => self.panes.footer(|| REPLAY.hints(|_| true)),
+            },
             help: self.panes.help(|| REPLAY.rows(|_| true)),
             page: self.panes.explanation(system, frame),
             aside: None,
@@ -261,6 +356,10 @@ impl Model for Player {
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
+        if self.prompt.is_open() && !is_chord(key) {
+            self.type_key(key);
+            return Ok(());
+        }
         match REPLAY.action(key) {
             Some(ReplayAction::Quit) => self.quit = true,
             _ if self.panes.scroll(key) => {}
@@ -270,7 +369,11 @@ impl Model for Player {
         Ok(())
     }
 
-    fn paste(&mut self, _: &str) {}
+    fn paste(&mut self, text: &str) {
+        if self.prompt.is_open() {
+            self.prompt.paste(text);
+        }
+    }
 
     fn rest(&mut self) {}
 
@@ -286,6 +389,7 @@ impl Model for Player {
 
 impl Playhead {
     fn rewind(&mut self) {
+        self.at = Time::ZERO;
         self.replay.rewind();
         self.observer = self.replay.observer();
         self.summary = None;

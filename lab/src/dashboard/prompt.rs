@@ -2,7 +2,7 @@
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{
-    runtime::{KnobKind, Snapshot},
+    runtime::{KnobKind, Snapshot, Time},
     system::{Alias, System},
 };
 
@@ -72,12 +72,17 @@ impl Prompt {
         self.refusal.as_deref()
     }
 
-    /// The line, with a hint from `vocabulary`.
-    pub fn line(&self, vocabulary: &Vocabulary<'_>) -> Footer<'_> {
+    /// The line, with a hint from `vocabulary`; for the knob of a branch with its moment.
+    pub fn line(&self, vocabulary: &Vocabulary<'_>, branch: Option<Time>) -> Footer<'_> {
+        let hint = vocabulary.hint();
+        let hint = match branch {
+            Some(at) => format!("the knob to turn at {at}: {hint}"),
+            None => hint,
+        };
         Footer::Prompt {
             typed: &self.typed,
             refusal: self.refusal.as_deref(),
-            hint: vocabulary.hint(),
+            hint,
         }
     }
 

@@ -46,6 +46,11 @@ impl PushAges {
             .get_or_insert_with(|| by_states(system, &graph()));
     }
 
+    /// Whether it is sampled: states do not have it.
+    pub fn is_sampled(&self) -> bool {
+        self.by_states == Some(false)
+    }
+
     /// Adds the present push of `graph` where states do not have it.
     pub fn look(&mut self, graph: &Snapshot) {
         if self.by_states == Some(true) {

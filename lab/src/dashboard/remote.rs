@@ -149,7 +149,7 @@ impl<R: Remote> Watcher<R> {
 
     fn footer(&self) -> Footer<'_> {
         match self.prompt.is_open() {
-            true => self.prompt.line(&self.vocabulary()),
+            true => self.prompt.line(&self.vocabulary(), None),
             false => self.panes.footer(|| REMOTE.hints(|_| true)),
         }
     }

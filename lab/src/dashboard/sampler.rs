@@ -143,7 +143,8 @@ pub struct Sampler {
 /// A run for comparison.
 struct LastRun {
     ghost: Ghost,
-    digest: RunDigest,
+    /// To compare with; a recorded run has none.
+    digest: Option<RunDigest>,
     ended: bool,
 }
 
@@ -207,6 +208,15 @@ impl Sampler {
         }
     }
 
+    /// Looks at the age of the push between two frames, where it is sampled.
+    pub fn look(&mut self, session: &impl RunSource) {
+        let graph = || session.observer().read_counters();
+        self.push_ages.meet(session.system(), graph);
+        if self.push_ages.is_sampled() {
+            self.push_ages.look(&graph());
+        }
+    }
+
     /// Creates the sampler of the run after `session`.
     pub fn next(&self, session: &impl RunSource) -> Self {
         let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
@@ -214,13 +224,13 @@ impl Sampler {
             points: shared(&mut self.points.iter().copied()),
             ages: shared(&mut self.push_ages.saw(0.0, f64::INFINITY).into_iter()),
         };
-        let last = session.digest().map(|digest| LastRun {
+        let last = LastRun {
             ghost,
-            digest: digest.clone(),
+            digest: session.digest().cloned(),
             ended: session.summary().is_some(),
-        });
+        };
         Self {
-            last,
+            last: Some(last),
             ..Self::default()
         }
     }
@@ -229,7 +239,7 @@ impl Sampler {
     fn same(&self, session: &impl RunSource) -> Option<bool> {
         let last = self.last.as_ref()?;
         let whole = session.summary().is_some() && last.ended;
-        Some(session.digest()?.is_same(&last.digest, whole))
+        Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
     }
 
     /// The signal over the `span` seconds before `now`; `None` without a signal.

@@ -10,7 +10,8 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
-        Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority, telemetry::Lineage,
+        Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority,
+        telemetry::Lineage,
     },
     system::System,
 };
@@ -24,7 +25,7 @@ use super::{
 use crate::{
     csv,
     output::Live,
-    recording::{Destination, Recorder, Source, StopReason},
+    recording::{Branch, Destination, Recorder, Recording, Source, StopReason},
 };
 
 /// Capacity of a tap between two frames: at full speed the virtual clock makes thousands
@@ -74,7 +75,8 @@ pub struct Prepared {
     experiment: Experiment,
     source: Source,
     csv: Option<Live>,
-    realtime: Option<RealtimePriority>,
+    /// The clock while it is under the real one.
+    real: Box<dyn Clock + Send>,
 }
 
 impl Prepared {
@@ -84,13 +86,30 @@ impl Prepared {
     /// [`LabError`] if the setup fails, or the file of rows cannot be opened.
     pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
         let experiment = Experiment::new(setup.system.clone(), config)?;
+        let real = RealClock::new(setup.realtime.clone());
+        Self::of(experiment, Box::new(real), setup)
+    }
+
+    /// Prepares a branch of a recorded run.
+    ///
+    /// # Errors
+    /// [`LabError`] if the file of rows cannot be opened.
+    pub fn of_branch(branch: Branch, setup: &Setup) -> Result<Self, LabError> {
+        Self::of(branch.experiment, Box::new(branch.clock), setup)
+    }
+
+    fn of(
+        experiment: Experiment,
+        real: Box<dyn Clock + Send>,
+        setup: &Setup,
+    ) -> Result<Self, LabError> {
         // The previous session may still be writing to it.
         let csv = setup.csv.as_deref().map(Live::open).transpose();
         Ok(Self {
             source: Source::of(&experiment),
             experiment,
             csv: csv.map_err(LabError::Csv)?,
-            realtime: setup.realtime.clone(),
+            real,
         })
     }
 
@@ -118,7 +137,7 @@ impl Prepared {
         Session {
             csv,
             recorder,
-            ..Session::begin(self.experiment, self.source, self.realtime)
+            ..Session::begin(self.experiment, self.source, self.real)
         }
     }
 }
@@ -158,7 +177,7 @@ impl Session {
         Ok(prepared.begin(recorder))
     }
 
-    fn begin(experiment: Experiment, source: Source, realtime: Option<RealtimePriority>) -> Self {
+    fn begin(experiment: Experiment, source: Source, mut real: Box<dyn Clock + Send>) -> Self {
         let (system, config) = (experiment.system().clone(), experiment.config().clone());
         let observer = experiment.observer();
         let commands = experiment.commands();
@@ -166,11 +185,10 @@ impl Session {
         let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
         let taps = taps.collect();
         let lineage = LineageTaps::new(&experiment);
-        let mut real = RealClock::new(realtime);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
             // The dashboard may be gone.
-            let _ = sender.send(experiment.run_with(&mut real));
+            let _ = sender.send(experiment.run_with(&mut *real));
         });
         Self {
             system,
@@ -295,6 +313,16 @@ impl Session {
         let (path, recorder) = begun.map_err(|(path, why)| LabError::Record { path, why })?;
         self.recorder = Some(recorder);
         Ok(path)
+    }
+
+    /// The run so far, to be executed again; `None` at its end.
+    pub fn so_far(&self) -> Option<Recording> {
+        let end = match &self.summary {
+            Some(summary) => StopReason::Run(Box::new(summary.clone())),
+            None => StopReason::Off,
+        };
+        let source = self.source.as_ref()?;
+        Some(Recording::of_run(source, &end))
     }
 
     /// The current recorder.

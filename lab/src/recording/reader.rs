@@ -18,6 +18,7 @@ use super::{
     frames::{Chunks, is_rrd, quietly},
     other::OtherSystem,
     schema::{Origin, RecordingEnd, SWEEP_APPLICATION},
+    source::{Source, StopReason},
     thread_log::ThreadLog,
 };
 
@@ -139,6 +140,42 @@ impl Recording {
         recording.check(content.sound);
         recording.find_ends();
         Ok(recording)
+    }
+
+    /// The run of `source` so far, without its messages and ticks: enough to execute it
+    /// again. `end` is how it ended, if it did.
+    pub fn of_run(source: &Source, end: &StopReason) -> Self {
+        let (origin, observer) = (source.origin.clone(), &source.observer);
+        let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
+        // The events after the log, which mentions some.
+        let (log, until) = (observer.log(), observer.now());
+        let events = observer.events(0);
+        let threads = (!log.is_empty()).then(|| ThreadLog {
+            log,
+            events: events.clone(),
+            damage: None,
+        });
+        Self {
+            path: PathBuf::new(),
+            bytes: 0,
+            topics: vec![Rows::default(); topics],
+            ticks: vec![Vec::new(); nodes],
+            events,
+            threads,
+            until,
+            outcome: Some(RecordingEnd {
+                at: until,
+                clock: observer.status().clock,
+                end: end.status(&*source.system),
+                messages: vec![0; topics],
+                ticks: vec![0; nodes],
+                lost: 0,
+                dropped: end.losses(observer),
+                threads: None,
+            }),
+            damage: None,
+            origin,
+        }
     }
 
     /// All messages of the topic called `name`, in order of publication.

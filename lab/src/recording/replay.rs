@@ -91,6 +91,11 @@ impl Replay {
         &self.recording
     }
 
+    /// The same, shared.
+    pub fn shared_recording(&self) -> Arc<Recording> {
+        self.recording.clone()
+    }
+
     /// Reads the current counters.
     pub fn observer(&self) -> Observer {
         self.counters.observer()
@@ -115,6 +120,34 @@ impl Replay {
     /// Run time of the next item.
     pub fn next(&self) -> Option<Time> {
         self.order.get(self.done).map(|(at, _)| *at)
+    }
+
+    /// What happened at the current instant, with its run time (µs).
+    pub fn happened(&self) -> Option<String> {
+        let (at, _) = self.order.get(self.done.checked_sub(1)?)?;
+        let first = self.order.partition_point(|(before, _)| before < at);
+        let items = self.order[first..self.done].iter().map(|(_, item)| *item);
+        // The ticks have made the rest, if there are any.
+        let made = |item: &ReplayItem| {
+            matches!(item, ReplayItem::Message { .. } | ReplayItem::Push { .. })
+        };
+        let all = items.clone().all(|item| made(&item));
+        let items = items.filter(|item| all || !made(item));
+        let items: Vec<String> = items.map(|item| self.in_words(item)).collect();
+        Some(format!("{:.6} s: {}", at.as_secs_f64(), items.join(", ")))
+    }
+
+    fn in_words(&self, item: ReplayItem) -> String {
+        let topology = &self.recording.origin.topology;
+        match item {
+            ReplayItem::Event(index) => self.recording.events[index].to_string(),
+            ReplayItem::Tick { node, .. } => format!("{} ticks", topology.nodes[node].name),
+            ReplayItem::Push { node, .. } => format!("{} acts", topology.nodes[node].name),
+            ReplayItem::Message { topic, index } => {
+                let seq = self.recording.topics[topic].heads()[index].seq;
+                format!("{} gets message {seq}", topology.topics[topic].name)
+            }
+        }
     }
 
     /// Run time of the item before the current instant.

@@ -68,6 +68,15 @@ struct Branch {
     /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
     /// to stop.
     then: Option<Vec<Command>>,
+    /// Whether the recorded run was left.
+    left: bool,
+}
+
+impl Branch {
+    fn new(at: Time, then: Option<Vec<Command>>) -> Self {
+        let left = false;
+        Self { at, then, left }
+    }
 }
 
 impl Rerun {
@@ -156,14 +165,18 @@ impl Rerun {
     /// Stops the run at the last rest at or before run time `at`, if it is under the real
     /// clock then.
     pub fn until(&mut self, at: Time) {
-        self.branch = Some(Branch { at, then: None });
+        self.branch = Some(Branch::new(at, None));
     }
 
     /// Leaves the recorded run at the last rest at or before run time `at`: carries out
     /// `commands` there, and goes on under the virtual clock.
     pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
-        let then = Some(commands);
-        self.branch = Some(Branch { at, then });
+        self.branch = Some(Branch::new(at, Some(commands)));
+    }
+
+    /// Whether it has left the recorded run, to stop or to go on under the virtual clock.
+    pub fn has_left(&self) -> bool {
+        self.branch.as_ref().is_some_and(|branch| branch.left)
     }
 
     /// The run times at which the graph rests between two ticks under the real clock, in
@@ -325,7 +338,10 @@ impl Rerun {
 
     /// Leaves the recorded run.
     fn leave(&mut self, graph: &mut Graph) -> ClockExit {
-        let then = self.branch.as_mut().and_then(|branch| branch.then.take());
+        let then = self.branch.as_mut().and_then(|branch| {
+            branch.left = true;
+            branch.then.take()
+        });
         let Some(commands) = then else {
             return ClockExit::Stopped;
         };

@@ -254,6 +254,9 @@ impl TypesKnobs for App {
     }
 
     fn enter(&mut self, text: &str) -> Result<(), String> {
+        if self.leave_at.is_some() {
+            return self.branch(text);
+        }
         let knobs = KnobText(self.system().aliases()).parse(text);
         self.try_to_turn(knobs.map_err(|error| error.to_string())?)
     }

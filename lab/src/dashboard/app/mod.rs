@@ -1,9 +1,11 @@
 //! The state of the dashboard, and the effects of keys on it.
 
+mod branch;
 mod choices;
 mod cliff;
 mod exercises;
 mod knobs;
+mod past;
 #[cfg(test)]
 mod probe;
 mod recording;
@@ -13,7 +15,7 @@ mod tour;
 
 use std::{sync::Arc, time::Duration};
 
-use crossterm::event::{KeyEvent, KeyModifiers};
+use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::Config,
     runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
@@ -24,22 +26,24 @@ use knobs::without_knobs;
 use restart::Next;
 
 use super::{
+    branch::LeftRun,
     cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::{self, ExercisePanel},
     focus::Pane,
     frame::{FrameData, SignalTrace},
     history::FrameHistory,
-    keys::{LAB, LabAction, MAP, PaneAction},
+    keys::{LAB, LabAction, MAP, PaneAction, is_chord},
     knob_focus::KnobFocus,
     knobs::Knobs,
     marks::{TRACE_S, marks},
     model::Model,
     panes::Panes,
+    past::Past,
     presets::{Direction, at_end},
     prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
-    session::{Session, SessionResult, Setup},
+    session::{Prepared, Session, SessionResult, Setup},
     tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
@@ -109,6 +113,12 @@ pub struct App {
     pub panes: Panes,
     /// The input line for a knob.
     prompt: Prompt,
+    /// The moment of the branch whose knob is being typed.
+    leave_at: Option<Time>,
+    /// The run that the session left, if it is a branch.
+    left: Option<LeftRun>,
+    /// The run while it is looked at again, tick by tick.
+    past: Option<Past>,
     /// The latest notice of the dashboard.
     pub notice: Option<String>,
     /// Whether to quit.
@@ -124,7 +134,25 @@ impl App {
         let mut destination = setup.record.clone().unwrap_or_default();
         let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
-        Ok(Self {
+        Ok(Self::of(session, setup, destination, config.seed))
+    }
+
+    /// Starts with a branch; `sampler` knows the run that it left.
+    pub fn of_branch(
+        (prepared, left): (Prepared, LeftRun),
+        sampler: Sampler,
+        setup: Setup,
+    ) -> Self {
+        let session = prepared.begin(None);
+        let seed = session.config().seed;
+        let mut app = Self::of(session, setup, Destination::default(), seed);
+        app.sampler = sampler;
+        app.begin_branch(Some(left));
+        app
+    }
+
+    fn of(session: Session, setup: Setup, destination: Destination, learner: u64) -> Self {
+        Self {
             choices: choices::available(session.system(), session.config()),
             own_world: own_world(&setup.system, session.config()),
             config: without_knobs(session.config().clone()),
@@ -144,7 +172,7 @@ impl App {
             recorded: Vec::new(),
             unrecorded: None,
             frame: None,
-            learner: config.seed,
+            learner,
             panel: None,
             covered: false,
             tour: None,
@@ -156,9 +184,12 @@ impl App {
             mapping: false,
             panes: Panes::default(),
             prompt: Prompt::default(),
+            leave_at: None,
+            left: None,
+            past: None,
             notice: None,
             quit: false,
-        })
+        }
     }
 
     /// Number of the visible frame and number of frames; `None` live.
@@ -192,8 +223,11 @@ impl App {
             Some(_) => Err(self.session.abandon()),
         };
         self.finish_recordings();
+        let verdict = ended.as_ref().ok().map(|ended| ended.summary.verdict);
+        let change = self.left.map(|left| left.change.sentence(verdict));
         LabOutcome {
             ended,
+            change,
             recorded: self.recorded,
             unrecorded: self.unrecorded,
         }
@@ -205,6 +239,8 @@ impl App {
 pub struct LabOutcome {
     /// The result of the last session.
     pub ended: Result<SessionResult, LabError>,
+    /// What the last session changed, if it was a branch.
+    pub change: Option<String>,
     /// Complete recordings.
     pub recorded: Vec<Recorded>,
     /// The first recording that ended early.
@@ -221,10 +257,14 @@ impl Model for App {
         let new = measured | self.add_frame();
         self.frame = self.history.shown();
         let mapped = self.follow_map();
-        Ok(new || mapped)
+        let played = self.follow_past()?;
+        Ok(new || mapped || played)
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
+        if let Some(player) = self.player() {
+            return player.screen();
+        }
         let frame = self.frame.as_deref()?;
         let system = self.system();
         let trace = self.sampler.trace(system, frame.now, TRACE_S);
@@ -265,6 +305,9 @@ impl Model for App {
             return Ok(());
         }
         self.notice = None;
+        if !(action == Some(LabAction::Quit) && is_chord(key)) && self.is_for_the_past(key)? {
+            return Ok(());
+        }
         if self.prompt.is_open() && !is_chord(key) {
             self.type_key(key);
             return Ok(());
@@ -289,7 +332,9 @@ impl Model for App {
     }
 
     fn paste(&mut self, text: &str) {
-        if self.prompt.is_open() {
+        if let Some(Past::Playing(player)) = &mut self.past {
+            player.paste(text);
+        } else if self.prompt.is_open() {
             self.prompt.paste(text);
         } else if let Some(panel) = &mut self.panel {
             panel.paste(&text.replace(char::is_control, " "));
@@ -301,6 +346,9 @@ impl Model for App {
     }
 
     fn go_on(&mut self) {
+        if let Some(Past::Playing(player)) = &mut self.past {
+            player.go_on();
+        }
         if std::mem::take(&mut self.resting) {
             self.session.send(Command::Resume);
         }
@@ -317,6 +365,7 @@ impl App {
         let rows = self.session.new_rows();
         let mut frame = self.sampler.frame_data(&mut self.session, &rows);
         self.follow_rescue(&rows, &mut frame);
+        self.follow_branch(&mut frame);
         self.cover_cause(&mut frame);
         self.history.add(frame)
     }
@@ -339,7 +388,11 @@ impl App {
                 self.knob_focus.move_topic(system, &graph, direction);
             }
             LabAction::Break => self.break_it(),
-            LabAction::Type => self.prompt.open(),
+            LabAction::Type => {
+                self.leave_at = None;
+                self.prompt.open();
+            }
+            LabAction::Branch => self.ask_for_branch(),
             LabAction::Pause => self.pause(),
             LabAction::StepForward => self.step(),
             LabAction::StepBack => self.look_back(),
@@ -379,7 +432,7 @@ impl App {
 
     fn footer(&self) -> Footer<'_> {
         if self.prompt.is_open() {
-            return self.prompt.line(&self.vocabulary());
+            return self.prompt.line(&self.vocabulary(), self.leave_at);
         }
         if self.panel.is_some() && self.panes.overlay.is_none() {
             return Footer::listed(exercise_panel::HINTS);
@@ -471,9 +524,4 @@ impl App {
             }
         }
     }
-}
-
-/// Whether a key is pressed with Ctrl or Alt, and so types nothing.
-fn is_chord(key: &KeyEvent) -> bool {
-    !(key.modifiers - KeyModifiers::SHIFT).is_empty()
 }

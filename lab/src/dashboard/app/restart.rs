@@ -5,11 +5,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{experiment::Config, runtime::Command};
+use ratelab::{
+    experiment::Config,
+    runtime::{ClockKind, Command},
+};
 
 use super::{App, LabError, choices::as_it_is_now, knobs::without_knobs};
 use crate::{
     dashboard::{
+        branch::LeftRun,
         history::FrameHistory,
         knobs::Knobs,
         sampler::RunSource,
@@ -33,6 +37,8 @@ pub(super) enum Next {
         prepared: Box<Prepared>,
         /// Whether it is a rescue by hand, recorded and judged.
         by_hand: bool,
+        /// The run that it leaves, if it is a branch.
+        left: Option<LeftRun>,
     },
 }
 
@@ -55,7 +61,11 @@ impl App {
 
     fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
         match self.prepared(config).map(Box::new) {
-            Ok(prepared) => self.end_with(Next::Session { prepared, by_hand }),
+            Ok(prepared) => self.end_with(Next::Session {
+                prepared,
+                by_hand,
+                left: None,
+            }),
             Err(reason) => {
                 self.notify(reason);
                 Ok(())
@@ -86,7 +96,14 @@ impl App {
         if self.session.wait(patience)? {
             match next {
                 Next::Leave => self.quit = true,
-                Next::Session { prepared, by_hand } => self.begin(*prepared, by_hand)?,
+                Next::Session {
+                    prepared,
+                    by_hand,
+                    left,
+                } => {
+                    self.begin(*prepared, by_hand)?;
+                    self.begin_branch(left);
+                }
             }
         } else {
             let quit = match next {
@@ -110,7 +127,7 @@ impl App {
             Ok(_) | Err(LabError::Csv(_)) => {}
             Err(error) => return Err(error),
         }
-        self.notice = None;
+        (self.notice, self.past) = (None, None);
         self.follow_recordings();
         self.record |= by_hand;
         let record = self.record.then(|| prepared.record(&mut self.destination));
@@ -129,6 +146,15 @@ impl App {
         // A rescue is judged by its recording.
         self.by_hand = (by_hand && self.record).then(RescueTry::default);
         Ok(())
+    }
+
+    /// Follows a session that began as a branch of the run in `left`, if it did.
+    pub(super) fn begin_branch(&mut self, left: Option<LeftRun>) {
+        if let Some(left) = &left {
+            self.config.clock = ClockKind::Virtual;
+            self.notify(format!("left at {}", left.change.left(left.asked)));
+        }
+        self.left = left;
     }
 
     /// Continues the session without a recording; the exit code reports it as well.

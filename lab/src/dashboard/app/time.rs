@@ -27,14 +27,10 @@ impl App {
                     self.pause = true;
                     self.session.send(Command::Step);
                 }
-                ClockKind::Real => self.notify("the real clock cannot step; c changes it"),
+                ClockKind::Real => {
+                    self.notify("the real clock cannot step on: , goes back, c changes it")
+                }
             }
-        }
-    }
-
-    pub(super) fn look_back(&mut self) {
-        if !self.history.back() {
-            self.notify("this is the oldest picture kept");
         }
     }
 

@@ -63,6 +63,8 @@ pub enum LabAction {
     Panes(PaneAction),
     /// Open the cliff map.
     Map,
+    /// Leave the run at the visible moment, with a knob turned.
+    Branch,
     /// Record to a file, or stop recording.
     Record,
     /// Open the exercises.
@@ -92,7 +94,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
     row(&[(Char('.'), StepForward), (RIGHT, StepForward)],
         "one tick of one node; looking back, one picture forward", Some("step")),
     row(&[(Char(','), StepBack), (LEFT, StepBack)],
-        "look back one picture", Some("back")),
+        "look back one picture; at a real run at rest, tick by tick", Some("back")),
     row(&[(HOME, Oldest), (END, Newest), (Char('f'), Live)],
         "look at the oldest picture kept, the newest, what is live", None),
     row(&[(Char('m'), Map)],
@@ -122,4 +124,6 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         "start again with the next seed, the previous one", Some("seed")),
     row(&[(Char('p'), Choice(Up)), (Char('P'), Choice(Down))],
         "swap the policy for the next one, the previous one", Some("policy")),
+    row(&[(Char('B'), Branch)],
+        "branch: this run again up to here, then with a knob turned", Some("branch")),
 ];

@@ -140,6 +140,11 @@ impl Key {
     }
 }
 
+/// Whether a key is pressed with Ctrl or Alt, and so types nothing.
+pub fn is_chord(key: &KeyEvent) -> bool {
+    !(key.modifiers - KeyModifiers::SHIFT).is_empty()
+}
+
 impl<A> Binding<A> {
     fn labels(&self) -> Vec<String> {
         self.keys.iter().map(|(key, _)| key.label()).collect()

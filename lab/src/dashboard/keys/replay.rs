@@ -20,6 +20,8 @@ pub enum ReplayAction {
     Play,
     /// Go to the next messages or ticks, or to the last ones before.
     Step(Direction),
+    /// Leave the run at this moment, with a knob turned.
+    Branch,
     /// Go on or back by a second of run time.
     Second(Direction),
     /// Go to the next event, or the last one before.
@@ -54,4 +56,6 @@ pub const REPLAY: KeyTable<ReplayAction> = screen_with_panes![
         "to the beginning, to the end", None),
     row(&[(Char('+'), Speed(Up)), (Char('-'), Speed(Down)), (Char('0'), SpeedOne)],
         "play faster, slower, as fast as it was", Some("speed")),
+    row(&[(Char('B'), Branch)],
+        "branch: this run again up to here, then with a knob turned", Some("branch")),
 ];

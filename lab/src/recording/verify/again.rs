@@ -121,8 +121,8 @@ pub fn run_again(
             None => experiment.run(),
         };
         drop::<Sender<()>>(over);
-        let found: Vec<_> = checks.into_iter().filter_map(found).collect();
-        let stopped = watch.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let found: Vec<_> = checks.into_iter().filter_map(joined).collect();
+        let stopped = joined(watch);
         (found, outcome, stopped)
     });
     if stopped {
@@ -262,9 +262,9 @@ fn compare<'scope>(
 /// A comparison that is under way.
 type Check<'scope> = ScopedJoinHandle<'scope, Option<Difference>>;
 
-/// The result of a comparison. A panic is passed on: it must not count as no difference.
-fn found(check: Check<'_>) -> Option<Difference> {
-    check.join().unwrap_or_else(|panic| resume_unwind(panic))
+/// The result of a thread. A panic is passed on: it must not count as no difference.
+pub fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
 /// The configuration of the new run: no longer than the recording, as a run that ended

@@ -5,26 +5,44 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab::{
     experiment::{Config, Experiment, Summary},
-    runtime::{Command, Fault, Knob, Rerun, Time, TimedCommand, TimedKnob, telemetry::Event},
-    system::System,
+    runtime::{
+        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Rerun, Speed,
+        Time, TimedCommand, TimedKnob, telemetry::Event,
+    },
+    system::{BuildError, System},
 };
 
 use super::{VerifyError, again, events, order};
-use crate::recording::reader::Recording;
+use crate::recording::{durations::with_durations, reader::Recording};
 
 /// Run time of a branch of an endless run.
 const BRANCH: Duration = Duration::from_secs(10);
 
-/// A branch of a recorded run.
-pub struct Branch {
-    /// Run time at which it left the recorded run.
+/// Where a recorded run is left, and what is changed there.
+#[derive(Clone, Debug)]
+pub struct Departure {
+    /// Run time; the last rest of the nodes before it counts.
     pub at: Time,
-    /// Its result.
-    pub result: Result<Summary, Fault>,
+    /// The knobs that are turned there.
+    pub knobs: Vec<Knob>,
+    /// End of the branch; `None` for that of the recorded run.
+    pub end: Option<Time>,
+    /// Speed of the virtual clock.
+    pub speed: Speed,
 }
 
-/// Runs `recording` of `system` again up to run time `at`, or to the last rest of its nodes
-/// before; there it turns `knobs`, and goes on under the virtual clock until `end`. Knobs
+/// A branch of a recorded run, ready to run.
+pub struct Branch {
+    /// Run time at which it leaves the recorded run.
+    pub at: Time,
+    /// The graph.
+    pub experiment: Experiment,
+    /// Executes the recorded part.
+    pub clock: BranchClock,
+}
+
+/// Prepares to run `recording` of `system` again up to the `departure`, or to the last rest
+/// of its nodes before; there it turns the knobs, and goes on under the virtual clock. Knobs
 /// that were turned later in the recorded run are turned again.
 ///
 /// # Errors
@@ -32,17 +50,24 @@ pub struct Branch {
 pub fn branch(
     recording: &Recording,
     system: &Arc<dyn System>,
-    at: Time,
-    knobs: &[Knob],
-    end: Option<Time>,
+    departure: &Departure,
 ) -> Result<Branch, VerifyError> {
     super::refuse_other_system(recording, system)?;
     let mut rerun = order::rerun(recording, &**system)?;
-    let timed = knobs.iter().cloned().map(|knob| TimedKnob { at, knob });
+    let Departure {
+        at, knobs, speed, ..
+    } = departure;
+    let at = *at;
+    let knobs = knobs.iter().cloned().map(with_durations);
+    let knobs: Vec<Knob> = knobs
+        .collect::<Result<_, _>>()
+        .map_err(BuildError::Setting)?;
+    let timed = knobs.into_iter().map(|knob| TimedKnob { at, knob });
     let config = again::with_tables(Config {
         knobs: timed.collect(),
-        end: end.unwrap_or_else(|| end_of(recording, at)),
-        ..again::config_again(recording, None)
+        end: departure.end.unwrap_or_else(|| end_of(recording, at)),
+        speed: *speed,
+        ..recording.origin.config.clone()
     })?;
     let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
     let taken = again::taken(&config, turned);
@@ -61,15 +86,62 @@ pub fn branch(
         _ => timed,
     };
     experiment.schedule(commands(recording, &**system, rerun.as_ref(), at)?);
-    let result = match &mut rerun {
-        Some(rerun) => experiment.run_with(rerun),
-        None => experiment.run(),
-    };
-    if let Some(diverged) = rerun.as_ref().and_then(Rerun::difference) {
-        return Err(VerifyError::Diverged(diverged));
+    Ok(Branch {
+        at: rest.unwrap_or(at),
+        experiment,
+        clock: BranchClock {
+            rerun,
+            left_at: at,
+            real: RealClock::default(),
+        },
+    })
+}
+
+impl Branch {
+    /// Runs it to its end.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if its recorded part did not come again.
+    pub fn run(self) -> Result<Result<Summary, Fault>, VerifyError> {
+        let mut clock = self.clock;
+        let result = self.experiment.run_with(&mut clock);
+        match clock.rerun.as_ref().and_then(Rerun::difference) {
+            Some(diverged) => Err(VerifyError::Diverged(diverged)),
+            None => Ok(result),
+        }
     }
-    let at = rest.unwrap_or(at);
-    Ok(Branch { at, result })
+}
+
+/// Executes the recorded part of a branch under the real clock again; later it is the real
+/// clock itself.
+#[derive(Debug)]
+pub struct BranchClock {
+    rerun: Option<Rerun>,
+    left_at: Time,
+    real: RealClock,
+}
+
+impl Clock for BranchClock {
+    fn kind(&self) -> ClockKind {
+        ClockKind::Real
+    }
+
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault> {
+        let recorded = graph.now() <= self.left_at;
+        match self
+            .rerun
+            .as_mut()
+            .filter(|rerun| recorded && !rerun.has_left())
+        {
+            Some(rerun) => rerun.run(graph, inbox, until),
+            None => self.real.run(graph, inbox, until),
+        }
+    }
 }
 
 /// The configured end, if the run has one.

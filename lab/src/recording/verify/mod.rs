@@ -6,6 +6,7 @@ mod compare;
 mod difference;
 mod end;
 mod events;
+mod execute;
 mod order;
 mod series;
 mod topology;
@@ -19,7 +20,8 @@ use ratelab::{
 use thiserror::Error;
 
 pub use self::again::VerifyStatus;
-pub use self::branch::{Branch, branch};
+pub use self::branch::{Branch, Departure, branch};
+pub use self::execute::Execution;
 use self::{
     again::{Outcome, run_again},
     difference::Difference,
@@ -49,8 +51,8 @@ pub enum VerifyError {
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, where the system decides in which order \
-         threads run, and an early ratelab recorded it without that order: the same run does \
-         not come twice, so there is nothing to verify"
+         threads run, and its recording is without that order, as those of branches and by an \
+         early ratelab: the same run does not come twice, so there is nothing to verify"
     )]
     RealClock(&'static str),
     /// The order of what happened is not that of a run.

@@ -1,0 +1,63 @@
+//! What a branch changed against the recorded run.
+
+use ratelab::{
+    runtime::Time,
+    system::{System, Verdict},
+};
+
+use crate::recording::{Recording, schema::RunStatus};
+
+/// A recorded run, and the change at which a branch left it.
+pub struct Change {
+    /// Run time at which the branch left it.
+    pub at: Time,
+    /// The verdict of the recorded run; `None` if that is unknown.
+    pub recorded: Option<Verdict>,
+    /// The knobs that were turned.
+    pub knobs: String,
+}
+
+impl Change {
+    /// The change by `knobs` at which a branch of `recording` of `system` left it.
+    pub fn new(recording: &Recording, system: &dyn System, at: Time, knobs: String) -> Self {
+        let end = recording.outcome.as_ref().map(|outcome| &outcome.end);
+        let recorded = match end {
+            Some(RunStatus::Ended(end)) => Some(end.verdict.verdict(system)),
+            Some(RunStatus::Failed { .. } | RunStatus::WentOn) | None => None,
+        };
+        Self {
+            at,
+            recorded,
+            knobs,
+        }
+    }
+
+    /// The moment of the branch, and the one that was `asked` for if it is another.
+    pub fn left(&self, asked: Time) -> String {
+        match asked == self.at {
+            true => asked.to_string(),
+            false => format!("{}, the last rest of the nodes up to {asked}", self.at),
+        }
+    }
+
+    /// What the change made different; `branch` is the verdict of the branch, unless that
+    /// goes on.
+    pub fn sentence(&self, branch: Option<Verdict>) -> String {
+        let Self { at, knobs, .. } = self;
+        let lost = |verdict: &Verdict| verdict.is_lost();
+        let before = match self.recorded {
+            Some(verdict) if verdict.is_lost() => format!("lost at {}", verdict.at),
+            Some(_) => "not lost".to_owned(),
+            None => "not lost so far".to_owned(),
+        };
+        let after = match branch {
+            Some(verdict) if verdict.is_lost() && self.recorded.as_ref().is_some_and(lost) => {
+                format!("still lost, at {}", verdict.at)
+            }
+            Some(verdict) if verdict.is_lost() => format!("lost at {}", verdict.at),
+            Some(_) => "it stays up".to_owned(),
+            None => "it stays up so far".to_owned(),
+        };
+        format!("{before}; with {knobs} from {at} on {after}")
+    }
+}

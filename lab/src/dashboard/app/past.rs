@@ -1,0 +1,98 @@
+//! Looking back at a run of the real clock, tick by tick.
+
+use crossterm::event::KeyEvent;
+use ratelab::runtime::{ClockKind, Command, telemetry::Event};
+
+use super::{App, LabError, restart::Next};
+use crate::dashboard::{
+    model::Model,
+    past::{Executing, Past},
+    player::Player,
+    sampler::RunSource,
+};
+
+impl App {
+    /// Whether the run is at rest and was under the real clock, so that it can be executed
+    /// again tick by tick.
+    fn has_past(&self) -> bool {
+        let handed_over = |event: &Event| {
+            let command = event.applied();
+            matches!(command, Some(Command::HandOver(ClockKind::Real)))
+        };
+        let real = self.session.config().clock == ClockKind::Real;
+        let real = real || self.events.iter().any(handed_over);
+        real && self.left.is_none() && self.session.at_rest()
+    }
+
+    /// Looks back: at the run itself if it can be executed again, or else at the picture
+    /// before.
+    pub(super) fn look_back(&mut self) {
+        if self.looking_back().is_none() && self.has_past() {
+            match Executing::of(&self.session) {
+                Ok(executing) => self.past = Some(Past::Executing(executing)),
+                Err(reason) => self.notify(reason),
+            }
+        } else if !self.history.back() {
+            self.notify("this is the oldest picture kept");
+        }
+    }
+
+    /// Follows the execution, and then the player; returns whether there is something new.
+    pub(super) fn follow_past(&mut self) -> Result<bool, LabError> {
+        match self.past.take() {
+            None => Ok(false),
+            Some(Past::Executing(executing)) if !executing.is_over() => {
+                self.notify(executing.progress());
+                self.past = Some(Past::Executing(executing));
+                Ok(true)
+            }
+            Some(Past::Executing(executing)) => {
+                match executing.finish() {
+                    Ok((recording, at)) => {
+                        let player = Player::still(recording, &self.setup.system, at);
+                        let pace = (self.config.end, self.config.speed);
+                        let mut player = player.within(self.setup.clone(), pace, self.panes);
+                        player.sample()?;
+                        self.past = Some(Past::Playing(Box::new(player)));
+                    }
+                    Err(reason) => self.notify(reason),
+                }
+                Ok(true)
+            }
+            Some(Past::Playing(mut player)) => {
+                let new = player.sample();
+                self.past = Some(Past::Playing(player));
+                new
+            }
+        }
+    }
+
+    /// Sends a key to the player, if the run is played; returns whether it is.
+    pub(super) fn is_for_the_past(&mut self, key: &KeyEvent) -> Result<bool, LabError> {
+        let Some(Past::Playing(player)) = &mut self.past else {
+            return Ok(false);
+        };
+        player.key(key)?;
+        if player.wants_quit() {
+            let branch = player.take_branch();
+            self.past = None;
+            if let Some((prepared, left)) = branch {
+                self.session.stop();
+                self.next = Some(Next::Session {
+                    prepared: Box::new(prepared),
+                    by_hand: false,
+                    left: Some(left),
+                });
+            }
+        }
+        Ok(true)
+    }
+
+    /// The player, if the run is played.
+    pub(super) fn player(&self) -> Option<&Player> {
+        match &self.past {
+            Some(Past::Playing(player)) => Some(player),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Executes a run again for all of its messages and ticks.
+
+use std::{sync::Arc, thread};
+
+use ratelab::{
+    experiment::{Config, Experiment},
+    runtime::{Observer, RealClock, Rerun, Speed, TimedKnob, telemetry::Event},
+    system::System,
+};
+
+use super::{VerifyError, again, events, order};
+use crate::recording::reader::Recording;
+
+/// Messages or ticks that may wait to be kept.
+const BACKLOG: usize = 1024;
+
+/// A run that is to be executed again.
+pub struct Execution {
+    recording: Recording,
+    experiment: Experiment,
+    rerun: Option<Rerun>,
+}
+
+impl Execution {
+    /// Prepares to execute the run of `recording` again.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it cannot be executed again.
+    pub fn new(recording: Recording, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
+        super::refuse_other_system(&recording, system)?;
+        let rerun = order::rerun(&recording, &**system)?;
+        let config = again::with_tables(Config {
+            speed: Speed::Unlimited,
+            knobs: Vec::new(),
+            end: recording.until,
+            ..recording.origin.config.clone()
+        })?;
+        let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
+        let taken = again::taken(&config, turned);
+        let mut experiment = Experiment::again(system.clone(), &config, &taken)?;
+        experiment.schedule(events::commands(&recording, &**system, rerun.as_ref())?);
+        Ok(Self {
+            recording,
+            experiment,
+            rerun,
+        })
+    }
+
+    /// Reads the graph while it runs.
+    pub fn observer(&self) -> Observer {
+        self.experiment.observer()
+    }
+
+    /// Executes the run; returns its recording with every message and tick.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it is another run.
+    pub fn run(self) -> Result<Recording, VerifyError> {
+        let Self {
+            mut recording,
+            experiment,
+            mut rerun,
+        } = self;
+        let taps = experiment.taps();
+        let ticks = taps.ticks(BACKLOG);
+        let names = recording.origin.topology.topics.iter();
+        let topics: Vec<_> = names.map(|topic| taps.rows(&topic.name, BACKLOG)).collect();
+        drop(taps);
+        thread::scope(|scope| {
+            let ticks = ticks.into_iter();
+            let ticks: Vec<_> = ticks
+                .map(|tap| scope.spawn(move || tap.items().iter().collect::<Vec<_>>()))
+                .collect();
+            let topics = topics.into_iter().map(|tap| {
+                scope.spawn(move || {
+                    let tap = tap?;
+                    let mut rows = tap.rows();
+                    while tap.wait(&mut rows) {}
+                    Some(rows)
+                })
+            });
+            let topics: Vec<_> = topics.collect();
+            // A fault is in the recording already.
+            let _ = match &mut rerun {
+                Some(rerun) => experiment.run_with(rerun),
+                None => experiment.run_with(&mut RealClock::default()),
+            };
+            let ticks = ticks.into_iter().map(again::joined);
+            recording.ticks = ticks.collect();
+            let topics = topics.into_iter().map(again::joined);
+            recording.topics = topics.map(Option::unwrap_or_default).collect();
+        });
+        match rerun.as_ref().and_then(Rerun::difference) {
+            Some(diverged) => Err(VerifyError::Diverged(diverged)),
+            None => Ok(recording),
+        }
+    }
+}
