@@ -536,6 +536,12 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
     assert!(longest > 0);
 }
 
+/// A number for [`adders`], and the topic for their sums.
+fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
+    let total = Arc::new(Shared::new("total", 0));
+    (total, Topic::new("/sum", support::depth(1)))
+}
+
 /// Two nodes that add to one number and publish it.
 fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
     let mut graph = Graph::new();
@@ -570,13 +576,7 @@ fn sums(graph: &mut Graph, clock: &mut dyn Clock, topic: &Topic<u64>) -> Vec<(u6
 
 #[test]
 fn state_that_nodes_share_comes_back_in_the_same_order() {
-    let new = || {
-        (
-            Arc::new(Shared::new("total", 0)),
-            Topic::new("/sum", support::depth(1)),
-        )
-    };
-    let (total, topic) = new();
+    let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     let recorded = sums(&mut graph, &mut RealClock::default(), &topic);
     let observer = graph.observer();
@@ -586,7 +586,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
         if perturbed {
             rerun.perturb();
         }
-        let (total, topic) = new();
+        let (total, topic) = total_and_topic();
         let again = sums(&mut adders(&total, &topic), rerun, &topic);
         assert_eq!(rerun.difference(), None);
         assert_eq!(recorded, again);
@@ -595,10 +595,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
 
 #[test]
 fn a_run_that_another_thread_wrote_into_is_refused_by_name() {
-    let (total, topic) = (
-        Arc::new(Shared::new("total", 0)),
-        Topic::new("/sum", support::depth(1)),
-    );
+    let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     let observer = graph.observer();
     thread::scope(|scope| {
@@ -621,19 +618,13 @@ fn a_run_that_another_thread_wrote_into_is_refused_by_name() {
 
 #[test]
 fn a_node_that_does_something_else_is_named() {
-    let new = || {
-        (
-            Arc::new(Shared::new("total", 0)),
-            Topic::new("/sum", support::depth(1)),
-        )
-    };
-    let (total, topic) = new();
+    let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     sums(&mut graph, &mut RealClock::default(), &topic);
     let observer = graph.observer();
     let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
     let rerun = rerun.as_mut().expect("a log");
-    let (_, topic) = new();
+    let (_, topic) = total_and_topic();
     // Another name for what the nodes share is another lock.
     let mut graph = adders(&Arc::new(Shared::new("sum", 0)), &topic);
     sums(&mut graph, rerun, &topic);
@@ -669,13 +660,14 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let (mut again, watch) = (graph(input), rerun.watch());
     thread::scope(|scope| {
         scope.spawn(move || {
-            let name = loop {
-                if let Some((name, _)) = watch.doing().node {
-                    break name;
+            let node = loop {
+                if let Some(node) = watch.doing().node {
+                    break node;
                 }
                 thread::yield_now();
             };
-            assert_eq!(&*name, "waits");
+            assert_eq!(&*node.name, "waits");
+            assert!(!node.took.is_zero(), "a long tick may be long again");
             drop(sender);
         });
         rerun

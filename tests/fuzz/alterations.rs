@@ -14,13 +14,14 @@ use crate::{
     lies::{change_json, is_pace},
 };
 
-/// Columns of messages and ticks that are altered. Others are not compared:
+/// Columns of messages and ticks that are altered. Others are not compared for the virtual
+/// clock:
 ///
 /// - `took_ns` and `wall_time` are of wall time, which is not reproducible;
 /// - `control_step` and `rerun.controls.RowId` place a row in the viewer;
 /// - tables without run time, and those of other entities, are for the viewer and for
 ///   people; what they show is computed from the messages.
-const COLUMNS: [&str; 7] = [
+pub const COLUMNS: [&str; 7] = [
     "run_time",
     "seq",
     "origin_ns",
@@ -36,7 +37,7 @@ const COLUMNS: [&str; 7] = [
 const JSON: [&str; 3] = ["/__properties/origin", "/events", "/end"];
 
 /// The entity of the table in `message`, if it belongs to the recording itself.
-fn entity(message: &LogMsg) -> Option<(&str, &RecordBatch)> {
+pub fn entity(message: &LogMsg) -> Option<(&str, &RecordBatch)> {
     match message {
         LogMsg::ArrowMsg(store, table) if store.is_recording() => {
             let schema = table.batch.schema_ref();
@@ -48,7 +49,7 @@ fn entity(message: &LogMsg) -> Option<(&str, &RecordBatch)> {
 }
 
 /// Whether `message` holds messages of a topic or ticks of a node.
-fn is_series(message: &LogMsg) -> bool {
+pub fn is_series(message: &LogMsg) -> bool {
     entity(message).is_some_and(|(entity, table)| {
         let ours = entity.starts_with("/topics/") || entity.starts_with("/nodes/");
         ours && table.column_by_name("run_time").is_some()
@@ -56,7 +57,7 @@ fn is_series(message: &LogMsg) -> bool {
 }
 
 /// Whether `message` holds JSON for readers.
-fn is_json(message: &LogMsg) -> bool {
+pub fn is_json(message: &LogMsg) -> bool {
     entity(message).is_some_and(|(entity, table)| {
         JSON.contains(&entity) && table.column_by_name("json").is_some()
     })
@@ -152,7 +153,7 @@ fn remove_column(table: &mut RecordBatch, random: &mut RandomSource) -> String {
 }
 
 /// Changes one of the JSON values in the rows of `table`.
-fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
+pub fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
     let rows = (0..table.num_rows()).filter(|row| !is_pace(&json_in(table, *row)));
     let rows: Vec<_> = rows.collect();
     if entity == "/events" && rows.len() == table.num_rows() && chance(random, 25) {
@@ -164,7 +165,7 @@ fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource
 }
 
 /// The JSON value in a row of `table`.
-fn json_in(table: &RecordBatch, row: usize) -> Value {
+pub fn json_in(table: &RecordBatch, row: usize) -> Value {
     let cells = table.column_by_name("json").expect("JSON");
     let cell = cells.as_list::<i32>().value(row);
     serde_json::from_str(cell.as_string::<i32>().value(0)).expect("JSON")

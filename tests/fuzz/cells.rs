@@ -6,11 +6,11 @@ use rand::{Rng, seq::IndexedRandom};
 use rerun::external::arrow::{
     array::{
         Array, ArrayRef, AsArray, DurationNanosecondArray, Float64Array, ListArray, RecordBatch,
-        StringArray, UInt64Array, new_null_array,
+        StringArray, UInt8Array, UInt64Array, new_null_array,
     },
     buffer::OffsetBuffer,
     compute::{concat, concat_batches},
-    datatypes::{DataType, DurationNanosecondType, Float64Type, UInt64Type},
+    datatypes::{DataType, DurationNanosecondType, Float64Type, UInt8Type, UInt64Type},
 };
 
 use crate::cases::{RandomSource, chance};
@@ -25,6 +25,25 @@ pub fn change_cell(table: &mut RecordBatch, column: usize, random: &mut RandomSo
     };
     *table = with_cell(table, column, row, &cell);
     format!("row {row}: {how}")
+}
+
+/// Changes one bit in a row of a column of bytes; describes the change.
+pub fn flip_bit(table: &mut RecordBatch, column: usize, random: &mut RandomSource) -> String {
+    let row = random.random_range(0..table.num_rows());
+    let cells = table.column(column).as_list::<i32>().clone();
+    let mut bytes = cells
+        .value(row)
+        .as_primitive::<UInt8Type>()
+        .values()
+        .to_vec();
+    let (place, bit) = (
+        random.random_range(0..bytes.len()),
+        random.random_range(0..8),
+    );
+    bytes[place] ^= 1 << bit;
+    let cell = list(Arc::new(UInt8Array::from(bytes)), &cells);
+    *table = with_cell(table, column, row, &cell);
+    format!("row {row}: bit {bit} of byte {place}")
 }
 
 /// `table` with one cell replaced.

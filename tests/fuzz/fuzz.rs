@@ -10,8 +10,10 @@ mod keys;
 mod knobs;
 mod lies;
 mod program;
+mod real_clock;
 mod recordings;
 mod syntax;
+mod under_load;
 mod values;
 mod weights;
 

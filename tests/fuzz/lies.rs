@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::cases::{RandomSource, chance};
 
 /// Fields that a verification cannot check, by entity, with the reason.
-const UNKNOWABLE: [(&str, &str, &str); 9] = [
+pub const UNKNOWABLE: [(&str, &str, &str); 9] = [
     (
         "/__properties/origin",
         "/ratelab",

@@ -28,7 +28,8 @@ const FRESH: &str = "fresh.rrd";
 /// Name of an altered recording.
 const ALTERED: &str = "altered.rrd";
 
-fn decode(file: &Path) -> Vec<LogMsg> {
+/// The messages of a recording.
+pub fn decode(file: &Path) -> Vec<LogMsg> {
     let bytes = fs::read(file).expect("a recording");
     let messages = DecoderApp::decode_eager(&*bytes).expect("a recording");
     messages
@@ -37,7 +38,7 @@ fn decode(file: &Path) -> Vec<LogMsg> {
 }
 
 /// Encodes `messages` as a file. Files that rerun itself would not index get no index.
-fn encode(messages: &[LogMsg]) -> Vec<u8> {
+pub fn encode(messages: &[LogMsg]) -> Vec<u8> {
     Encoder::encode(messages.iter().map(Ok)).unwrap_or_else(|_| {
         let mut encoder = Encoder::local().expect("an encoder");
         encoder.do_not_emit_footer();

@@ -8,7 +8,7 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
-use ratelab::runtime::Time;
+use ratelab::runtime::BusyNode;
 
 use crate::{
     cli::VerifyArgs,
@@ -65,8 +65,8 @@ fn verify_one(
     let name = file.display();
     let progress = Progress::new(recording.until, asked);
     let verified = run_again(&recording, &program.system, perturb, |look| {
-        if let Some((node, at)) = &look.stuck {
-            give_up(file, node, *at);
+        if let Some(node) = &look.stuck {
+            give_up(file, node);
         }
         progress.look(look.now)
     });
@@ -81,11 +81,12 @@ fn verify_one(
 
 /// Ends the program: a node's thread that waits for something else than the run cannot be
 /// ended.
-fn give_up(file: &Path, node: &str, at: Time) -> ! {
-    let file = file.display();
+fn give_up(file: &Path, node: &BusyNode) -> ! {
+    let BusyNode { name, at, took } = node;
+    let (file, took) = (file.display(), took.as_secs_f64());
     output::error(&format!(
-        "{file}: {node} has been in its tick at {at} for 10 s: it waits for something that is \
-         no topic, and that does not come back"
+        "{file}: {name} has been in its tick at {at} for 10 s longer than the {took:.3} s of \
+         the recorded one: it waits for something that is no topic, and that does not come back"
     ));
     process::exit(1)
 }

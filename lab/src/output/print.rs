@@ -43,6 +43,9 @@ fn aside(text: &str) {
 /// Prints the path of a recording: to standard error with `--json`, where standard output
 /// contains metrics only.
 pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
+    if let Some(defect) = recorded.defect() {
+        note(&defect);
+    }
     let line = report::recorded(recorded);
     if json {
         aside(&line);

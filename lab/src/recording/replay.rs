@@ -186,18 +186,15 @@ impl Replay {
         new
     }
 
-    /// Run time at the end of the recording. A run that reaches its end time ends there,
-    /// even if a tick on the real clock began a little later.
+    /// Run time at the end of the recording; that of the run if it is over, even if a tick
+    /// on the real clock began a little later.
     fn end(&self) -> Time {
-        let planned = self.config().end;
-        match self.status() {
-            Some(RunStatus::Ended(end)) if end.sim_time == planned => planned,
-            _ => {
-                let outcome = self.recording.outcome.as_ref();
-                let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
-                end.max(self.recording.until)
-            }
+        if let Some(RunStatus::Ended(end)) = self.status() {
+            return end.sim_time;
         }
+        let outcome = self.recording.outcome.as_ref();
+        let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
+        end.max(self.recording.until)
     }
 
     /// Returns to the beginning.

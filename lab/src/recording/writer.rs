@@ -103,6 +103,18 @@ pub struct Recorded {
     pub messages: u64,
     /// Number of messages and ticks lost because the recorder was too slow.
     pub lost: u64,
+    /// What a thread outside of the graph wrote to, so that the run cannot come back.
+    pub written_from_outside: Option<Arc<str>>,
+}
+
+impl Recorded {
+    /// The reason why `verify` will refuse the recording, if there is one.
+    pub fn defect(&self) -> Option<String> {
+        let name = self.written_from_outside.as_ref()?;
+        Some(format!(
+            "a thread outside of the graph wrote to {name}: verify will refuse this recording"
+        ))
+    }
 }
 
 /// Writes batches to a file.
@@ -217,6 +229,7 @@ impl RecordingWriter {
             bytes: compact(&self.file).unwrap_or(bytes),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
+            written_from_outside: self.observer.written_from_outside(),
         })
     }
 

@@ -266,8 +266,11 @@ impl NodeAgain<'_> {
                 self.differs(entry, "it had ended before");
                 return;
             }
-            self.watch
-                .begins(self.thread, entry.at().unwrap_or_default());
+            let (at, took) = (
+                entry.at().unwrap_or_default(),
+                player.thread.took(player.done),
+            );
+            self.watch.begins(self.thread, at, took);
             expect(self.thread, operations);
             player.outcome = self.step(node, entry);
             finish_entry();

@@ -139,6 +139,11 @@ pub(super) struct Coder {
 }
 
 impl Coder {
+    /// The next turn of each known lock, if no other thread took one.
+    pub(super) fn turns(&self) -> impl Iterator<Item = (LockName, u64)> {
+        self.locks.iter().copied().zip(self.turns.iter().copied())
+    }
+
     /// Adds an entry and its operations.
     pub(super) fn put(&mut self, bytes: &mut Vec<u8>, entry: &Entry, operations: &[Operation]) {
         let locks: Vec<usize> = operations

@@ -35,7 +35,7 @@ mod watch;
 
 pub use log::{Log, LogError, LogPosition};
 pub use shared::{Shared, Turn};
-pub use watch::{Doing, Watch};
+pub use watch::{BusyNode, Doing, Watch};
 
 pub(crate) use entry::{End, Entry};
 pub(crate) use plan::Part;

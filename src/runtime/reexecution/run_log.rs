@@ -1,7 +1,10 @@
 //! The log of a run while it goes on.
 
+use std::collections::BTreeMap;
+
 use super::{
     entry::{Coder, Entry},
+    lock_name::LockName,
     log::{Log, LogPosition},
     turns::{Noter, Operation},
 };
@@ -17,13 +20,34 @@ use crate::runtime::sync::{
 pub(crate) struct RunLog {
     streams: Mutex<Vec<Arc<Stream>>>,
     size: Arc<AtomicUsize>,
+    outside: Arc<Mutex<OutsideWrites>>,
 }
 
 /// The log of one thread.
 #[derive(Debug, Default)]
 pub(crate) struct Stream {
     size: Arc<AtomicUsize>,
+    outside: Arc<Mutex<OutsideWrites>>,
     content: Mutex<StreamData>,
+}
+
+/// Writes of threads outside of the graph to what its nodes share.
+#[derive(Debug, Default)]
+struct OutsideWrites {
+    /// The next turn of each lock at the beginning of the stretch: before it anybody may
+    /// have been there.
+    firsts: BTreeMap<LockName, u64>,
+    /// The first lock that was taken from outside during a stretch.
+    taken: Option<LockName>,
+}
+
+impl OutsideWrites {
+    fn note(&mut self, operation: &Operation) {
+        let first = self.firsts.get(&operation.lock).copied().unwrap_or(0);
+        if operation.turn != first {
+            self.taken.get_or_insert(operation.lock);
+        }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -35,6 +59,14 @@ struct StreamData {
 impl RunLog {
     /// Begins a stretch with `nodes` threads; returns the log of the supervisor.
     pub(crate) fn begin(&self, nodes: usize) -> Arc<Stream> {
+        let mut firsts = BTreeMap::new();
+        for stream in &*lock(&self.streams) {
+            for (name, next) in lock(&stream.content).coder.turns() {
+                let first = firsts.entry(name).or_insert(next);
+                *first = next.max(*first);
+            }
+        }
+        lock(&self.outside).firsts = firsts;
         for thread in 0..=nodes {
             self.stream(thread).note_alone(Entry::Begin);
         }
@@ -47,10 +79,17 @@ impl RunLog {
         while streams.len() <= thread {
             streams.push(Arc::new(Stream {
                 size: self.size.clone(),
+                outside: self.outside.clone(),
                 content: Mutex::default(),
             }));
         }
         streams[thread].clone()
+    }
+
+    /// The name of the first shared value that a thread outside of the graph wrote to
+    /// while the graph was under the real clock.
+    pub(crate) fn written_from_outside(&self) -> Option<Arc<str>> {
+        lock(&self.outside).taken.map(LockName::text)
     }
 
     /// The bytes after `position`, each piece with the number of its thread; moves the
@@ -83,6 +122,9 @@ impl Stream {
     fn add(&self, entry: &Entry, operations: &[Operation]) {
         if self.size.load(Ordering::Relaxed) > Log::MOST {
             return;
+        }
+        for operation in operations.iter().filter(|operation| operation.outside) {
+            lock(&self.outside).note(operation);
         }
         let mut content = lock(&self.content);
         let StreamData { coder, bytes } = &mut *content;

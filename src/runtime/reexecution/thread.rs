@@ -1,5 +1,7 @@
 //! What a thread did in a stretch.
 
+use std::time::Duration;
+
 use super::{entry::Entry, turns::Operation};
 use crate::runtime::time::Time;
 
@@ -28,6 +30,25 @@ impl Thread {
         let entries = &self.entries[..=index.min(self.len().saturating_sub(1))];
         let mut known = entries.iter().rev().filter_map(|(entry, _)| entry.at());
         known.next().unwrap_or_default()
+    }
+
+    /// Duration of the tick that entry number `index` begins; zero for any other entry.
+    pub(crate) fn took(&self, index: usize) -> Duration {
+        match self.entries.get(index) {
+            Some((Entry::Tick { took, .. }, _)) => *took,
+            Some((Entry::Start { began }, _)) => {
+                let ends = self.entries[index..]
+                    .iter()
+                    .filter_map(|(entry, _)| match entry {
+                        Entry::Finish { ended, .. } => Some(*ended),
+                        _ => None,
+                    });
+                ends.map(|ended| ended.since(*began))
+                    .next()
+                    .unwrap_or_default()
+            }
+            _ => Duration::ZERO,
+        }
     }
 
     /// Adds an entry with its operations.

@@ -35,6 +35,8 @@ struct Seen {
     name: Arc<str>,
     /// Run time of the entry that it is in, plus one; zero between entries.
     in_entry: AtomicU64,
+    /// How long that entry took when it was recorded (ns).
+    took: AtomicU64,
     /// Whether it waits for its turn.
     waits: AtomicBool,
 }
@@ -44,9 +46,19 @@ struct Seen {
 pub struct Doing {
     /// Number of ticks and commands that are over.
     pub finished: u64,
-    /// The node that all others wait for, if one is in a tick, with the run time at which
-    /// the tick began.
-    pub node: Option<(Arc<str>, Time)>,
+    /// The node that all others wait for, if one is in a tick.
+    pub node: Option<BusyNode>,
+}
+
+/// A node in a tick.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusyNode {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Run time at which the tick began.
+    pub at: Time,
+    /// How long the tick took in the recorded run.
+    pub took: Duration,
 }
 
 impl Watch {
@@ -55,6 +67,7 @@ impl Watch {
         let threads = names.into_iter().map(|name| Seen {
             name,
             in_entry: AtomicU64::new(0),
+            took: AtomicU64::new(0),
             waits: AtomicBool::new(false),
         });
         Self {
@@ -74,9 +87,13 @@ impl Watch {
     /// What the run does now.
     pub fn doing(&self) -> Doing {
         let node = self.threads.iter().find_map(|seen| {
-            let at = seen.in_entry.load(Ordering::Relaxed).checked_sub(1)?;
+            let at = seen.in_entry.load(Ordering::Acquire).checked_sub(1)?;
             let waits = seen.waits.load(Ordering::Relaxed);
-            (!waits).then(|| (seen.name.clone(), Time::from_nanos(at)))
+            (!waits).then(|| BusyNode {
+                name: seen.name.clone(),
+                at: Time::from_nanos(at),
+                took: Duration::from_nanos(seen.took.load(Ordering::Relaxed)),
+            })
         });
         Doing {
             finished: self.finished.load(Ordering::Relaxed),
@@ -115,11 +132,14 @@ impl Watch {
         self.threads.get(thread).map_or("?", |seen| &*seen.name)
     }
 
-    /// Notes that a thread began an entry at run time `at`.
-    pub(crate) fn begins(&self, thread: usize, at: Time) {
+    /// Notes that a thread began an entry at run time `at`, which `took` so long in the
+    /// recorded run.
+    pub(crate) fn begins(&self, thread: usize, at: Time, took: Duration) {
         if let Some(seen) = self.threads.get(thread) {
+            let took = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+            seen.took.store(took, Ordering::Relaxed);
             let at = at.as_nanos().saturating_add(1);
-            seen.in_entry.store(at, Ordering::Relaxed);
+            seen.in_entry.store(at, Ordering::Release);
         }
     }
 

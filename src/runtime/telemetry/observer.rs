@@ -337,6 +337,13 @@ impl Observer {
         self.state.threads.since(position)
     }
 
+    /// The name of a topic or a [`Shared`](crate::runtime::Shared) value that a thread
+    /// outside of the graph wrote to while the graph was under the real clock: such a run
+    /// cannot come back.
+    pub fn written_from_outside(&self) -> Option<std::sync::Arc<str>> {
+        self.state.threads.written_from_outside()
+    }
+
     /// The log of the run so far, as far as it was under the real clock.
     pub fn log(&self) -> Log {
         self.state

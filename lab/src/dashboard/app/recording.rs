@@ -51,7 +51,9 @@ impl App {
     fn note_recorded(&mut self, recorder: Recorder) {
         match recorder.finish() {
             Ok(recorded) => {
-                self.notify(format!("recorded {}", recorded.path.display()));
+                let defect = recorded.defect().map(|defect| format!(": {defect}"));
+                let path = recorded.path.display();
+                self.notify(format!("recorded {path}{}", defect.unwrap_or_default()));
                 self.recorded.push(recorded);
             }
             Err(error) => {

@@ -116,7 +116,7 @@ fn stacked(frame: &FrameData, latency: &LatencyData, theme: &Theme, inner: Rect,
     used += reaction(frame, theme, rows(inner, used, usize::MAX), buf);
     let spare = height.saturating_sub(used + blank + table);
     let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
-    if used + bars <= height {
+    if used + bars + table <= height {
         histogram::render(latency, theme, rows(inner, used, bars), buf);
         used += bars;
     }
@@ -267,11 +267,13 @@ fn latency_figures(latency: &LatencyData, theme: &Theme, area: Rect, buf: &mut B
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use ratatui::buffer::Buffer;
 
     use super::{count, rate, render};
     use crate::dashboard::{
-        frame::FrameData,
+        frame::{FrameData, PushData, PushSentence},
         view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
@@ -333,6 +335,22 @@ mod tests {
         │           p99  40.5 ms         │
         └────────────────────────────────┘
         ");
+    }
+
+    #[test]
+    fn all_figures_fit_the_pane_of_a_screen_of_80x24() {
+        let mut frame = sample::balanced();
+        frame.age = Some(sample::age(10, 20));
+        frame.push = Some(PushData {
+            sentence: PushSentence(Vec::new()),
+            reaction: Some(Duration::from_millis(20)),
+            mean: Vec::new(),
+        });
+        let screen = text(&pane(&frame, 80, 12, &RICH));
+        assert!(
+            screen.contains("lately") && screen.contains("actuator"),
+            "{screen}"
+        );
     }
 
     #[test]

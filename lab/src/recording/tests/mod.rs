@@ -4,6 +4,7 @@
 mod altered;
 mod damage;
 mod lanes;
+mod leaks;
 mod legacy;
 mod lies;
 mod live;

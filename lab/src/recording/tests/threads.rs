@@ -157,3 +157,25 @@ fn a_recording_of_the_real_clock_without_its_order_is_refused_with_that_reason()
     let error = verify(&old).expect_err("no order").to_string();
     assert!(error.contains("recorded it without that order"), "{error}");
 }
+
+#[test]
+fn what_came_too_fast_for_the_recorder_may_be_missing_and_nothing_else() {
+    let folder = folder();
+    let original = recorded(
+        &real("control-hz 100", 0.3),
+        &folder.path().join("real.rrd"),
+    );
+    let mut lost = original.clone();
+    let outcome = lost.outcome.as_mut().expect("an end");
+    outcome.lost = 2;
+    lost.ticks[0].remove(3);
+    lost.ticks[1].remove(5);
+    verify(&lost).expect("the rest is identical");
+    let mut more = lost.clone();
+    more.ticks[2].remove(4);
+    let error = verify(&more).expect_err("one more is missing").to_string();
+    assert!(error.contains("differs"), "{error}");
+    lost.ticks = original.ticks;
+    let error = verify(&lost).expect_err("none is missing").to_string();
+    assert!(error.contains("what came too fast"), "{error}");
+}

@@ -11,7 +11,7 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
-    runtime::{Doing, Observer, Rerun, Speed, Time, TimedKnob, Watch, telemetry::Event},
+    runtime::{BusyNode, Doing, Observer, Rerun, Speed, Time, TimedKnob, Watch, telemetry::Event},
     system::{BuildError, System},
 };
 
@@ -43,7 +43,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// Messages or ticks that may wait to be compared.
 const BACKLOG: usize = 1024;
 
-/// Wall time that a node may be in one tick, unless it was longer when it was recorded.
+/// Wall time that a node may be in one tick beyond its recorded duration.
 const LONGEST_TICK: Duration = Duration::from_secs(10);
 
 /// What a watcher sees of a run.
@@ -51,9 +51,8 @@ const LONGEST_TICK: Duration = Duration::from_secs(10);
 pub struct VerifyStatus {
     /// Run time.
     pub now: Time,
-    /// The node that the run waits for in vain, and the run time of its tick: it cannot be
-    /// stopped.
-    pub stuck: Option<(Arc<str>, Time)>,
+    /// The node that the run waits for in vain: it cannot be stopped.
+    pub stuck: Option<BusyNode>,
 }
 
 /// The result of a run.
@@ -184,7 +183,7 @@ impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
         let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
         let stuck = doing.and_then(|doing| match &self.last {
             Some((last, since)) if *last == doing => {
-                doing.node.filter(|_| since.elapsed() > LONGEST_TICK)
+                doing.node.filter(|node| is_stuck(node, since.elapsed()))
             }
             _ => {
                 self.last = Some((doing, Instant::now()));
@@ -194,6 +193,11 @@ impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
         let now = self.observer.now();
         (self.watch)(&VerifyStatus { now, stuck })
     }
+}
+
+/// Whether a tick of `node` has gone on for so long that it waits in vain.
+fn is_stuck(node: &BusyNode, busy: Duration) -> bool {
+    busy > node.took.saturating_add(LONGEST_TICK)
 }
 
 /// The run of `recording`, ready to be executed again. Missing files are errors before the
@@ -289,5 +293,21 @@ pub fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Conf
             None => recording.until.min(last.max(event)),
         },
         ..given.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tick_that_was_long_when_it_was_recorded_is_not_stuck() {
+        let node = BusyNode {
+            name: "policy".into(),
+            at: Time::ZERO,
+            took: Duration::from_secs(12),
+        };
+        assert!(!is_stuck(&node, Duration::from_secs(13)));
+        assert!(is_stuck(&node, Duration::from_secs(23)));
     }
 }

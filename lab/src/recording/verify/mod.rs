@@ -28,6 +28,10 @@ use self::{
 };
 use super::{reader::Recording, schema::Origin};
 
+/// Why a run of the real clock does not come back, most likely.
+const LIKELY: &str =
+    "its nodes share something that is no topic, read a clock, or a file was changed";
+
 /// Why a recording cannot be run again, or is not what comes of it.
 #[derive(Debug, Error)]
 pub enum VerifyError {
@@ -62,10 +66,7 @@ pub enum VerifyError {
     #[error("the log of its threads is damaged: {0}")]
     Log(&'static str),
     /// Executed in the recorded order, the nodes did something else.
-    #[error(
-        "differs: {0}: its nodes share something that is no topic, read a clock, or a file \
-         was changed"
-    )]
+    #[error("differs: {0}: {LIKELY}")]
     Diverged(String),
     /// There is nothing in it.
     #[error("there is nothing in it to verify: no {0} was recorded")]
@@ -151,6 +152,7 @@ pub fn verify(
     refuse_other_system(recording, system)?;
     refuse_nothing(recording, &**system)?;
     let mut rerun = order::rerun(recording, &**system)?;
+    let likely = rerun.as_ref().map(|_| format!("likely: {LIKELY}"));
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
@@ -163,7 +165,9 @@ pub fn verify(
     match (differences.into_iter().next(), diverged) {
         (Some(difference), diverged) => Err(VerifyError::Differs {
             difference: Box::new(difference),
-            why: diverged.map_or_else(String::new, |diverged| format!(" ({diverged})")),
+            why: diverged
+                .or(likely)
+                .map_or_else(String::new, |why| format!(" ({why})")),
             made: made_elsewhere(recording, system),
         }),
         (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),

@@ -1,0 +1,176 @@
+//! What reaches the nodes of a run under the real clock beside their topics, so that it
+//! cannot come back: it is named.
+
+use std::{
+    fs,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+    time::Instant,
+};
+
+use ratelab::{
+    experiment::{Config, Experiment},
+    runtime::{ClockKind, Fields, GO_ON, Shared, Speed, Time},
+    system::{BuildError, Builder, System},
+};
+
+use super::{folder, read, verify_with};
+use crate::recording::{Recorded, Recorder, Source, StopReason};
+
+/// A number.
+#[derive(Clone, Copy)]
+struct Number(f64);
+
+impl Fields for Number {
+    const FIELDS: &'static [&'static str] = &["number"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.push(self.0);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        row.first().copied().map(Self)
+    }
+}
+
+/// A node that publishes a number, and another one that adds to what the number is made of.
+struct Leaky(Leak);
+
+/// Where the number comes from.
+#[derive(Clone)]
+enum Leak {
+    /// A value that counts its turns: no leak.
+    Shared(Arc<Shared<u64>>),
+    /// A value that outlives the run.
+    Global(Arc<AtomicU64>),
+    /// The wall.
+    Wall(Instant),
+    /// A file.
+    File(PathBuf),
+}
+
+impl Leak {
+    fn read(&self) -> f64 {
+        match self {
+            Self::Shared(shared) => *shared.lock() as f64,
+            Self::Global(global) => global.load(Ordering::Relaxed) as f64,
+            Self::Wall(begin) => begin.elapsed().as_nanos() as f64,
+            Self::File(file) => fs::read(file).map_or(0.0, |bytes| bytes.len() as f64),
+        }
+    }
+
+    fn add(&self) {
+        match self {
+            Self::Shared(shared) => *shared.lock() += 1,
+            Self::Global(global) => drop(global.fetch_add(1, Ordering::Relaxed)),
+            Self::Wall(_) | Self::File(_) => {}
+        }
+    }
+}
+
+impl System for Leaky {
+    fn name(&self) -> &'static str {
+        "leaky"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let number = builder.topic::<Number>("/number");
+        let (source, sink) = (self.0.clone(), self.0.clone());
+        builder.node("reads", 200.0, 0, move |wiring| {
+            let (number, source) = (wiring.publisher(&number), source.clone());
+            move |now| {
+                number.publish(Number(source.read()), now, None);
+                GO_ON
+            }
+        })?;
+        builder.node("adds", 200.0, 1, move |_| {
+            let sink = sink.clone();
+            move |_| {
+                sink.add();
+                GO_ON
+            }
+        })
+    }
+}
+
+/// Records a run of `system`; `meanwhile` sees it tick.
+fn record(system: &Arc<dyn System>, path: &std::path::Path, meanwhile: impl FnOnce()) -> Recorded {
+    let config = Config {
+        clock: ClockKind::Real,
+        speed: Speed::REAL_TIME,
+        end: Time::from_nanos(100_000_000),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(system.clone(), &config).expect("experiment");
+    let recorder = Recorder::from_the_start(path, &Source::of(&experiment)).expect("a recorder");
+    let observer = experiment.observer();
+    let run = thread::spawn(move || experiment.run());
+    while observer.now() < Time::from_nanos(50_000_000) {
+        thread::yield_now();
+    }
+    meanwhile();
+    recorder.end(StopReason::of(&run.join().expect("no panic")));
+    recorder.finish().expect("recorded")
+}
+
+#[test]
+fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
+    let folder = folder();
+    let path = folder.path().join("run.rrd");
+    let shared = Arc::new(Shared::new("the number", 0));
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let recorded = record(&system, &path, || *shared.lock() += 100);
+    let defect = recorded.defect().expect("it cannot come back");
+    assert!(defect.contains("wrote to the number"), "{defect}");
+    let error = verify_with(&read(&path), &system).expect_err("not to be had");
+    assert!(
+        error.to_string().contains("the number was written to"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
+    let folder = folder();
+    let path = folder.path().join("run.rrd");
+    let shared = Arc::new(Shared::new("the number", 0));
+    // Before the run anybody may write.
+    *shared.lock() = 0;
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let looks = shared.clone();
+    let recorded = record(&system, &path, move || drop(looks.aside()));
+    assert_eq!(recorded.defect(), None);
+    // Another run has another value, which counts from its first turn.
+    let again = Arc::new(Shared::new("the number", 0));
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(again)));
+    verify_with(&read(&path), &system).expect("identical");
+}
+
+#[test]
+fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons() {
+    let folder = folder();
+    let file = folder.path().join("number.txt");
+    let leaks = [
+        Leak::Global(Arc::default()),
+        Leak::Wall(Instant::now()),
+        Leak::File(file.clone()),
+    ];
+    for (number, leak) in leaks.into_iter().enumerate() {
+        let path = folder.path().join(format!("{number}.rrd"));
+        let system: Arc<dyn System> = Arc::new(Leaky(leak));
+        fs::write(&file, "1").expect("written");
+        assert_eq!(record(&system, &path, || {}).defect(), None);
+        fs::write(&file, "another").expect("written");
+        let error = verify_with(&read(&path), &system).expect_err("another run");
+        let text = error.to_string();
+        assert!(text.contains("/number message 0, "), "{text}");
+        assert!(
+            text.contains("no topic, read a clock, or a file was changed"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,228 @@
+//! Altered recordings of the real clock: a value, a time, a turn of a thread, a field or a
+//! bit of the file. A verification accepts none of them.
+//!
+//! An alteration counts if it changes what a verification compares. This is decided by the
+//! structure of the file, without a verification: see [`compared`].
+
+use std::{fs, path::Path, sync::Arc};
+
+use rand::{Rng, seq::IndexedRandom};
+use rerun::{
+    external::{
+        arrow::{
+            array::{ArrayRef, AsArray, RecordBatch, StringArray, UInt64Array},
+            datatypes::Float64Type,
+        },
+        re_log_encoding::DecoderApp,
+    },
+    log::LogMsg,
+};
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::{
+    alterations::{COLUMNS, change_texts, entity, is_json, is_series, json_in},
+    cases::{RandomSource, run},
+    cells::{change_cell, flip_bit},
+    lies::UNKNOWABLE,
+    program::ratelab,
+    recordings::{decode, encode},
+};
+
+/// The command lines of fresh recordings, with timed knobs in [`KNOBS`] and `~` for a blank
+/// within an argument.
+const RUNS: [&str; 2] = [
+    "run --duration-s 0.6 --control-hz 80 --knobs run.knobs --record",
+    "run --duration-s 0.6 --world own --takes policy=12..30 --queue-depth 3 \
+     --knob link~/obs~delay:4..9,loss:0.2 --knobs run.knobs --record",
+];
+
+const KNOBS: &str = "0.15 control-hz 55\n0.3 queue-depth 2\n0.4 policy lqr\n";
+
+/// Columns that a verification compares in addition to [`COLUMNS`], for the real clock.
+const OF_REAL_TIME: [&str; 5] = [
+    "took_ns",
+    "pushed_ns",
+    "sensed_ns",
+    "stamp_ns",
+    "arrives_ns",
+];
+
+/// The log of the threads, and its columns.
+const THREADS: &str = "/threads";
+const OF_THREADS: [&str; 4] = ["piece", "thread", "bytes", "digest"];
+
+/// Fields that are not compared for the real clock: the wall decides when a timed knob is
+/// turned, and a depth that no queue reaches has no effect.
+const INPUTS: [(&str, &str); 2] = [
+    ("/__properties/origin", "/config/knobs"),
+    ("/events", "/what/Applied/command/SetDepth/depth"),
+];
+
+/// Size of the headers of a file and of each message in it.
+const FILE_HEADER: usize = 12;
+const HEADER: usize = 16;
+
+fn is_threads(message: &LogMsg) -> bool {
+    entity(message).is_some_and(|(entity, _)| entity == THREADS)
+}
+
+/// What a verification compares in a file, by entity and column.
+fn compared(messages: &[LogMsg]) -> Vec<(String, String, ArrayRef)> {
+    let mut all = Vec::new();
+    for message in messages {
+        let Some((entity, table)) = entity(message) else {
+            continue;
+        };
+        let columns = match (is_series(message), is_json(message), is_threads(message)) {
+            (true, ..) => [&COLUMNS[..], &OF_REAL_TIME].concat(),
+            (_, true, _) => vec!["json"],
+            (.., true) => OF_THREADS.to_vec(),
+            _ => continue,
+        };
+        for column in columns {
+            let Some(cells) = table.column_by_name(column) else {
+                continue;
+            };
+            let content = match column {
+                "json" => claims(entity, table),
+                "Scalars:scalars" if entity.starts_with("/nodes/") => lateness(cells),
+                _ => cells.clone(),
+            };
+            all.push((entity.to_owned(), column.to_owned(), content));
+        }
+    }
+    all
+}
+
+/// The lateness of ticks to the nanosecond, as it is read.
+fn lateness(cells: &ArrayRef) -> ArrayRef {
+    let micros = cells.as_list::<i32>().values().clone();
+    let nanos = micros.as_primitive::<Float64Type>().iter();
+    let nanos = nanos.map(|micros| micros.map(|micros| (micros * 1e3).round().to_bits()));
+    Arc::new(UInt64Array::from_iter(nanos))
+}
+
+/// The JSON in the rows of a table without the fields that cannot be checked.
+fn claims(entity: &str, table: &RecordBatch) -> ArrayRef {
+    let texts = (0..table.num_rows()).map(|row| {
+        let mut value = json_in(table, row);
+        let unknown = UNKNOWABLE.iter().map(|(of, field, _)| (*of, *field));
+        for (_, field) in unknown.chain(INPUTS).filter(|(of, _)| *of == entity) {
+            if let Some(place) = value.pointer_mut(field) {
+                *place = Value::Null;
+            }
+        }
+        value.to_string()
+    });
+    Arc::new(StringArray::from_iter_values(texts))
+}
+
+/// Changes one cell, one field or one bit of the log of the threads; describes the change.
+fn alter(messages: &mut [LogMsg], random: &mut RandomSource) -> String {
+    let wanted = *[is_series, is_series, is_threads, is_json]
+        .choose(random)
+        .expect("one");
+    let places = (0..messages.len()).filter(|at| wanted(&messages[*at]));
+    let at = *places.collect::<Vec<_>>().choose(random).expect("a table");
+    let (name, table) = entity(&messages[at]).expect("a table");
+    let (name, mut table) = (name.to_owned(), table.clone());
+    let how = if is_json(&messages[at]) {
+        change_texts(&name, &mut table, random)
+    } else {
+        let columns = [&COLUMNS[..], &OF_REAL_TIME, &OF_THREADS].concat();
+        let columns = columns.into_iter().filter(|column| {
+            let threads = OF_THREADS.contains(column);
+            threads == is_threads(&messages[at]) && table.column_by_name(column).is_some()
+        });
+        let column = *columns
+            .collect::<Vec<_>>()
+            .choose(random)
+            .expect("a column");
+        let index = table.schema().index_of(column).expect("a column");
+        let how = match column {
+            "bytes" => flip_bit(&mut table, index, random),
+            _ => change_cell(&mut table, index, random),
+        };
+        format!("{column}, {how}")
+    };
+    if let LogMsg::ArrowMsg(_, message) = &mut messages[at] {
+        message.batch = table;
+    }
+    format!("{name}: {how}")
+}
+
+/// Changes one bit of a message with compared content in the file `bytes`.
+fn damage(bytes: &mut [u8], messages: &[LogMsg], random: &mut RandomSource) -> String {
+    let mut ranges = Vec::new();
+    let mut at = FILE_HEADER;
+    for message in messages {
+        let length = bytes[at + 8..at + HEADER].try_into().expect("eight bytes");
+        let content = at + HEADER..at + HEADER + u64::from_le_bytes(length) as usize;
+        at = content.end;
+        if is_series(message) || is_json(message) || is_threads(message) {
+            ranges.push(content);
+        }
+    }
+    let range = ranges.choose(random).expect("a message").clone();
+    let (place, bit) = (random.random_range(range), random.random_range(0..8));
+    bytes[place] ^= 1 << bit;
+    format!("bit {bit} of byte {place}")
+}
+
+/// The messages of a file; `None` if one is unreadable.
+fn readable(bytes: &[u8]) -> Option<Vec<LogMsg>> {
+    let messages = DecoderApp::decode_eager(bytes).ok()?;
+    messages.collect::<Result<_, _>>().ok()
+}
+
+/// A file with another content than `original`, and the description of the change.
+fn altered(original: &[LogMsg], random: &mut RandomSource) -> (Vec<u8>, String) {
+    let content = compared(original);
+    loop {
+        let (bytes, how) = if random.random_ratio(1, 4) {
+            let mut bytes = encode(original);
+            let how = damage(&mut bytes, original, random);
+            (bytes, how)
+        } else {
+            let mut messages = original.to_vec();
+            let how = alter(&mut messages, random);
+            (encode(&messages), how)
+        };
+        let same = readable(&bytes).is_some_and(|messages| compared(&messages) == content);
+        if !same {
+            return (bytes, how);
+        }
+    }
+}
+
+fn record(folder: &Path, number: usize) -> Vec<LogMsg> {
+    fs::write(folder.join("run.knobs"), KNOBS).expect("written");
+    let file = format!("{number}.rrd");
+    let args = RUNS[number].split_ascii_whitespace();
+    let args: Vec<_> = args.map(|arg| arg.replace('~', " ")).collect();
+    let args = [args, vec![file.clone()]].concat();
+    let output = ratelab(&args, folder, folder);
+    assert!(output.status.success(), "{output:?}");
+    decode(&folder.join(file))
+}
+
+#[test]
+fn real_clock() {
+    let folder = tempdir().expect("a folder");
+    let originals = [0, 1].map(|number| record(folder.path(), number));
+    let file = folder.path().join("altered.rrd");
+    let verify = || ratelab(&["verify", "altered.rrd"], folder.path(), folder.path());
+    for original in &originals {
+        fs::write(&file, encode(original)).expect("written");
+        let output = verify();
+        assert!(output.status.success(), "encoded again: {output:?}");
+    }
+    run("real_clock", 40, |random, note| {
+        let original = originals.choose(random).expect("one");
+        let (bytes, how) = altered(original, random);
+        *note = how;
+        fs::write(&file, bytes).expect("written");
+        assert!(!verify().status.success(), "verify accepts it");
+    });
+}

@@ -1,0 +1,127 @@
+//! Runs of the real clock with any configuration, while all cores are busy: each is recorded,
+//! and comes again to the bit.
+
+use std::{
+    fs,
+    hint::black_box,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+};
+
+use rand::Rng;
+use tempfile::tempdir;
+
+use crate::{
+    cases::{RandomSource, chance, pick, run},
+    program::ratelab,
+};
+
+/// Rates of nodes (Hz).
+const RATES: [&str; 8] = ["5", "20", "33.3", "50", "50", "100", "333", "1000"];
+
+/// Options that a run may have.
+const OPTIONS: [&[&str]; 12] = [
+    &["--world", "own"],
+    &["--takes", "policy=3"],
+    &["--takes", "policy=30..60"],
+    &["--takes", "policy=busy 4", "--takes", "sensor=1"],
+    &["--think-ms", "120"],
+    &["--offset", "policy=7"],
+    &["--queue-depth", "10"],
+    &["--knob", "read /obs oldest"],
+    &["--knob", "link /obs delay:5..25,loss:0.1"],
+    &["--knob", "link /action delay:lognormal:4,9"],
+    &["--knob", "clock sensor 3 1000"],
+    &["--on-stale", "zero:60"],
+];
+
+/// Knobs that may be turned while it runs.
+const KNOBS: [&str; 10] = [
+    "control-hz 12.5",
+    "control-hz 200",
+    "sensor-hz 8",
+    "queue-depth 7",
+    "policy random",
+    "policy lqr",
+    "takes policy 15",
+    "crash policy",
+    "restart policy",
+    "hang policy 45",
+];
+
+/// Threads that keep cores busy while this lives.
+struct Load(Arc<AtomicBool>);
+
+impl Load {
+    fn new(threads: usize) -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        for _ in 0..threads {
+            let over = over.clone();
+            thread::spawn(move || {
+                while !over.load(Ordering::Relaxed) {
+                    black_box((0..1_000).fold(0_u64, |sum, n| sum ^ black_box(n)));
+                }
+            });
+        }
+        Self(over)
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The arguments of a run that is recorded to `run.rrd`.
+fn arguments(random: &mut RandomSource) -> Vec<String> {
+    let seconds = random.random_range(0.2..1.2_f64).to_string();
+    let seed = random.random_range(0..1_000).to_string();
+    let mut args = vec!["run", "--clock", "real", "--record", "run.rrd"];
+    args.extend(["--knobs", "run.knobs", "--duration-s", &seconds]);
+    args.extend(["--seed", &seed, "--policy"]);
+    args.push(pick(random, &["scripted", "lqr", "random", "zero"]));
+    for rate in ["--control-hz", "--sensor-hz"] {
+        args.extend([rate, pick(random, &RATES)]);
+    }
+    for option in OPTIONS {
+        if chance(random, 15) {
+            args.extend(option);
+        }
+    }
+    args.into_iter().map(str::to_owned).collect()
+}
+
+/// Lines of timed knobs.
+fn knobs(random: &mut RandomSource) -> String {
+    let count = random.random_range(0..6);
+    let lines = (0..count).map(|_| {
+        let at = random.random_range(0.0..0.8_f64);
+        format!("{at:.3} {}\n", pick(random, &KNOBS))
+    });
+    lines.collect()
+}
+
+#[test]
+fn under_load() {
+    let cores = thread::available_parallelism().map_or(2, usize::from);
+    let _load = Load::new(2 * cores);
+    run("under_load", 6, |random, note| {
+        let folder = tempdir().expect("a folder");
+        let (args, knobs) = (arguments(random), knobs(random));
+        *note = format!("{} with {knobs:?}", args.join(" "));
+        fs::write(folder.path().join("run.knobs"), knobs).expect("written");
+        let output = ratelab(&args, folder.path(), folder.path());
+        assert!(output.status.success(), "{output:?}");
+        for verify in [
+            &["verify", "run.rrd"][..],
+            &["verify", "--perturb", "run.rrd"],
+        ] {
+            let output = ratelab(verify, folder.path(), folder.path());
+            assert!(output.status.success(), "{verify:?}: {output:?}");
+        }
+    });
+}
