@@ -141,7 +141,7 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     let plant = ["plant", "--listen", &address, "--duration-s", "4"];
     let mut plant = Part::start(&plant);
     let mut lab = Lab::open(&["lab", "--attach", &address, "--record", &seen], 24, 80);
-    lab.wait_for("waiting for");
+    lab.wait_for("no state yet");
     let policy = ["policy", "--connect", &address, "--record", &own];
     let policy = Part::start(&policy);
     plant.wait_for("the run begins");
