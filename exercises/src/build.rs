@@ -79,8 +79,9 @@ impl Exercise for Build {
                       was passed over could have been read, and is no drop. So the two messages \
                       in the queue at the reading leave it uncounted, and only then do drops go \
                       on. Now write it: exercises/build/src/topic.rs, then rate.rs and node.rs; \
-                      cargo test -p build-it is the judge, and cargo run -p build-it -- 5 prints \
-                      a run on your own runtime."
+                      cargo test -p build-it is the judge, and then cargo run -p build-it \
+                      --features lab -- 5 plays a run on your own runtime in the lab, and compares \
+                      it with the lab's own."
                 .to_owned(),
             measurements: measurements.collect(),
         })

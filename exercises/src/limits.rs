@@ -188,12 +188,12 @@ fn clipped_s(run: &Recorded, slowed: Time) -> Option<f64> {
 fn table(trials: &[Trial]) -> Table {
     let mut table = Table::new([
         "control",
-        "growth, predicted",
-        "growth, measured",
-        "first clips after",
-        "up after 10 s",
-        "up after 60 s",
-        "swing at the end",
+        "growth in theory",
+        "measured",
+        "clips after",
+        "up 10 s",
+        "up 60 s",
+        "swing",
     ]);
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     for trial in trials {

@@ -2,10 +2,24 @@
 
 use std::{collections::HashSet, process, sync::mpsc, thread, time::Duration};
 
-use exercises::{ALL, framework::Check, parts, questions};
+use exercises::{
+    ALL,
+    framework::{Check, Table},
+    parts, questions,
+};
 
 /// Many times the usual duration of an exercise: after it the exercise counts as blocked.
 const FOR_EVER: Duration = Duration::from_secs(600);
+
+/// Columns of a page of text in the lab, on a terminal of 80.
+const PAGE: usize = 76;
+
+/// The lines of `table` that would be broken on such a page.
+fn broken_lines(table: &Table) -> Vec<String> {
+    let text = table.to_string();
+    let wide = text.lines().filter(|line| line.chars().count() > PAGE);
+    wide.map(str::to_owned).collect()
+}
 
 /// Checks all questions of an exercise. A blocked runtime would keep the test from ending,
 /// so this ends the whole process.
@@ -13,13 +27,15 @@ fn check(number: u32, promised: usize) {
     let first = exercises::find(number).expect("an exercise");
     let mut claims = Vec::new();
     for exercise in parts(first) {
-        let (sender, checks) = mpsc::channel();
-        thread::spawn(move || sender.send(exercise.check()));
-        let checks = checks.recv_timeout(FOR_EVER).unwrap_or_else(|error| {
+        let (sender, findings) = mpsc::channel();
+        thread::spawn(move || sender.send(exercise.run()));
+        let findings = findings.recv_timeout(FOR_EVER).unwrap_or_else(|error| {
             eprintln!("exercise {number} does not end, or panicked: {error}");
             process::exit(1);
         });
-        claims.extend(checks.expect("measured"));
+        let findings = findings.expect("measured");
+        assert_eq!(broken_lines(&findings.table), Vec::<String>::new());
+        claims.extend(findings.checks(exercise.brief()).expect("bands"));
     }
     assert!(claims.len() >= promised, "only {} claims", claims.len());
     let broken: Vec<&Check> = claims.iter().filter(|check| !check.holds()).collect();

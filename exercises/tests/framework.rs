@@ -69,7 +69,7 @@ fn a_prediction_is_a_number_and_a_reason_in_any_words() {
 #[test]
 fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
     let none = "no prediction yet: expected a number in Hz and a reason, as in N because …";
-    let bare = "8 Hz is a number without a reason: add one, as in 8 Hz because …";
+    let bare = "8 Hz is without a reason: add one, as in 8 Hz because …";
     for (text, said) in [
         ("", none),
         ("  ", none),
@@ -408,7 +408,8 @@ fn a_choice_is_named_in_words_and_needs_a_reason_too() {
         let reason = reason.to_owned();
         assert_eq!((read.number(), read.reason().to_owned()), (number, reason));
     }
-    let asked = "expected one of policy slow, policy, /obs loses and a reason, as in N because …";
+    let asked =
+        "expected one of policy slow, policy, /obs loses and a reason, as in policy slow because …";
     for text in [
         "1 because so",
         "policyslow because so",

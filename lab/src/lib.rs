@@ -50,6 +50,7 @@ mod names;
 #[cfg(feature = "network")]
 mod network;
 mod options;
+mod other_runtime;
 mod output;
 mod predictions;
 mod printable;
@@ -73,6 +74,7 @@ use ratelab::{cartpole::CartPole, system::System};
 
 use error::Error;
 use program::Program;
+pub use recording::OtherRun;
 
 /// Runs the whole command for `system`, with the program's arguments: the lab, `run`,
 /// `sweep`, `replay`, `info`, `verify`, and the commands for help.
@@ -95,9 +97,20 @@ pub fn course() -> ExitCode {
     })
 }
 
+/// Plays a run of `system` on another runtime in the dashboard if there is a terminal, and
+/// compares every message and tick with those of the same run on this runtime: prints the
+/// result. The exit code is 1 for a difference.
+pub fn show_other_run(system: impl System, run: OtherRun) -> ExitCode {
+    let system: Arc<dyn System> = Arc::new(system);
+    exit_after(other_runtime::show(&system, run))
+}
+
 fn exit(program: &Program) -> ExitCode {
     signals::outlive_size_limit();
-    let outcome = execute(program);
+    exit_after(execute(program))
+}
+
+fn exit_after(outcome: Result<(), Error>) -> ExitCode {
     if let Err(error) = &outcome {
         output::error(error);
     }

@@ -29,6 +29,25 @@ pub struct Defaults {
     pub speed: Speed,
 }
 
+/// The lab starts in virtual time, because runs are reproducible there.
+pub const LAB: Defaults = Defaults {
+    clock: ClockKind::Virtual,
+    end: Time::MAX,
+    speed: Speed::REAL_TIME,
+};
+
+impl Defaults {
+    /// The configuration without options.
+    pub fn config(&self) -> Config {
+        Config {
+            clock: self.clock,
+            end: self.end,
+            speed: self.speed,
+            ..Config::default()
+        }
+    }
+}
+
 /// The largest file of knobs accepted (bytes): enough for about a million.
 const MOST_KNOBS: u64 = 16 << 20;
 
@@ -81,11 +100,7 @@ pub fn graph(
 ) -> Result<Config, Error> {
     let usual = match like {
         Some(like) => like.config.clone(),
-        None => Config {
-            clock: defaults.clock,
-            end: defaults.end,
-            ..Config::default()
-        },
+        None => defaults.config(),
     };
     let clock = args.clock.map_or(usual.clock, ClockKind::from);
     check_clock(args, clock)?;

@@ -1,12 +1,13 @@
 //! The cart-pole of the lab, on your three types.
 
-use std::{cell::RefCell, sync::Arc};
+use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
 use ratelab::{
-    cartpole::{Action, CartPole, ControlStep, Observation, Plant, PlantError},
+    cartpole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE},
+    experiment::Config,
     policy::{Policy, Scripted},
-    runtime::{Fields, Time},
-    system::System,
+    runtime::{ClockExit, Fields, Head, Push, Rows, TickRecord, Time},
+    system::{KnobTextError, System},
 };
 
 use crate::{Node, Topic, clock};
@@ -24,29 +25,64 @@ pub struct Settings {
     pub seconds: u64,
 }
 
+impl Settings {
+    /// The same settings for the lab.
+    ///
+    /// # Errors
+    /// [`KnobTextError`] if a setting is impossible there.
+    pub fn config(&self) -> Result<Config, KnobTextError> {
+        let (hz, depth) = (self.control_hz, self.depth);
+        Ok(Config {
+            seed: self.seed,
+            end: Time::from_nanos(self.end()),
+            ..CartPole::config(&format!("control-hz {hz}, queue-depth {depth}"))?
+        })
+    }
+
+    /// Run time at the end (ns).
+    fn end(&self) -> u64 {
+        self.seconds * 1_000_000_000
+    }
+}
+
 /// Rate of sensor and actuator (Hz).
 const PLANT_HZ: u64 = 50;
 
-/// Runs the cart-pole with the scripted policy on your runtime. Returns the run as the lab
-/// writes it (`ratelab run --clock virtual --csv FILE`): a row for each control step.
+/// A run on your runtime: all that the lab records of its own.
+#[derive(Debug)]
+pub struct Run {
+    /// The messages of each topic, by its name.
+    pub topics: BTreeMap<String, Rows>,
+    /// The ticks of each node, by its name.
+    pub ticks: BTreeMap<String, Vec<TickRecord>>,
+    /// The reason for its end.
+    pub exit: ClockExit,
+}
+
+/// Runs the cart-pole with the scripted policy on your runtime.
 ///
 /// # Errors
 /// [`PlantError`] if MuJoCo is out of memory.
-pub fn run(settings: &Settings) -> Result<String, PlantError> {
+pub fn run(settings: &Settings) -> Result<Run, PlantError> {
     let plant = RefCell::new(Plant::new(settings.seed)?);
-    let observations = Arc::new(Topic::<Observation>::new("/obs", settings.depth));
-    let actions = Arc::new(Topic::<Action>::new("/action", settings.depth));
+    let observations = Arc::new(Topic::<Observation>::new(OBS, settings.depth));
+    let actions = Arc::new(Topic::<Action>::new(ACTION, settings.depth));
+    let log = RefCell::new(Log::default());
     let mut policy = Scripted;
-    let mut rows = Rows::new();
-    clock::run(
+    let end = clock::run(
         &mut [
             Node::new("sensor", PLANT_HZ, 0, |now| {
-                observations.publish(plant.borrow().observe(), now, None);
+                let mut log = log.borrow_mut();
+                log.tick("sensor", now, None);
+                log.publish(&observations, plant.borrow().observe(), now, None);
                 true
             }),
             Node::new("policy", settings.control_hz, 1, |now| {
+                let mut log = log.borrow_mut();
+                log.tick("policy", now, None);
                 if let Some(sensed) = observations.latest() {
-                    actions.publish(policy.act(&sensed.data), now, Some(sensed.stamp));
+                    let action = policy.act(&sensed.data);
+                    log.publish(&actions, action, now, Some(sensed.stamp));
                 }
                 true
             }),
@@ -58,32 +94,67 @@ pub fn run(settings: &Settings) -> Result<String, PlantError> {
                 let sensed = command.and_then(|command| command.origin);
                 let mut plant = plant.borrow_mut();
                 let fall = plant.step(action);
-                rows.add(now, sensed, &plant, action);
+                let mut log = log.borrow_mut();
+                log.tick("actuator", now, sensed);
+                log.step(now, sensed, &plant, action);
                 fall.is_none()
             }),
         ],
-        settings.seconds * 1_000_000_000,
+        settings.end(),
     );
-    Ok(rows.text)
+    let exit = end.map_or(ClockExit::Completed, |(node, at)| ClockExit::Ended {
+        node,
+        at: Time::from_nanos(at),
+    });
+    let Log { topics, ticks } = mem::take(&mut *log.borrow_mut());
+    Ok(Run {
+        topics,
+        ticks,
+        exit,
+    })
 }
 
-/// The run as text.
-struct Rows {
-    text: String,
+impl Run {
+    /// The run as the lab writes it (`ratelab run --clock virtual --csv FILE`): a row for each
+    /// control step.
+    pub fn csv(&self) -> String {
+        let (Some(table), Some(steps)) = (CartPole::default().table(), self.topics.get(STATE))
+        else {
+            return String::new();
+        };
+        let rows = steps.iter().map(|(head, step)| (table.row)(head.at, step));
+        let lines = std::iter::once(table.header.to_owned()).chain(rows);
+        lines.map(|line| line + "\n").collect()
+    }
 }
 
-impl Rows {
-    fn new() -> Self {
-        let table = CartPole::default().table();
-        let header = table.map_or("", |table| table.header);
-        Self {
-            text: format!("{header}\n"),
-        }
+/// The messages and ticks so far.
+#[derive(Default)]
+struct Log {
+    topics: BTreeMap<String, Rows>,
+    ticks: BTreeMap<String, Vec<TickRecord>>,
+}
+
+impl Log {
+    /// Publishes `data` on your topic, and keeps the message with your counts.
+    fn publish<T: Fields + Clone>(
+        &mut self,
+        topic: &Topic<T>,
+        data: T,
+        now: u64,
+        origin: Option<u64>,
+    ) {
+        topic.publish(data.clone(), now, origin);
+        let head = Head {
+            dropped: topic.dropped(),
+            ..head(now, topic.published().saturating_sub(1), origin)
+        };
+        self.add(topic.name(), head, &data);
     }
 
-    /// Adds the control step that ends at `now`, by an action derived from what was
+    /// Keeps the control step that ends at `now`, by an action derived from what was
     /// `sensed` then.
-    fn add(&mut self, now: u64, sensed: Option<u64>, plant: &Plant, action: Action) {
+    fn step(&mut self, now: u64, sensed: Option<u64>, plant: &Plant, action: Action) {
         let at = Time::from_nanos(now);
         let step = ControlStep {
             step: plant.steps(),
@@ -93,11 +164,47 @@ impl Rows {
             qpos: plant.qpos(),
             qvel: plant.qvel(),
         };
-        let mut state = Vec::new();
-        step.append_to(&mut state);
-        if let Some(table) = CartPole::default().table() {
-            self.text += &(table.row)(at, &state);
-            self.text.push('\n');
-        }
+        let number = self.topics.get(STATE).map_or(0, Rows::len);
+        self.add(STATE, head(now, number as u64, sensed), &step);
+    }
+
+    fn add<T: Fields>(&mut self, topic: &str, head: Head, data: &T) {
+        let width = T::FIELDS.len();
+        let rows = self.topics.entry(topic.to_owned());
+        let mut row = Vec::with_capacity(width);
+        data.append_to(&mut row);
+        let kept = rows.or_insert_with(|| Rows::new(width)).push(head, row);
+        debug_assert!(kept, "a message of {topic} has {width} numbers");
+    }
+
+    /// Keeps a tick of `node`, with a push derived from what was `sensed` then.
+    fn tick(&mut self, node: &str, now: u64, sensed: Option<u64>) {
+        let ticks = self.ticks.entry(node.to_owned()).or_default();
+        let at = Time::from_nanos(now);
+        ticks.push(TickRecord {
+            number: ticks.len() as u64,
+            at,
+            ends: Some(at),
+            lateness: None,
+            took: None,
+            overruns: 0,
+            push: sensed.map(|sensed| Push {
+                at,
+                sensed: Time::from_nanos(sensed),
+            }),
+        });
+    }
+}
+
+/// The head of a message that arrives when it is published.
+fn head(now: u64, seq: u64, origin: Option<u64>) -> Head {
+    let at = Time::from_nanos(now);
+    Head {
+        at,
+        stamp: at,
+        seq,
+        origin: origin.map(Time::from_nanos),
+        arrives: Some(at),
+        dropped: 0,
     }
 }

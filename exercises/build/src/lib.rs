@@ -12,8 +12,9 @@
 //! cargo test -p build-it --test cartpole
 //! ```
 //!
-//! The last one runs the cart-pole of the lab on your types and compares every byte with a
-//! run of the lab. `cargo run -p build-it -- 5` prints such a run, at 5 Hz.
+//! The last one runs the cart-pole of the lab on your types and compares every message, tick
+//! and byte with a run of the lab. `cargo run -p build-it -- 5` prints such a run, at 5 Hz;
+//! `cargo run -p build-it --features lab -- 5` plays it in the lab, and compares it as well.
 
 pub mod cartpole;
 pub mod clock;

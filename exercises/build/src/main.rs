@@ -1,6 +1,7 @@
-//! Prints a run of the cart-pole on the types of this crate: `cargo run -p build-it -- HZ`.
+//! A run of the cart-pole on the types of this crate: `cargo run -p build-it -- HZ` prints it;
+//! with `--features lab` it is played in the dashboard and compared with the lab's own.
 
-use std::{env, process::ExitCode};
+use std::{env, error::Error, process::ExitCode};
 
 use build_it::cartpole::{Settings, run};
 
@@ -16,14 +17,27 @@ fn main() -> ExitCode {
         depth: 1,
         seconds: 10,
     };
-    match run(&settings) {
-        Ok(rows) => {
-            print!("{rows}");
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    show(&settings).unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        ExitCode::FAILURE
+    })
+}
+
+#[cfg(not(feature = "lab"))]
+fn show(settings: &Settings) -> Result<ExitCode, Box<dyn Error>> {
+    print!("{}", run(settings)?.csv());
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(feature = "lab")]
+fn show(settings: &Settings) -> Result<ExitCode, Box<dyn Error>> {
+    let run = run(settings)?;
+    let run = ratelab_lab::OtherRun {
+        config: settings.config()?,
+        topics: run.topics,
+        ticks: run.ticks,
+        exit: run.exit,
+    };
+    let system = ratelab::cartpole::CartPole::default();
+    Ok(ratelab_lab::show_other_run(system, run))
 }

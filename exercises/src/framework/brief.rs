@@ -72,8 +72,10 @@ impl Brief {
 
     /// The question, with the choices if there are any.
     pub fn asked(&self) -> String {
-        let choices = self.choices.iter().map(|choice| format!("\n  {choice}"));
-        format!("{}{}", self.question, choices.collect::<String>())
+        match self.choices {
+            [] => self.question.to_owned(),
+            choices => format!("{}\nOne of: {}.", self.question, choices.join(", ")),
+        }
     }
 
     fn choice(&self, number: f64) -> Option<&'static str> {

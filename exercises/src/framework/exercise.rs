@@ -166,6 +166,11 @@ impl Findings {
 
     /// The prediction, the measurement, and the meaning of the difference.
     pub fn reconcile(&self, brief: &Brief, prediction: &Prediction) -> String {
+        format!("{}\n\n{}", self.outcome(brief, prediction), self.meaning)
+    }
+
+    /// The prediction and the measurement, in a line each.
+    pub fn outcome(&self, brief: &Brief, prediction: &Prediction) -> String {
         let unit = |number| brief.in_unit(number);
         let measured = match self.answer {
             Answer::Exactly(number) => unit(rounded(number)),
@@ -177,11 +182,10 @@ impl Findings {
             }
         };
         format!(
-            "You predicted {}: {}.\nMeasured: {measured}. {}\n\n{}",
+            "You predicted {}: {}.\nMeasured: {measured}. {}",
             unit(prediction.number()),
             prediction.reason().trim_end_matches('.'),
             self.judge(brief, prediction).1,
-            self.meaning,
         )
     }
 }

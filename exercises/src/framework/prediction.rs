@@ -57,12 +57,12 @@ impl Prediction {
     pub fn read(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let (text, unit) = (text.trim(), brief.unit);
         if text.is_empty() {
-            return Err(PredictionError::Empty(asked(brief)));
+            return Err(PredictionError::Empty(expected(brief)));
         }
         if !brief.choices.is_empty() {
             return Self::choose(text, brief);
         }
-        let not_one = || PredictionError::NoNumber(text.to_owned(), asked(brief));
+        let not_one = || PredictionError::NoNumber(text.to_owned(), expected(brief));
         let (number, rest) = split_number(text).ok_or_else(not_one)?;
         let (number, reason) = convert(number, rest, brief)?;
         if goes_on_with_a_number(reason) {
@@ -87,7 +87,7 @@ impl Prediction {
         let mut choices = (1_u32..).zip(brief.choices);
         let chosen = choices.find_map(|(number, choice)| Some((number, begins(choice)?)));
         let (number, reason) =
-            chosen.ok_or_else(|| PredictionError::NoNumber(text.to_owned(), asked(brief)))?;
+            chosen.ok_or_else(|| PredictionError::NoNumber(text.to_owned(), expected(brief)))?;
         Self::reasoned(number.into(), reason, brief)
     }
 
@@ -134,6 +134,12 @@ fn asked(brief: &Brief) -> String {
         ([], unit) => format!("a number in {unit}"),
         (choices, _) => format!("one of {}", choices.join(", ")),
     }
+}
+
+/// The same with a reason, and an example.
+fn expected(brief: &Brief) -> String {
+    let example = brief.choices.first().unwrap_or(&"N");
+    format!("{} and a reason, as in {example} because …", asked(brief))
 }
 
 /// The number at the start of `text`, and the rest.
@@ -202,10 +208,10 @@ fn without_because(reason: &str) -> &str {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PredictionError {
     /// Empty input.
-    #[error("no prediction yet: expected {0} and a reason, as in N because …")]
+    #[error("no prediction yet: expected {0}")]
     Empty(String),
     /// Input without a single number at its start.
-    #[error("{0:?}: expected {1} and a reason, as in N because …")]
+    #[error("{0:?}: expected {1}")]
     NoNumber(String, String),
     /// A number that is infinite or NaN.
     #[error("{0} is no finite number")]
@@ -221,8 +227,8 @@ pub enum PredictionError {
         /// The possible numbers.
         possible: String,
     },
-    /// A number without a reason.
-    #[error("{0} is a number without a reason: add one, as in {0} because …")]
+    /// A number or a choice without a reason.
+    #[error("{0} is without a reason: add one, as in {0} because …")]
     NoReason(String),
 }
 

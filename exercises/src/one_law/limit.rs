@@ -146,7 +146,7 @@ fn limit_ms(causes: &[OfCause]) -> Result<f64, Failure> {
 fn table() -> Table {
     Table::new([
         "cause",
-        "up below 60 ms",
+        "up below 60",
         "60 to 80",
         "80 to 100",
         "above",

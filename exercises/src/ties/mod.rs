@@ -178,7 +178,7 @@ fn table(pairs: &[Pair]) -> Table {
     let mut table = Table::new([
         "control",
         "schedule",
-        "mean latency",
+        "latency",
         "reading age",
         "action age",
         "dropped",

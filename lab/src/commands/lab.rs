@@ -2,10 +2,7 @@
 
 #[cfg(feature = "network")]
 use ratelab::experiment::Config;
-use ratelab::{
-    experiment::Experiment,
-    runtime::{ClockKind, Speed, Time},
-};
+use ratelab::experiment::Experiment;
 
 #[cfg(feature = "network")]
 use crate::report::ReportContext;
@@ -14,18 +11,11 @@ use crate::{
     dashboard::{self, Guide, LabError, Setup},
     error::Error,
     first_start,
-    options::{self, Defaults},
+    options::{self, LAB},
     output::{Outputs, print_recorded, record_error, write_error},
     program::Program,
     results::{context, destination, plan, print_results},
     screen::{need_terminal, screen},
-};
-
-/// The lab starts in virtual time, because runs are reproducible there.
-const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Virtual,
-    end: Time::MAX,
-    speed: Speed::REAL_TIME,
 };
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
@@ -34,17 +24,16 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         return attach(program, args, address);
     }
     let like = options::like(program, &args.run.graph)?;
-    let config = options::config(program, &args.run, &DEFAULTS, like.as_ref())?;
+    let config = options::config(program, &args.run, &LAB, like.as_ref())?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
     let realtime = options::realtime(&args.run.graph);
     let setup = Setup {
-        system: program.system.clone(),
-        course: program.course,
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: destination(&args.run),
+        ..Setup::new(program.system.clone(), program.course)
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,

@@ -48,13 +48,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let like = options::like(program, &args.graph)?;
     let defaults = Defaults { end, ..DEFAULTS };
     let config = options::graph(program, &args.graph, &defaults, like.as_ref())?;
-    let setup = Setup {
-        system: program.system.clone(),
-        course: program.course,
-        realtime: None,
-        csv: None,
-        record: None,
-    };
+    let setup = Setup::new(program.system.clone(), program.course);
     let picture = pictures::of_run(&config, setup, args.size, &theme)?;
     output(&picture, None)
 }

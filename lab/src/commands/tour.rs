@@ -1,14 +1,10 @@
 //! `ratelab tour`: the lab with a guide.
 
-use ratelab::{
-    experiment::Config,
-    runtime::{ClockKind, Speed, Time},
-};
-
 use crate::{
     cli::ScreenArgs,
     dashboard::{self, Guide, Setup},
     error::Error,
+    options::LAB,
     output::{print_line, print_recorded},
     program::{self, Program},
     screen::{need_terminal, screen},
@@ -17,20 +13,8 @@ use crate::{
 /// Opens the lab at the beginning of the tour.
 pub fn tour(program: &Program, args: &ScreenArgs) -> Result<(), Error> {
     need_terminal("the tour needs a terminal to draw on", "run")?;
-    let config = Config {
-        clock: ClockKind::Virtual,
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let setup = Setup {
-        system: program.system.clone(),
-        course: program.course,
-        realtime: None,
-        csv: None,
-        record: None,
-    };
-    let left = dashboard::show(&config, setup, &screen(args), Guide::Tour)?;
+    let setup = Setup::new(program.system.clone(), program.course);
+    let left = dashboard::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
     for recorded in &left.recorded {
         print_recorded(false, recorded)?;
     }

@@ -1,6 +1,9 @@
 //! The exercises over the dashboard: choose one, predict, measure.
 
-use std::{path::PathBuf, thread::JoinHandle};
+use std::{
+    path::{Path, PathBuf},
+    thread::JoinHandle,
+};
 
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
@@ -57,6 +60,8 @@ enum PanelPage {
         title: String,
         text: String,
         by_hand: bool,
+        /// The exercise to mark in the list after it.
+        next: usize,
     },
 }
 
@@ -65,6 +70,8 @@ enum PanelPage {
 pub enum PanelAction {
     /// Keep the panel open.
     Stay,
+    /// The same; the question that covers the cause is answered.
+    Answered,
     /// Show the graph again.
     Leave,
     /// Begin a rescue by hand.
@@ -76,12 +83,19 @@ pub enum PanelAction {
 impl ExercisePanel {
     /// Opens the list of exercises, for the learner's number `seed`.
     pub fn new(seed: u64) -> Self {
-        let file = answers_file(None);
+        Self::with_answers(answers_file(None), seed)
+    }
+
+    /// The same, for the predictions in `file`.
+    fn with_answers(file: PathBuf, seed: u64) -> Self {
         let (answers, page) = match Answers::load(&file) {
-            Ok(answers) => (answers, PanelPage::List(0)),
+            Ok(answers) => {
+                let open = first_open(&answers, 0);
+                (answers, PanelPage::List(open))
+            }
             Err(error) => (
                 Answers::default(),
-                text_page("exercises", error.to_string()),
+                text_page("exercises", error.to_string(), 0),
             ),
         };
         Self {
@@ -94,7 +108,7 @@ impl ExercisePanel {
     }
 
     /// Opens the verdict on the rescue recorded in `file`.
-    pub fn judging(file: &std::path::Path, seed: u64) -> Self {
+    pub fn judging(file: &Path, seed: u64) -> Self {
         let text = match judge_file(file) {
             Ok((true, text)) => format!("✓ {text}"),
             Ok((false, text)) => format!("✖ {text}"),
@@ -105,6 +119,7 @@ impl ExercisePanel {
                 title: "5 Rescue it".to_owned(),
                 text: format!("{text}\n\nEnter begins another try."),
                 by_hand: true,
+                next: 0,
             },
             ..Self::new(seed)
         }
@@ -125,7 +140,8 @@ impl ExercisePanel {
         } = page
         {
             self.scroll = 0;
-            self.page = reveal(exercise, &prediction, thread);
+            let next = first_open(&self.answers, index(exercise));
+            self.page = reveal(exercise, &prediction, thread, next);
         }
         true
     }
@@ -133,8 +149,10 @@ impl ExercisePanel {
     /// Handles a key.
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
         match key.code {
-            KeyCode::PageDown => self.scroll = self.scroll.saturating_add(JUMP),
-            KeyCode::PageUp => self.scroll = self.scroll.saturating_sub(JUMP),
+            KeyCode::PageDown => self.move_down(JUMP),
+            KeyCode::PageUp => self.move_up(JUMP),
+            KeyCode::Down => self.move_down(1),
+            KeyCode::Up => self.move_up(1),
             KeyCode::Esc => return self.back(),
             KeyCode::Enter => return self.enter(),
             code => self.edit(code),
@@ -150,7 +168,27 @@ impl ExercisePanel {
                 self.page = PanelPage::List(index(exercise));
                 PanelAction::Stay
             }
-            PanelPage::Text { .. } => PanelAction::Stay,
+            PanelPage::Text { next, .. } => {
+                self.page = PanelPage::List(next);
+                PanelAction::Stay
+            }
+        }
+    }
+
+    /// Moves the mark of the list, or the text.
+    fn move_down(&mut self, rows: usize) {
+        match &mut self.page {
+            PanelPage::List(marked) => {
+                *marked = (*marked + rows).min(questions().count() - 1);
+            }
+            _ => self.scroll = self.scroll.saturating_add(rows),
+        }
+    }
+
+    fn move_up(&mut self, rows: usize) {
+        match &mut self.page {
+            PanelPage::List(marked) => *marked = marked.saturating_sub(rows),
+            _ => self.scroll = self.scroll.saturating_sub(rows),
         }
     }
 
@@ -176,12 +214,12 @@ impl ExercisePanel {
             } => match Prediction::read(typed, exercise.brief()) {
                 Ok(prediction) => {
                     let exercise = *exercise;
-                    self.predict(exercise, prediction);
+                    return self.predict(exercise, prediction);
                 }
                 Err(error) => *refused = Some(error.to_string()),
             },
             PanelPage::Text { by_hand: true, .. } => return PanelAction::ByHand,
-            PanelPage::Text { .. } => self.page = PanelPage::List(0),
+            PanelPage::Text { next, .. } => self.page = PanelPage::List(*next),
             PanelPage::Measuring { .. } => {}
         }
         PanelAction::Stay
@@ -203,6 +241,7 @@ impl ExercisePanel {
                     format!(
                         "Begin with {label}: the figures of one question are there for the next."
                     ),
+                    index(earlier),
                 )
             }
             (None, None) => PanelPage::Question {
@@ -213,7 +252,7 @@ impl ExercisePanel {
         };
     }
 
-    fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) {
+    fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) -> PanelAction {
         let prediction = match self.seed {
             seed if seed > 0 && exercise.draws() => prediction.about(seed),
             _ => prediction,
@@ -223,13 +262,21 @@ impl ExercisePanel {
             answers.set(exercise.brief(), prediction.clone());
             answers.save(&self.file).map(|()| answers)
         });
-        self.page = match saved {
+        match saved {
             Ok(answers) => {
                 self.answers = answers;
-                measure(exercise, prediction)
+                self.page = measure(exercise, prediction);
+                match exercise.scene(self.seed) {
+                    Ok(Some(_)) => PanelAction::Answered,
+                    _ => PanelAction::Stay,
+                }
             }
-            Err(error) => text_page(exercise.brief().title, error.to_string()),
-        };
+            Err(error) => {
+                let marked = index(exercise);
+                self.page = text_page(exercise.brief().title, error.to_string(), marked);
+                PanelAction::Stay
+            }
+        }
     }
 
     /// Takes pasted text where something is typed.
@@ -241,10 +288,6 @@ impl ExercisePanel {
 
     fn edit(&mut self, code: KeyCode) {
         match (&mut self.page, code) {
-            (PanelPage::List(marked), KeyCode::Down) => {
-                *marked = (*marked + 1).min(questions().count() - 1);
-            }
-            (PanelPage::List(marked), KeyCode::Up) => *marked = marked.saturating_sub(1),
             (PanelPage::List(marked), KeyCode::Char(digit)) => {
                 let number = digit.to_digit(10);
                 let mut numbers = questions().map(|exercise| exercise.brief().number);
@@ -253,8 +296,6 @@ impl ExercisePanel {
             }
             (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
             (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
-            (_, KeyCode::Down) => self.scroll = self.scroll.saturating_add(1),
-            (_, KeyCode::Up) => self.scroll = self.scroll.saturating_sub(1),
             _ => {}
         }
     }
@@ -331,11 +372,19 @@ fn index(exercise: &dyn Exercise) -> usize {
     index.unwrap_or_default()
 }
 
-fn text_page(title: &str, text: String) -> PanelPage {
+/// The first question without an answer, from number `from` on; that number if all have one.
+fn first_open(answers: &Answers, from: usize) -> usize {
+    let mut rest = questions().skip(from);
+    let open = rest.position(|exercise| answers.get(exercise.brief()).is_none());
+    from + open.unwrap_or_default()
+}
+
+fn text_page(title: &str, text: String, next: usize) -> PanelPage {
     PanelPage::Text {
         title: title.to_owned(),
         text,
         by_hand: false,
+        next,
     }
 }
 
@@ -353,6 +402,7 @@ fn reveal(
     exercise: &'static dyn Exercise,
     prediction: &Prediction,
     thread: JoinHandle<Result<Findings, Failure>>,
+    next: usize,
 ) -> PanelPage {
     let brief = exercise.brief();
     let by_hand = brief.number == RESCUE;
@@ -360,9 +410,13 @@ fn reveal(
                 with b, bring it back with ], then press e.";
     let text = match thread.join() {
         Ok(Ok(findings)) => {
-            let comparison = findings.reconcile(brief, prediction);
             let hand = if by_hand { hand } else { "" };
-            format!("{}\n{comparison}{hand}", findings.table)
+            // First, so that a small screen shows it.
+            let outcome = findings.outcome(brief, prediction);
+            format!(
+                "{outcome}\n\n{}\n{}{hand}",
+                findings.table, findings.meaning
+            )
         }
         Ok(Err(failure)) => failure.to_string(),
         Err(_) => "the measurement panicked, which is a defect: please report it".to_owned(),
@@ -371,5 +425,83 @@ fn reveal(
         title: format!("{} {}", brief.label(), brief.title),
         text,
         by_hand,
+        next,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crossterm::event::KeyModifiers;
+
+    use super::*;
+
+    fn press(panel: &mut ExercisePanel, code: KeyCode) -> PanelAction {
+        panel.key(&KeyEvent::new(code, KeyModifiers::NONE))
+    }
+
+    fn answer(panel: &mut ExercisePanel, text: &str) -> PanelAction {
+        panel.paste(text);
+        press(panel, KeyCode::Enter)
+    }
+
+    /// The marked line of the list.
+    fn marked(panel: &ExercisePanel) -> String {
+        let text = panel.page().text;
+        let mut lines = text.lines();
+        let line = lines.find_map(|line| line.strip_prefix("▶ "));
+        line.expect("a mark").to_owned()
+    }
+
+    fn until_measured(panel: &mut ExercisePanel) {
+        while !panel.poll() {
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn the_list_begins_at_the_first_open_question_and_goes_on_to_the_next() {
+        let folder = tempfile::tempdir().expect("folder");
+        let panel = || ExercisePanel::with_answers(folder.path().join("answers.toml"), 0);
+        let mut first = panel();
+        assert!(marked(&first).starts_with("1 "));
+        press(&mut first, KeyCode::Enter);
+        let reply = answer(&mut first, "30 because fewer decisions come too late");
+        assert_eq!(reply, PanelAction::Stay);
+        until_measured(&mut first);
+        let text = first.page().text;
+        assert!(text.starts_with("You predicted 30 Hz"), "{text}");
+        press(&mut first, KeyCode::Enter);
+        assert!(marked(&first).starts_with("2 "));
+        assert!(marked(&panel()).starts_with("2 "));
+    }
+
+    #[test]
+    fn page_keys_move_through_the_list() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("answers.toml");
+        let mut panel = ExercisePanel::with_answers(file, 0);
+        press(&mut panel, KeyCode::PageDown);
+        assert!(marked(&panel).starts_with("7b "));
+        press(&mut panel, KeyCode::PageDown);
+        assert!(marked(&panel).starts_with("12 "));
+        press(&mut panel, KeyCode::PageUp);
+        press(&mut panel, KeyCode::PageUp);
+        assert!(marked(&panel).starts_with("1 "));
+    }
+
+    #[test]
+    fn an_answer_uncovers_the_cause_of_the_run_that_was_shown_for_it() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("answers.toml");
+        let mut panel = ExercisePanel::with_answers(file, 0);
+        panel.page = PanelPage::List(index(exercises::find(10).expect("an exercise")));
+        press(&mut panel, KeyCode::Enter);
+        let shown = press(&mut panel, KeyCode::Enter);
+        assert!(matches!(shown, PanelAction::Watch(_)), "{shown:?}");
+        assert_eq!(answer(&mut panel, "sensor"), PanelAction::Stay);
+        panel.key(&KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE));
+        press(&mut panel, KeyCode::Enter);
+        let reply = answer(&mut panel, "sensor slow because it looks so");
+        assert_eq!(reply, PanelAction::Answered);
     }
 }

@@ -26,6 +26,7 @@ mod lineage_taps;
 mod marks;
 mod model;
 mod overlay;
+mod panes;
 pub mod picture;
 mod player;
 mod presets;

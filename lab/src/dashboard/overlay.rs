@@ -6,7 +6,7 @@ use crossterm::event::{KeyCode, KeyEvent};
 const JUMP: usize = 8;
 
 /// The keys of an overlay, for the bottom line.
-pub const HINTS: [(&str, &str); 3] = [
+pub const HINTS: &[(&str, &str)] = &[
     ("↑ ↓ PgUp PgDn", "scroll"),
     ("Esc", "close"),
     ("any other key", "close"),

@@ -17,18 +17,15 @@ use ratelab::{
 
 use super::{
     error::LabError,
-    explain,
-    focus::Pane,
     frame::{FrameData, SignalTrace},
     keys::{REPLAY, ReplayAction},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
-    overlay::{self, Overlay},
+    panes::Panes,
     presets::{self, Direction},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
-    timeline::TimelineView,
-    view::{Footer, HelpPage, ScreenState, Scrubber, StatusExtra, TextPage},
+    view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Recording, Replay};
 
@@ -43,12 +40,7 @@ pub struct Player {
     frame: Option<FrameData>,
     begins: Time,
     speed: f64,
-    focus: Pane,
-    zoomed: bool,
-    /// Position and zoom of the timeline.
-    timeline: TimelineView,
-    /// The overlay over the panes.
-    overlay: Option<Overlay>,
+    panes: Panes,
     notice: Option<String>,
     quit: bool,
 }
@@ -85,10 +77,7 @@ impl Player {
             frame: None,
             begins,
             speed: 1.0,
-            focus: Pane::Graph,
-            zoomed: false,
-            timeline: TimelineView::default(),
-            overlay: None,
+            panes: Panes::default(),
             notice,
             quit: false,
         };
@@ -148,17 +137,13 @@ impl Player {
                 }
             }
             ReplayAction::SpeedOne => self.speed = 1.0,
-            ReplayAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
-            ReplayAction::Focus(pane) if self.has(pane) => self.focus = pane,
-            ReplayAction::Focus(_) => self.notify("this system has nothing to show there"),
-            ReplayAction::Push(later) => {
-                let now = self.playhead.at;
-                sampler::select(&self.playhead, &mut self.timeline, now, later);
+            ReplayAction::Panes(action) => {
+                let run = (&self.playhead, self.playhead.at);
+                match self.panes.after(action, self.screen().as_ref(), run) {
+                    Ok(panes) => self.panes = panes,
+                    Err(notice) => self.notify(notice),
+                }
             }
-            ReplayAction::Span(closer) => self.timeline.zoom(closer),
-            ReplayAction::Zoom => self.zoomed = !self.zoomed,
-            ReplayAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
-            ReplayAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
             ReplayAction::Quit => self.quit = true,
         }
     }
@@ -222,37 +207,6 @@ impl Player {
         })
     }
 
-    fn hints(&self) -> Vec<(String, &'static str)> {
-        match self.overlay {
-            None => REPLAY.hints(|_| true),
-            Some(_) => {
-                let hints = overlay::HINTS.iter();
-                hints.map(|(key, what)| (key.to_string(), *what)).collect()
-            }
-        }
-    }
-
-    fn help(&self) -> Option<HelpPage> {
-        let scroll = self.overlay?.help()?;
-        let rows = REPLAY.rows(|_| true);
-        Some(HelpPage { rows, scroll })
-    }
-
-    fn page(&self) -> Option<TextPage> {
-        let scroll = self.overlay?.explained()?;
-        let signal = sampler::signal(self.playhead.system()).map(|signal| signal.name);
-        Some(explain::page(
-            self.focus,
-            signal,
-            self.frame.as_ref()?,
-            scroll,
-        ))
-    }
-
-    fn has(&self, pane: Pane) -> bool {
-        self.screen().is_some_and(|screen| screen.has(pane))
-    }
-
     fn scrubber(&self) -> Scrubber {
         Scrubber {
             begins: self.begins,
@@ -280,11 +234,12 @@ impl Model for Player {
             .events()
             .iter()
             .filter(|event| event.at <= self.playhead.at);
+        let (system, frame) = (self.playhead.system(), self.frame.as_ref()?);
         Some(ScreenState {
-            system: self.playhead.system(),
-            frame: self.frame.as_ref()?,
+            system,
+            frame,
             trace: self.trace(),
-            timeline: sampler::timeline(&self.playhead, self.timeline, self.playhead.at),
+            timeline: sampler::timeline(&self.playhead, self.panes.timeline, self.playhead.at),
             knob_focus: KnobFocus::default(),
             events: events.cloned().collect(),
             extra: StatusExtra {
@@ -292,13 +247,13 @@ impl Model for Player {
                 replay: true,
                 ..StatusExtra::default()
             },
-            focus: self.focus,
-            zoomed: self.zoomed,
+            focus: self.panes.focus,
+            zoomed: self.panes.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: Footer::Hints(self.hints()),
-            help: self.help(),
-            page: self.page(),
+            footer: self.panes.footer(|| REPLAY.hints(|_| true)),
+            help: self.panes.help(|| REPLAY.rows(|_| true)),
+            page: self.panes.explanation(system, frame),
             aside: None,
             notice: self.notice.as_deref(),
         })
@@ -306,12 +261,11 @@ impl Model for Player {
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.notice = None;
-        let action = REPLAY.action(key);
-        let open = self.overlay.filter(|_| action != Some(ReplayAction::Quit));
-        if let Some(overlay) = open {
-            self.overlay = overlay.after(key);
-        } else if let Some(action) = action {
-            self.act(action);
+        match REPLAY.action(key) {
+            Some(ReplayAction::Quit) => self.quit = true,
+            _ if self.panes.scroll(key) => {}
+            Some(action) => self.act(action),
+            None => {}
         }
         Ok(())
     }

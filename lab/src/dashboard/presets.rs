@@ -1,5 +1,9 @@
 //! The presets through which keys move a knob.
 
+use std::fmt::Display;
+
+use ratelab::runtime::{Knob, KnobKind};
+
 /// Rates in Hz: dense where the pole falls.
 pub const RATES: [f64; 27] = [
     1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0,
@@ -44,6 +48,36 @@ pub fn next(presets: &[f64], value: f64, direction: Direction) -> Option<f64> {
     }
 }
 
+/// The knobs of `kind` that turn all `targets` to the preset next to `current`.
+///
+/// # Errors
+/// A notice, at the end of the presets.
+pub fn next_knobs(
+    kind: KnobKind,
+    targets: &[String],
+    (presets, current): (&[f64], f64),
+    direction: Direction,
+) -> Result<Vec<Knob>, String> {
+    let Some(value) = next(presets, current, direction) else {
+        let what = format!("the {} of {}", kind.name(), targets.join(" and "));
+        let unit = if kind == KnobKind::Rate { " Hz" } else { "" };
+        return Err(at_end(&what, direction, format!("{current}{unit}")));
+    };
+    let value = value.to_string();
+    let knobs = targets.iter().map(|target| kind.set(target, &value));
+    let knobs: Result<_, _> = knobs.collect();
+    knobs.map_err(|error| error.to_string())
+}
+
+/// The notice that `what` has no preset beyond its `value`.
+pub fn at_end(what: &str, direction: Direction, value: impl Display) -> String {
+    let end = match direction {
+        Direction::Up => "highest",
+        Direction::Down => "lowest",
+    };
+    format!("{what} is at its {end}, {value}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +93,19 @@ mod tests {
         assert_eq!(next(&RATES, 1.0, Direction::Down), None);
         assert_eq!(next(&RATES, 5000.0, Direction::Up), None);
         assert_eq!(next(&RATES, 5000.0, Direction::Down), Some(1000.0));
+    }
+
+    #[test]
+    fn knobs_turn_together_and_the_last_preset_is_named() {
+        let nodes = ["a", "b"].map(str::to_owned);
+        let turned = |hz| next_knobs(KnobKind::Rate, &nodes, (&RATES[..], hz), Direction::Up);
+        let knobs: Vec<String> = turned(50.0).map_or_else(
+            |why| vec![why],
+            |knobs| knobs.iter().map(Knob::to_string).collect(),
+        );
+        assert_eq!(knobs, ["rate a 60", "rate b 60"]);
+        let end = "the rate of a and b is at its highest, 1000 Hz".to_owned();
+        assert_eq!(turned(1000.0), Err(end));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use ratelab::{
     system::{Alias, System},
 };
 
+use super::view::Footer;
 use crate::names::first_alias;
 
 /// Beginnings of links.
@@ -14,6 +15,7 @@ const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", 
 /// The line that is being typed.
 #[derive(Default)]
 pub struct Prompt {
+    open: bool,
     typed: String,
     /// Why the last entry was refused.
     refusal: Option<String>,
@@ -25,31 +27,64 @@ pub struct Prompt {
     completions: Option<(Vec<String>, usize)>,
 }
 
-/// The result of a key.
-#[derive(Debug, PartialEq, Eq)]
-pub enum Typed {
-    /// There may be more to type.
-    On,
-    /// The complete entry.
-    Entered(String),
-    /// No entry.
-    Cancelled,
+/// A screen with a prompt for knobs.
+pub trait TypesKnobs {
+    /// Its prompt.
+    fn prompt(&mut self) -> &mut Prompt;
+
+    /// The words of its knobs.
+    fn vocabulary(&self) -> Vocabulary<'_>;
+
+    /// Turns the knobs in `text`.
+    ///
+    /// # Errors
+    /// Why they are refused.
+    fn enter(&mut self, text: &str) -> Result<(), String>;
+
+    /// Adds a key to the prompt; Enter turns the typed knobs.
+    fn type_key(&mut self, key: &KeyEvent) {
+        let mut prompt = std::mem::take(self.prompt());
+        let entered = prompt.key(key, &self.vocabulary());
+        *self.prompt() = prompt;
+        if let Some(text) = entered
+            && let Err(reason) = self.enter(&text)
+        {
+            self.prompt().refuse(reason);
+        }
+    }
 }
 
 impl Prompt {
+    /// Whether it is open.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// The text so far.
+    #[cfg(test)]
     pub fn typed(&self) -> &str {
         &self.typed
     }
 
     /// Why the last entry was refused.
+    #[cfg(test)]
     pub fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
+    }
+
+    /// The line, with a hint from `vocabulary`.
+    pub fn line(&self, vocabulary: &Vocabulary<'_>) -> Footer<'_> {
+        Footer::Prompt {
+            typed: &self.typed,
+            refusal: self.refusal.as_deref(),
+            hint: vocabulary.hint(),
+        }
     }
 
     /// Begins an empty line.
     pub fn open(&mut self) {
         *self = Self {
+            open: true,
             history: std::mem::take(&mut self.history),
             ..Self::default()
         };
@@ -57,19 +92,21 @@ impl Prompt {
 
     /// Gives back what was entered last, to be edited.
     pub fn refuse(&mut self, reason: String) {
+        self.open = true;
         self.typed = self.history.last().cloned().unwrap_or_default();
         self.refusal = Some(reason);
     }
 
-    /// Adds pasted text.
+    /// Adds pasted text. A pasted line break does not count as Enter.
     pub fn paste(&mut self, text: &str) {
-        self.edit(|typed| typed.push_str(text));
+        let text = text.replace(char::is_control, " ");
+        self.edit(|typed| typed.push_str(&text));
     }
 
-    /// Handles a key; Tab completes with `vocabulary`.
-    pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Typed {
+    /// Handles a key; Tab completes with `vocabulary`. Returns a complete entry.
+    fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
         match key.code {
-            KeyCode::Esc => return Typed::Cancelled,
+            KeyCode::Esc => self.open = false,
             KeyCode::Enter => return self.enter(),
             KeyCode::Backspace => self.edit(|typed| {
                 typed.pop();
@@ -81,7 +118,7 @@ impl Prompt {
             KeyCode::Down => self.recall(1),
             _ => {}
         }
-        Typed::On
+        None
     }
 
     fn edit(&mut self, change: impl FnOnce(&mut String)) {
@@ -89,15 +126,16 @@ impl Prompt {
         (self.recalled, self.completions, self.refusal) = (None, None, None);
     }
 
-    fn enter(&mut self) -> Typed {
+    fn enter(&mut self) -> Option<String> {
+        self.open = false;
         let entered = self.typed.trim().to_owned();
         if entered.is_empty() {
-            return Typed::Cancelled;
+            return None;
         }
         self.history.retain(|known| *known != entered);
         self.history.push(entered.clone());
         self.edit(String::clear);
-        Typed::Entered(entered)
+        Some(entered)
     }
 
     /// Completes the last word; further on, takes the next completion of it.
@@ -135,7 +173,7 @@ pub struct Vocabulary<'a> {
     /// Whose they are.
     pub system: &'a dyn System,
     /// Its graph.
-    pub graph: &'a Snapshot,
+    pub graph: Snapshot,
     /// The values that messages of the first alias are chosen from.
     pub choices: &'a [String],
 }

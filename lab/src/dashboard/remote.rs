@@ -3,25 +3,23 @@
 
 use crossterm::event::KeyEvent;
 use ratelab::{
-    runtime::{Depth, Hz, Knob, Snapshot, telemetry::Event},
+    runtime::{Knob, KnobKind, Snapshot, telemetry::Event},
     system::KnobText,
 };
 
 use super::{
     error::LabError,
-    explain,
-    focus::Pane,
     frame::{FrameData, SignalTrace},
     keys::{REMOTE, RemoteAction},
     knob_focus::KnobFocus,
     marks::{TRACE_S, marks},
     model::Model,
-    overlay::{self, Overlay},
+    panes::Panes,
     presets::{self, Direction},
-    prompt::{Prompt, Typed, Vocabulary},
+    prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler},
     timeline::TimelineView,
-    view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
+    view::{Footer, ScreenState, StatusExtra},
 };
 
 /// A run of other processes.
@@ -50,11 +48,7 @@ pub struct Watcher<R> {
     events: Vec<Event>,
     knob_focus: KnobFocus,
     prompt: Prompt,
-    typing: bool,
-    focus: Pane,
-    zoomed: bool,
-    timeline: TimelineView,
-    overlay: Option<Overlay>,
+    panes: Panes,
     notice: Option<String>,
     quit: bool,
 }
@@ -69,11 +63,7 @@ impl<R: Remote> Watcher<R> {
             events: Vec::new(),
             knob_focus: KnobFocus::default(),
             prompt: Prompt::default(),
-            typing: false,
-            focus: Pane::Graph,
-            zoomed: false,
-            timeline: TimelineView::default(),
-            overlay: None,
+            panes: Panes::default(),
             notice: None,
             quit: false,
         };
@@ -85,7 +75,7 @@ impl<R: Remote> Watcher<R> {
     fn begin(&mut self) {
         self.sampler = Sampler::default();
         self.events.clear();
-        self.timeline = TimelineView::default();
+        self.panes.timeline = TimelineView::default();
         self.knob_focus = KnobFocus::new(self.run.system(), &self.graph());
     }
 
@@ -97,84 +87,55 @@ impl<R: Remote> Watcher<R> {
         match action {
             RemoteAction::Rate(direction) => self.turn_rate(direction),
             RemoteAction::Depth(direction) => self.turn_depth(direction),
-            RemoteAction::Type => {
-                self.prompt.open();
-                self.typing = true;
+            RemoteAction::Type => self.prompt.open(),
+            RemoteAction::Panes(action) => {
+                let run = (&self.run, self.run.observer().now());
+                match self.panes.after(action, self.screen().as_ref(), run) {
+                    Ok(panes) => self.panes = panes,
+                    Err(notice) => self.notify(notice),
+                }
             }
-            RemoteAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
-            RemoteAction::Focus(pane) if self.has(pane) => self.focus = pane,
-            RemoteAction::Focus(_) => self.notify("this system has nothing to show there"),
-            RemoteAction::Push(later) => {
-                let now = self.run.observer().now();
-                sampler::select(&self.run, &mut self.timeline, now, later);
-            }
-            RemoteAction::Span(closer) => self.timeline.zoom(closer),
-            RemoteAction::Zoom => self.zoomed = !self.zoomed,
-            RemoteAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
-            RemoteAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
             RemoteAction::Quit => self.quit = true,
         }
     }
 
     fn turn_rate(&mut self, direction: Direction) {
-        let (graph, name) = (self.graph(), self.knob_focus.node.clone());
-        let Some(hz) = graph.node(&name).map(|node| node.hz.get()) else {
-            return;
-        };
-        let next = presets::next(&presets::RATES, hz, direction);
-        match next.and_then(|hz| Hz::new(hz).ok()) {
-            Some(hz) => self.run.turn(Knob::Rate { node: name, hz }),
-            None => self.notify(format!("{hz} Hz is the end of the rates")),
+        let (graph, nodes) = (self.graph(), [self.knob_focus.node.clone()]);
+        if let Some(hz) = graph.node(&nodes[0]).map(|node| node.hz.get()) {
+            let current = (&presets::RATES[..], hz);
+            self.turn(presets::next_knobs(
+                KnobKind::Rate,
+                &nodes,
+                current,
+                direction,
+            ));
         }
     }
 
     fn turn_depth(&mut self, direction: Direction) {
-        let (graph, topics) = (self.graph(), self.knob_focus.topics.clone());
+        let (graph, topics) = (self.graph(), &self.knob_focus.topics);
         let first = topics.first().and_then(|name| graph.topic(name));
-        let Some(depth) = first.map(|topic| topic.depth as f64) else {
-            return;
-        };
-        let next = presets::next(&presets::DEPTHS, depth, direction);
-        let Some(depth) = next.and_then(|next| Depth::new(next as usize).ok()) else {
-            return self.notify(format!("{depth} is the end of the depths"));
-        };
-        for topic in topics {
-            self.run.turn(Knob::Depth { topic, depth });
+        if let Some(depth) = first.map(|topic| topic.depth as f64) {
+            let current = (&presets::DEPTHS[..], depth);
+            self.turn(presets::next_knobs(
+                KnobKind::Depth,
+                topics,
+                current,
+                direction,
+            ));
         }
     }
 
-    /// Adds a key to the prompt; Enter turns the typed knob.
-    fn type_key(&mut self, key: &KeyEvent) {
-        let mut prompt = std::mem::take(&mut self.prompt);
-        let typed = self.with_vocabulary(|words| prompt.key(key, words));
-        self.prompt = prompt;
-        match typed {
-            Typed::On => {}
-            Typed::Cancelled => self.typing = false,
-            Typed::Entered(text) => match KnobText(self.run.system().aliases()).parse(&text) {
-                Ok(knobs) => {
-                    knobs.into_iter().for_each(|knob| self.run.turn(knob));
-                    self.typing = false;
-                }
-                Err(why) => self.prompt.refuse(why.to_string()),
-            },
+    /// Turns knobs, or prints the reason why this is impossible.
+    fn turn(&mut self, knobs: Result<Vec<Knob>, String>) {
+        match knobs {
+            Ok(knobs) => knobs.into_iter().for_each(|knob| self.run.turn(knob)),
+            Err(reason) => self.notify(reason),
         }
-    }
-
-    fn with_vocabulary<T>(&self, look: impl FnOnce(&Vocabulary<'_>) -> T) -> T {
-        look(&Vocabulary {
-            system: self.run.system(),
-            graph: &self.graph(),
-            choices: &[],
-        })
     }
 
     fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
-    }
-
-    fn has(&self, pane: Pane) -> bool {
-        self.screen().is_some_and(|screen| screen.has(pane))
     }
 
     fn trace(&self) -> Option<SignalTrace> {
@@ -187,31 +148,31 @@ impl<R: Remote> Watcher<R> {
     }
 
     fn footer(&self) -> Footer<'_> {
-        if self.typing {
-            return Footer::Prompt {
-                typed: self.prompt.typed(),
-                refusal: self.prompt.refusal(),
-                hint: self.with_vocabulary(|words| words.hint()),
-            };
+        match self.prompt.is_open() {
+            true => self.prompt.line(&self.vocabulary()),
+            false => self.panes.footer(|| REMOTE.hints(|_| true)),
         }
-        let hints = overlay::HINTS.iter();
-        Footer::Hints(match self.overlay {
-            None => REMOTE.hints(|_| true),
-            Some(_) => hints.map(|(key, what)| (key.to_string(), *what)).collect(),
-        })
+    }
+}
+
+impl<R: Remote> TypesKnobs for Watcher<R> {
+    fn prompt(&mut self) -> &mut Prompt {
+        &mut self.prompt
     }
 
-    fn help(&self) -> Option<HelpPage> {
-        let scroll = self.overlay?.help()?;
-        let rows = REMOTE.rows(|_| true);
-        Some(HelpPage { rows, scroll })
+    fn vocabulary(&self) -> Vocabulary<'_> {
+        Vocabulary {
+            system: self.run.system(),
+            graph: self.graph(),
+            choices: &[],
+        }
     }
 
-    fn page(&self) -> Option<TextPage> {
-        let scroll = self.overlay?.explained()?;
-        let signal = sampler::signal(self.run.system()).map(|signal| signal.name);
-        let frame = self.frame.as_ref()?;
-        Some(explain::page(self.focus, signal, frame, scroll))
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.run.system().aliases()).parse(text);
+        let knobs = knobs.map_err(|why| why.to_string())?;
+        knobs.into_iter().for_each(|knob| self.run.turn(knob));
+        Ok(())
     }
 }
 
@@ -233,11 +194,12 @@ impl<R: Remote> Model for Watcher<R> {
 
     fn screen(&self) -> Option<ScreenState<'_>> {
         let now = self.run.observer().now();
+        let (system, frame) = (self.run.system(), self.frame.as_ref()?);
         Some(ScreenState {
-            system: self.run.system(),
-            frame: self.frame.as_ref()?,
+            system,
+            frame,
             trace: self.trace(),
-            timeline: sampler::timeline(&self.run, self.timeline, now),
+            timeline: sampler::timeline(&self.run, self.panes.timeline, now),
             knob_focus: self.knob_focus.clone(),
             events: self.events.clone(),
             extra: StatusExtra {
@@ -245,13 +207,13 @@ impl<R: Remote> Model for Watcher<R> {
                 trouble: self.run.trouble(),
                 ..StatusExtra::default()
             },
-            focus: self.focus,
-            zoomed: self.zoomed,
+            focus: self.panes.focus,
+            zoomed: self.panes.zoomed,
             scrubber: None,
             map: None,
             footer: self.footer(),
-            help: self.help(),
-            page: self.page(),
+            help: self.panes.help(|| REMOTE.rows(|_| true)),
+            page: self.panes.explanation(system, frame),
             aside: None,
             notice: self.notice.as_deref(),
         })
@@ -262,22 +224,22 @@ impl<R: Remote> Model for Watcher<R> {
         let action = REMOTE.action(key);
         let chord = action == Some(RemoteAction::Quit)
             && key.modifiers != crossterm::event::KeyModifiers::NONE;
-        if self.typing && !chord {
+        if self.prompt.is_open() && !chord {
             self.type_key(key);
             return Ok(());
         }
-        let open = self.overlay.filter(|_| action != Some(RemoteAction::Quit));
-        if let Some(overlay) = open {
-            self.overlay = overlay.after(key);
-        } else if let Some(action) = action {
-            self.act(action);
+        match action {
+            Some(RemoteAction::Quit) => self.quit = true,
+            _ if self.panes.scroll(key) => {}
+            Some(action) => self.act(action),
+            None => {}
         }
         Ok(())
     }
 
     fn paste(&mut self, text: &str) {
-        if self.typing {
-            self.prompt.paste(&text.replace(char::is_control, " "));
+        if self.prompt.is_open() {
+            self.prompt.paste(text);
         }
     }
 

@@ -46,6 +46,20 @@ pub struct Setup {
     pub record: Option<Destination>,
 }
 
+impl Setup {
+    /// Sessions of `system` without priorities and files; `course` if the exercises apply
+    /// to it.
+    pub fn new(system: Arc<dyn System>, course: bool) -> Self {
+        Self {
+            system,
+            course,
+            realtime: None,
+            csv: None,
+            record: None,
+        }
+    }
+}
+
 /// The result of a session.
 #[derive(Debug)]
 pub struct SessionResult {

@@ -32,6 +32,7 @@ use super::{
     scene::{
         graph::GRAPH,
         histogram::HISTOGRAM,
+        lanes::TIMELINE,
         latency::LATENCY,
         lines::stepped,
         modes::MODES,
@@ -170,8 +171,9 @@ impl Subject<'_> {
         let columns = columns
             .filter(|views| !views.is_empty())
             .map(|views| Vertical::new(views).into());
-        let rows = Vertical::new([top.into(), Horizontal::new(columns).into()]);
-        rows.with_row_shares([1.0, 2.0]).into()
+        let columns = Horizontal::new(columns);
+        let rows = Vertical::new([top.into(), columns.into(), timeline(properties)]);
+        rows.with_row_shares([1.0, 2.0, 1.0]).into()
     }
 
     fn signal(&self, properties: &mut Properties, signal: &Signal) -> ContainerLike {
@@ -229,7 +231,16 @@ fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {
 }
 
 fn modes(properties: &mut Properties) -> ContainerLike {
-    let view = StateTimelineView::new("clock and rates in force").with_origin(MODES);
+    lanes(properties, "clock and rates in force", MODES)
+}
+
+fn timeline(properties: &mut Properties) -> ContainerLike {
+    let name = "timeline: ticks of nodes, and what became of messages";
+    lanes(properties, name, TIMELINE)
+}
+
+fn lanes(properties: &mut Properties, name: &str, origin: &str) -> ContainerLike {
+    let view = StateTimelineView::new(name).with_origin(origin);
     // The default does not fit the run.
     let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     properties.set(view, &[("TimeAxis", &axis)])

@@ -21,9 +21,9 @@ use super::{file::RecordingFile, schema::CHECKPOINT};
 /// Maximum number of rows before a new chunk is started.
 const ROWS: usize = 4096;
 
-/// Maximum size of a file to be compacted (bytes): half an hour in real time. It is held
-/// in memory, and the user may be waiting.
-const LARGEST: u64 = 64 << 20;
+/// Maximum size of a file to be read again at its end (bytes): half an hour in real time.
+/// It is held in memory, and the user may be waiting.
+pub const LARGEST: u64 = 64 << 20;
 
 /// Merges the batches of a complete recording; returns its new size in bytes. The file
 /// is replaced as a whole or not at all.

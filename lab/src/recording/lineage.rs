@@ -58,6 +58,12 @@ impl Recording {
     }
 }
 
+/// The end of a tick; under the real clock in wall time.
+pub fn end_of(tick: &TickRecord) -> Time {
+    let took = tick.lateness.and(tick.took).unwrap_or_default();
+    tick.ends.unwrap_or(tick.at).max(tick.at + took)
+}
+
 /// Whether ticks of a node have a duration set by a knob.
 #[derive(Default)]
 struct Costs {

@@ -18,6 +18,7 @@
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
 //! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
 //! | `/picture`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
+//! | `/timeline` | lanes of ticks and messages, added at the end: [`scene::lanes`] | the eye |
 //!
 //! Everything is placed on `run_time` (ns since the run began), `control_step`
 //! (messages on the system's topic of states), and under the real clock
@@ -37,6 +38,7 @@ mod legacy;
 mod limits;
 mod lineage;
 mod other;
+mod other_runtime;
 mod plant_steps;
 mod printable;
 mod properties;
@@ -60,11 +62,17 @@ mod writer;
 pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
+pub use lineage::end_of;
+pub use other_runtime::OtherRun;
 pub use reader::{ReadError, Recording};
 pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
-pub use schema::{ProcessRecord, RecordingEnd};
-pub use source::{Source, StopReason, Tapped};
+#[cfg(feature = "network")]
+pub use schema::ProcessRecord;
+pub use schema::RecordingEnd;
+#[cfg(feature = "network")]
+pub use source::Tapped;
+pub use source::{Source, StopReason};
 pub use verify::{Branch, VerifyError, VerifyStatus, branch, verify};
 pub use viewer::{VIEWER, Viewer};
 pub use writer::Recorded;

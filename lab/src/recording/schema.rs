@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt, time::Duration};
 
 use ratelab::{
-    experiment::{Config, Summary},
+    experiment::{Config, RunEnd, Summary},
     runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology},
     system::{Setup, System, Verdict, VerdictKind, WorldKind},
 };
@@ -272,19 +272,24 @@ pub struct VerdictRecord {
 impl RunResult {
     /// The result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
-        let finals = system.finals(&summary.state).into_iter();
+        Self::of(system, &summary.end(), summary.steps)
+    }
+
+    /// The result of a run of `system` with this `end` after so many `steps` of the plant.
+    pub fn of(system: &dyn System, end: &RunEnd, steps: u64) -> Self {
+        let finals = system.finals(&end.state).into_iter();
         let finals = finals.map(|figure| {
             let finite = Some(figure.value).filter(|value| value.is_finite());
             (figure.name.to_owned(), finite)
         });
         Self {
             verdict: VerdictRecord {
-                name: summary.verdict.name().to_owned(),
-                at: summary.verdict.at,
+                name: end.verdict.name().to_owned(),
+                at: end.verdict.at,
             },
-            steps: summary.steps,
-            sim_time: summary.sim_time,
-            wall_time: summary.wall_time,
+            steps,
+            sim_time: end.sim_time,
+            wall_time: end.wall_time,
             finals: finals.collect(),
         }
     }

@@ -2,7 +2,7 @@
 //! power cut.
 
 use std::{
-    io,
+    fs, io,
     path::PathBuf,
     sync::{
         Arc,
@@ -20,11 +20,12 @@ use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use super::{
     blueprint::{self, Subject},
     columns,
-    compact::compact,
+    compact::{LARGEST, compact},
     file::RecordingFile,
     plant_steps::PlantSteps,
     properties,
-    scene::{Batch, Scene},
+    reader::Recording,
+    scene::{Batch, Scene, lanes},
     schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
     thread_log::{self, ThreadTrack},
@@ -203,6 +204,8 @@ impl RecordingWriter {
         };
         self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
+        self.add_lanes().map_err(io::Error::other)?;
+        self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
         // The run no longer waits for them.
@@ -324,6 +327,14 @@ impl RecordingWriter {
         self.scene.add(rec, &batch)?;
         self.made = progress.step();
         Ok(())
+    }
+
+    /// Adds the lanes of the timeline, which need the complete run. A large file has none.
+    fn add_lanes(&self) -> RecordingStreamResult<()> {
+        let path = self.file.path();
+        let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
+        let recording = small.then(|| Recording::read(&path).ok()).flatten();
+        recording.map_or(Ok(()), |recording| lanes::add(&self.rec, &recording))
     }
 
     fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> RecordingStreamResult<()> {

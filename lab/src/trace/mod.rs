@@ -10,7 +10,7 @@ use ratelab::runtime::{
     telemetry::{Lineage, Sent, Worked},
 };
 
-use crate::recording::Recording;
+use crate::recording::{Recording, end_of};
 use perfetto::DebugAnnotation;
 use tracks::{Slice, Tracks};
 
@@ -35,7 +35,7 @@ pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
             overruns = worked.tick.overruns;
             if more > 0 {
                 let name = format!("{more} overrun");
-                tracks.instant(lane, end_of(worked), &name, Vec::new(), Vec::new());
+                tracks.instant(lane, end_of(&worked.tick), &name, Vec::new(), Vec::new());
             }
         }
     }
@@ -60,16 +60,9 @@ fn tick(tracks: &mut Tracks, lane: u64, worked: &Worked, flows: Vec<u64>) {
     let slice = Slice {
         flows,
         facts: vec![fact("tick", tick.number)],
-        ..Slice::new("tick", tick.at, end_of(worked))
+        ..Slice::new("tick", tick.at, end_of(tick))
     };
     tracks.slice(lane, slice);
-}
-
-/// The end of a tick; under the real clock in wall time.
-fn end_of(worked: &Worked) -> Time {
-    let tick = &worked.tick;
-    let took = tick.lateness.and(tick.took).unwrap_or_default();
-    tick.ends.unwrap_or(tick.at).max(tick.at + took)
 }
 
 /// The messages first read in a tick, and those published by it.

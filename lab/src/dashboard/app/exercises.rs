@@ -7,12 +7,15 @@ use super::{App, LabError};
 use crate::{
     dashboard::{
         exercise_panel::{ExercisePanel, PanelAction},
-        frame::FrameData,
+        frame::{FrameData, Standing},
         sampler::{RunSource, WatchedRows},
     },
     recording::StopReason,
     rescue::RescueStage,
 };
+
+/// The place of a cause that an exercise asks for.
+const COVERED: &str = "the cause is covered until you have answered: e";
 
 /// Speed of a rescue by hand: slow enough to think.
 const BY_HAND: f64 = 0.2;
@@ -56,6 +59,14 @@ impl App {
         frame.verdict.why.splice(0..0, advice);
     }
 
+    /// Covers the cause in `frame` while an exercise asks for it.
+    pub(super) fn cover_cause(&self, frame: &mut FrameData) {
+        let verdict = &mut frame.verdict;
+        if self.covered && matches!(verdict.standing, Standing::Warned | Standing::Lost) {
+            verdict.why = vec![COVERED.to_owned()];
+        }
+    }
+
     /// The verdict on the recorded rescue; `None` if there is none.
     fn judged(&mut self) -> Option<ExercisePanel> {
         self.by_hand.take()?;
@@ -72,18 +83,32 @@ impl App {
     /// Sends a key to the exercises.
     pub(super) fn panel_key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         let action = self.panel.as_mut().map(|panel| panel.key(key));
+        action.map_or(Ok(()), |action| self.follow_panel(action))
+    }
+
+    /// Does what the exercises ask for.
+    pub(in crate::dashboard) fn follow_panel(
+        &mut self,
+        action: PanelAction,
+    ) -> Result<(), LabError> {
         match action {
-            Some(PanelAction::Stay) | None => Ok(()),
-            Some(PanelAction::Leave) => {
+            PanelAction::Stay => Ok(()),
+            PanelAction::Answered => {
+                self.covered = false;
+                Ok(())
+            }
+            PanelAction::Leave => {
                 self.panel = None;
                 Ok(())
             }
-            Some(PanelAction::ByHand) => {
+            PanelAction::ByHand => {
                 self.panel = None;
+                self.covered = false;
                 self.try_by_hand()
             }
-            Some(PanelAction::Watch(scene)) => {
+            PanelAction::Watch(scene) => {
                 self.panel = None;
+                self.covered = true;
                 self.restart(Config {
                     speed: self.config.speed,
                     end: self.config.end,

@@ -1,8 +1,5 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
-use std::fmt::Display;
-
-use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Experiment},
     runtime::{Knob, KnobKind, Link, telemetry::Event},
@@ -12,8 +9,8 @@ use ratelab::{
 use super::App;
 use crate::{
     dashboard::{
-        presets::{self, Direction},
-        prompt::{Typed, Vocabulary},
+        presets::{self, Direction, next_knobs},
+        prompt::{Prompt, TypesKnobs, Vocabulary},
         sampler::RunSource,
         settings::listed,
     },
@@ -52,7 +49,7 @@ impl App {
         };
         let nodes = [node.to_owned()];
         let current = (presets, hz.get());
-        self.turn_to_preset(KnobKind::Rate, &nodes, current, direction, hz);
+        self.turn_or_notify(next_knobs(KnobKind::Rate, &nodes, current, direction));
     }
 
     /// Turns the depths of the focused topics, all to the same value.
@@ -67,7 +64,7 @@ impl App {
             return;
         };
         let current = (&presets::DEPTHS[..], depth as f64);
-        self.turn_to_preset(KnobKind::Depth, &topics, current, direction, depth);
+        self.turn_or_notify(next_knobs(KnobKind::Depth, &topics, current, direction));
     }
 
     /// Turns the delays of the focused topics.
@@ -101,16 +98,13 @@ impl App {
         };
         let Some(next) = presets::next(presets, value, direction) else {
             let what = format!("the {part} of {}", topics.join(" and "));
-            return self.at_end(&what, direction, value);
+            return self.notify(presets::at_end(&what, direction, value));
         };
         let knobs = topics.into_iter().zip(&links).map(|(topic, link)| {
             let spec = link.with(&format!("{part}:{next}"))?;
             Ok(Knob::Link { topic, spec })
         });
-        match knobs.collect::<Result<Vec<_>, String>>() {
-            Ok(knobs) => self.turn(knobs),
-            Err(why) => self.notify(why),
-        }
+        self.turn_or_notify(knobs.collect());
     }
 
     /// The link of the topic called `name`.
@@ -121,26 +115,6 @@ impl App {
             _ => None,
         });
         link.unwrap_or(Link::NONE)
-    }
-
-    fn turn_to_preset(
-        &mut self,
-        kind: KnobKind,
-        targets: &[String],
-        (presets, current): (&[f64], f64),
-        direction: Direction,
-        shown: impl Display,
-    ) {
-        let Some(value) = presets::next(presets, current, direction) else {
-            let what = format!("the {} of {}", kind.name(), targets.join(" and "));
-            return self.at_end(&what, direction, shown);
-        };
-        let value = value.to_string();
-        let knobs = targets.iter().map(|target| kind.set(target, &value));
-        match knobs.collect() {
-            Ok(knobs) => self.turn(knobs),
-            Err(error) => self.notify(error.to_string()),
-        }
     }
 
     pub(super) fn break_it(&mut self) {
@@ -183,18 +157,14 @@ impl App {
         self.knobs.wanted().iter().any(|turned| turned == knob)
     }
 
-    pub(super) fn at_end(&mut self, what: &str, direction: Direction, value: impl Display) {
-        let end = if direction == Direction::Up {
-            "highest"
-        } else {
-            "lowest"
-        };
-        self.notify(format!("{what} is at its {end}, {value}"));
-    }
-
     /// Turns knobs, or prints the reason why this is impossible.
     pub(super) fn turn(&mut self, knobs: Vec<Knob>) {
-        if let Err(reason) = self.try_to_turn(knobs) {
+        self.turn_or_notify(Ok(knobs));
+    }
+
+    /// The same for knobs that may be missing for a reason.
+    fn turn_or_notify(&mut self, knobs: Result<Vec<Knob>, String>) {
+        if let Err(reason) = knobs.and_then(|knobs| self.try_to_turn(knobs)) {
             self.notify(reason);
         }
     }
@@ -268,38 +238,24 @@ impl App {
             self.notify(refusal);
         }
     }
+}
 
-    pub(super) fn open_prompt(&mut self) {
-        self.prompt.open();
-        self.typing = true;
+impl TypesKnobs for App {
+    fn prompt(&mut self) -> &mut Prompt {
+        &mut self.prompt
     }
 
-    /// Adds a key to the prompt; Enter turns the typed knob.
-    pub(super) fn type_key(&mut self, key: &KeyEvent) {
-        let mut prompt = std::mem::take(&mut self.prompt);
-        let typed = self.with_vocabulary(|words| prompt.key(key, words));
-        self.prompt = prompt;
-        match typed {
-            Typed::On => {}
-            Typed::Cancelled => self.typing = false,
-            Typed::Entered(text) => match self.enter(&text) {
-                Ok(()) => self.typing = false,
-                Err(reason) => self.prompt.refuse(reason),
-            },
+    fn vocabulary(&self) -> Vocabulary<'_> {
+        Vocabulary {
+            system: self.system(),
+            graph: self.graph(),
+            choices: &self.choices,
         }
     }
 
     fn enter(&mut self, text: &str) -> Result<(), String> {
         let knobs = KnobText(self.system().aliases()).parse(text);
         self.try_to_turn(knobs.map_err(|error| error.to_string())?)
-    }
-
-    pub(super) fn with_vocabulary<T>(&self, look: impl FnOnce(&Vocabulary<'_>) -> T) -> T {
-        look(&Vocabulary {
-            system: self.system(),
-            graph: &self.graph(),
-            choices: &self.choices,
-        })
     }
 }
 

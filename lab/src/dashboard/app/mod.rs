@@ -27,21 +27,19 @@ use super::{
     cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::{self, ExercisePanel},
-    explain,
     focus::Pane,
     frame::{FrameData, SignalTrace},
     history::FrameHistory,
-    keys::{LAB, LabAction, MAP},
+    keys::{LAB, LabAction, MAP, PaneAction},
     knob_focus::KnobFocus,
     knobs::Knobs,
     marks::{TRACE_S, marks},
     model::Model,
-    overlay::{self, Overlay},
-    presets::Direction,
-    prompt::Prompt,
+    panes::Panes,
+    presets::{Direction, at_end},
+    prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, Setup},
-    timeline::TimelineView,
     tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
@@ -91,6 +89,8 @@ pub struct App {
     learner: u64,
     /// The exercises, while they are open.
     panel: Option<ExercisePanel>,
+    /// Whether the cause of a loss is covered, because an exercise asks for it.
+    covered: bool,
     /// The position in the guided tour, during one.
     tour: Option<Tour>,
     /// The knobs that undo the one that breaks the system, after that was turned.
@@ -105,18 +105,10 @@ pub struct App {
     map_axes: MapAxes,
     /// Whether the map is open.
     mapping: bool,
-    /// The focused pane.
-    pub focus: Pane,
-    /// Whether the focused pane is zoomed.
-    pub zoomed: bool,
-    /// Position and zoom of the timeline.
-    timeline: TimelineView,
-    /// The overlay over the panes.
-    pub overlay: Option<Overlay>,
+    /// The controls of the panes.
+    pub panes: Panes,
     /// The input line for a knob.
     prompt: Prompt,
-    /// Whether the input line is open.
-    typing: bool,
     /// The latest notice of the dashboard.
     pub notice: Option<String>,
     /// Whether to quit.
@@ -154,6 +146,7 @@ impl App {
             frame: None,
             learner: config.seed,
             panel: None,
+            covered: false,
             tour: None,
             unbroken: Vec::new(),
             by_hand: None,
@@ -161,12 +154,8 @@ impl App {
             map: None,
             map_axes: MapAxes::default(),
             mapping: false,
-            focus: Pane::Graph,
-            zoomed: false,
-            timeline: TimelineView::default(),
-            overlay: None,
+            panes: Panes::default(),
             prompt: Prompt::default(),
-            typing: false,
             notice: None,
             quit: false,
         })
@@ -247,7 +236,7 @@ impl Model for App {
                 safe: self.by_hand.as_ref().map(|_| RescueTry::SAFE_DEG),
                 ..trace
             }),
-            timeline: sampler::timeline(&self.session, self.timeline, frame.now),
+            timeline: sampler::timeline(&self.session, self.panes.timeline, frame.now),
             knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
@@ -256,8 +245,8 @@ impl Model for App {
                 recording: self.recording(),
                 ..StatusExtra::default()
             },
-            focus: self.focus,
-            zoomed: self.zoomed,
+            focus: self.panes.focus,
+            zoomed: self.panes.zoomed,
             scrubber: None,
             map: self.open(),
             footer: self.footer(),
@@ -276,12 +265,11 @@ impl Model for App {
             return Ok(());
         }
         self.notice = None;
-        if self.typing && !is_chord(key) {
+        if self.prompt.is_open() && !is_chord(key) {
             self.type_key(key);
             return Ok(());
         }
-        if let Some(overlay) = self.overlay.filter(|_| action != Some(LabAction::Quit)) {
-            self.overlay = overlay.after(key);
+        if action != Some(LabAction::Quit) && self.panes.scroll(key) {
             return Ok(());
         }
         if self.panel.is_some() && !is_chord(key) {
@@ -301,12 +289,10 @@ impl Model for App {
     }
 
     fn paste(&mut self, text: &str) {
-        // A pasted line break does not count as Enter.
-        let text = text.replace(char::is_control, " ");
-        if self.typing {
-            self.prompt.paste(&text);
+        if self.prompt.is_open() {
+            self.prompt.paste(text);
         } else if let Some(panel) = &mut self.panel {
-            panel.paste(&text);
+            panel.paste(&text.replace(char::is_control, " "));
         }
     }
 
@@ -331,6 +317,7 @@ impl App {
         let rows = self.session.new_rows();
         let mut frame = self.sampler.frame_data(&mut self.session, &rows);
         self.follow_rescue(&rows, &mut frame);
+        self.cover_cause(&mut frame);
         self.history.add(frame)
     }
 
@@ -352,7 +339,7 @@ impl App {
                 self.knob_focus.move_topic(system, &graph, direction);
             }
             LabAction::Break => self.break_it(),
-            LabAction::Type => self.open_prompt(),
+            LabAction::Type => self.prompt.open(),
             LabAction::Pause => self.pause(),
             LabAction::StepForward => self.step(),
             LabAction::StepBack => self.look_back(),
@@ -370,14 +357,7 @@ impl App {
             LabAction::OtherWorld => return self.other_world(),
             LabAction::Seed(direction) => return self.change_seed(direction),
             LabAction::Choice(direction) => self.choose(direction),
-            LabAction::NextPane => self.focus = self.focus.next(|pane| self.has(pane)),
-            LabAction::Focus(pane) if self.has(pane) => self.focus = pane,
-            LabAction::Focus(_) => self.notify("this system has nothing to show there"),
-            LabAction::Push(later) => self.select_push(later),
-            LabAction::Span(closer) => self.timeline.zoom(closer),
-            LabAction::Zoom => self.zoomed = !self.zoomed,
-            LabAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
-            LabAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
+            LabAction::Panes(action) => self.act_on_panes(action),
             LabAction::Quit => return self.leave(),
         }
         Ok(())
@@ -385,41 +365,29 @@ impl App {
 
     /// The help page for the current mode, if it is open.
     fn help(&self) -> Option<HelpPage> {
-        let scroll = self.overlay?.help()?;
-        let rows = match self.mapping {
+        self.panes.help(|| match self.mapping {
             true => MAP.rows(|_| true),
             false => LAB.rows(|action| self.knows(*action)),
-        };
-        Some(HelpPage { rows, scroll })
+        })
     }
 
     /// The open page of text: of the exercises, or about a pane.
     fn page(&self, frame: &FrameData) -> Option<TextPage> {
-        let explained = self.overlay.and_then(Overlay::explained);
-        let signal = sampler::signal(self.system()).map(|signal| signal.name);
-        let explained = explained.map(|scroll| explain::page(self.focus, signal, frame, scroll));
-        explained.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
+        let explanation = self.panes.explanation(self.system(), frame);
+        explanation.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
     }
 
     fn footer(&self) -> Footer<'_> {
-        if self.typing {
-            Footer::Prompt {
-                typed: self.prompt.typed(),
-                refusal: self.prompt.refusal(),
-                hint: self.with_vocabulary(|words| words.hint()),
-            }
-        } else if self.overlay.is_some() || self.panel.is_some() {
-            let hints = match self.overlay {
-                Some(_) => overlay::HINTS.as_slice(),
-                None => exercise_panel::HINTS,
-            };
-            let hints = hints.iter().map(|(key, what)| (key.to_string(), *what));
-            Footer::Hints(hints.collect())
-        } else if self.mapping {
-            Footer::Hints(MAP.hints(|_| true))
-        } else {
-            Footer::Hints(LAB.hints(|action| self.knows(*action)))
+        if self.prompt.is_open() {
+            return self.prompt.line(&self.vocabulary());
         }
+        if self.panel.is_some() && self.panes.overlay.is_none() {
+            return Footer::listed(exercise_panel::HINTS);
+        }
+        self.panes.footer(|| match self.mapping {
+            true => MAP.hints(|_| true),
+            false => LAB.hints(|action| self.knows(*action)),
+        })
     }
 
     /// Whether `action` has any use in this session.
@@ -443,19 +411,22 @@ impl App {
         self.session.observer().read_counters()
     }
 
-    fn has(&self, pane: Pane) -> bool {
-        self.screen().is_some_and(|screen| screen.has(pane))
-    }
-
     fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
     }
 
-    /// Selects another push in the timeline, and focuses the timeline.
-    fn select_push(&mut self, later: bool) {
-        if let Some(frame) = self.frame.clone() {
-            self.focus = Pane::Timeline;
-            sampler::select(&self.session, &mut self.timeline, frame.now, later);
+    /// Selecting another push in the timeline focuses the timeline.
+    fn act_on_panes(&mut self, action: PaneAction) {
+        let Some(now) = self.frame.as_ref().map(|frame| frame.now) else {
+            return;
+        };
+        if matches!(action, PaneAction::Push(_)) {
+            self.panes.focus = Pane::Timeline;
+        }
+        let run = (&self.session, now);
+        match self.panes.after(action, self.screen().as_ref(), run) {
+            Ok(panes) => self.panes = panes,
+            Err(notice) => self.notify(notice),
         }
     }
 
@@ -495,7 +466,7 @@ impl App {
                 ..self.wanted()
             }),
             None => {
-                self.at_end("seed", direction, seed);
+                self.notify(at_end("seed", direction, seed));
                 Ok(())
             }
         }

@@ -30,7 +30,7 @@ impl App {
 
     /// The typed text, if the prompt is open.
     pub fn typed(&self) -> Option<&str> {
-        self.typing.then(|| self.prompt.typed())
+        self.prompt.is_open().then(|| self.prompt.typed())
     }
 
     /// The prompt's reply to its last entry.

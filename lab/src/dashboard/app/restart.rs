@@ -123,7 +123,7 @@ impl App {
         self.knobs = Knobs::new(self.config.setup.clone());
         self.sampler = sampler;
         self.history = FrameHistory::default();
-        self.timeline = TimelineView::default();
+        self.panes.timeline = TimelineView::default();
         self.events.clear();
         self.pause = false;
         // A rescue is judged by its recording.

@@ -61,7 +61,9 @@ impl App {
         };
         match presets::next(&presets::SPEEDS, current, direction) {
             Some(factor) => self.set_speed(factor),
-            None if self.has_speed() => self.at_end("speed", direction, self.config.speed),
+            None if self.has_speed() => {
+                self.notify(presets::at_end("speed", direction, self.config.speed))
+            }
             None => {}
         }
     }

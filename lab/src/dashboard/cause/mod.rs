@@ -236,7 +236,7 @@ impl Facts<'_> {
             (true, None) => format!("in the {name}: it acts every {}", ms(every)),
             (false, _) => {
                 let times = (10.0 / every.as_secs_f64()).round() / 10.0;
-                format!("at the {name}: it looks only {times} times a second")
+                format!("at the {name}: it looks {times} times a second")
             }
         };
         format!("the age arose {arose}. {cure}")

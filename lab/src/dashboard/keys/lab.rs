@@ -5,7 +5,7 @@ use LabAction::*;
 use super::{
     DOWN, END, HOME,
     Key::{Char, Ctrl},
-    KeyTable, LEFT, RIGHT, TAB, UP, row, screen_with_panes,
+    KeyTable, LEFT, PaneAction, RIGHT, TAB, UP, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,
@@ -59,10 +59,8 @@ pub enum LabAction {
     Seed(Direction),
     /// Send the neighbouring one of the messages to choose from, such as a policy.
     Choice(Direction),
-    /// Focus the next pane.
-    NextPane,
-    /// Focus a pane.
-    Focus(Pane),
+    /// An action on the panes.
+    Panes(PaneAction),
     /// Open the cliff map.
     Map,
     /// Record to a file, or stop recording.
@@ -71,23 +69,12 @@ pub enum LabAction {
     Exercises,
     /// Begin the guided tour, or end it.
     Tour,
-    /// Give the focused pane the whole screen, or take it back.
-    Zoom,
-    /// Select the next push in the timeline, or the one before.
-    Push(bool),
-    /// Show a shorter stretch of the timeline, or a longer one.
-    Span(bool),
-    /// Explain the pane in focus.
-    Explain,
-    /// Show or hide the keys.
-    Help,
     /// Leave.
     Quit,
 }
 
 /// All keys of the lab, help and quit first.
 pub const LAB: KeyTable<LabAction> = screen_with_panes![
-    LabAction;
     row(&[(Char('['), Rate(Down)), (Char(']'), Rate(Up))],
         "rate of the marked node down, up", Some("rate")),
     row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],

@@ -3,6 +3,7 @@
 
 mod lab;
 mod map;
+mod panes;
 #[cfg(feature = "network")]
 mod remote;
 mod replay;
@@ -13,6 +14,7 @@ use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 pub use lab::{LAB, LabAction};
 pub use map::{MAP, MapAction};
+pub use panes::PaneAction;
 #[cfg(feature = "network")]
 pub use remote::{REMOTE, RemoteAction};
 pub use replay::{REPLAY, ReplayAction};
@@ -58,43 +60,50 @@ const fn row<A>(
 }
 
 /// The keys of a screen with panes, those first that are needed most: help and quit, its
-/// own rows before the `;`, those of the panes, and its other rows.
+/// own rows before the `;`, those of the panes, and its other rows. Its actions are in
+/// scope, `Panes` and `Quit` among them.
 macro_rules! screen_with_panes {
-    ($Action:ident; $($first:expr),+; $($row:expr),+ $(,)?) => {
+    ($($first:expr),+; $($row:expr),+ $(,)?) => {
         $crate::dashboard::keys::KeyTable(&[
-            row(&[(Char('?'), $Action::Help)], "show or hide this help", Some("keys")),
+            row(&[(Char('?'), Panes(PaneAction::Help))], "show or hide this help", Some("keys")),
             row(
-                &[(Char('i'), $Action::Explain)],
+                &[(Char('i'), Panes(PaneAction::Explain))],
                 "explain the pane in focus, with its figures",
                 Some("explain"),
             ),
-            row(&[(Char('q'), $Action::Quit), (Ctrl('c'), $Action::Quit)], "quit", Some("quit")),
+            row(&[(Char('q'), Quit), (Ctrl('c'), Quit)], "quit", Some("quit")),
             $($first,)+
             row(
                 &[
-                    (TAB, $Action::NextPane),
-                    (Char('1'), $Action::Focus(Pane::Graph)),
-                    (Char('2'), $Action::Focus(Pane::Plant)),
-                    (Char('3'), $Action::Focus(Pane::Signal)),
-                    (Char('4'), $Action::Focus(Pane::Figures)),
-                    (Char('5'), $Action::Focus(Pane::Events)),
-                    (Char('6'), $Action::Focus(Pane::Timeline)),
+                    (TAB, Panes(PaneAction::Next)),
+                    (Char('1'), Panes(PaneAction::Focus(Pane::Graph))),
+                    (Char('2'), Panes(PaneAction::Focus(Pane::Plant))),
+                    (Char('3'), Panes(PaneAction::Focus(Pane::Signal))),
+                    (Char('4'), Panes(PaneAction::Focus(Pane::Figures))),
+                    (Char('5'), Panes(PaneAction::Focus(Pane::Events))),
+                    (Char('6'), Panes(PaneAction::Focus(Pane::Timeline))),
                 ],
                 "next pane; graph, plant, signal, figures, events, timeline",
                 None,
             ),
             row(
-                &[(Char('('), $Action::Push(false)), (Char(')'), $Action::Push(true))],
+                &[
+                    (Char('('), Panes(PaneAction::Push(false))),
+                    (Char(')'), Panes(PaneAction::Push(true))),
+                ],
                 "timeline: select the push before, the next one",
                 None,
             ),
             row(
-                &[(Char('v'), $Action::Span(true)), (Char('V'), $Action::Span(false))],
+                &[
+                    (Char('v'), Panes(PaneAction::Span(true))),
+                    (Char('V'), Panes(PaneAction::Span(false))),
+                ],
                 "timeline: a shorter stretch, a longer one",
                 None,
             ),
             row(
-                &[(Char('z'), $Action::Zoom)],
+                &[(Char('z'), Panes(PaneAction::Zoom))],
                 "give the focused pane the whole screen, or take it back",
                 Some("zoom"),
             ),

@@ -4,7 +4,7 @@ use RemoteAction::*;
 
 use super::{
     Key::{Char, Ctrl},
-    KeyTable, TAB, row, screen_with_panes,
+    KeyTable, PaneAction, TAB, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,
@@ -20,27 +20,14 @@ pub enum RemoteAction {
     Depth(Direction),
     /// Open the line in which a knob is typed.
     Type,
-    /// Focus the next pane.
-    NextPane,
-    /// Focus a pane.
-    Focus(Pane),
-    /// Give the focused pane the whole screen, or take it back.
-    Zoom,
-    /// Select the next push in the timeline, or the one before.
-    Push(bool),
-    /// Show a shorter stretch of the timeline, or a longer one.
-    Span(bool),
-    /// Explain the pane in focus.
-    Explain,
-    /// Show or hide the keys.
-    Help,
+    /// An action on the panes.
+    Panes(PaneAction),
     /// Leave; the run goes on.
     Quit,
 }
 
 /// All of its keys, help and quit first.
 pub const REMOTE: KeyTable<RemoteAction> = screen_with_panes![
-    RemoteAction;
     row(&[(Char('['), Rate(Down)), (Char(']'), Rate(Up))],
         "rate of the marked node down, up", Some("rate")),
     row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],

@@ -6,7 +6,7 @@ use crossterm::event::KeyCode;
 use super::{
     END, HOME,
     Key::{self, Char, Ctrl},
-    KeyTable, LEFT, RIGHT, TAB, row, screen_with_panes,
+    KeyTable, LEFT, PaneAction, RIGHT, TAB, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,
@@ -32,20 +32,8 @@ pub enum ReplayAction {
     Speed(Direction),
     /// Play as fast as the run was in its own time.
     SpeedOne,
-    /// Focus the next pane.
-    NextPane,
-    /// Focus a pane.
-    Focus(Pane),
-    /// Give the focused pane the whole screen, or take it back.
-    Zoom,
-    /// Select the next push in the timeline, or the one before.
-    Push(bool),
-    /// Show a shorter stretch of the timeline, or a longer one.
-    Span(bool),
-    /// Explain the pane in focus.
-    Explain,
-    /// Show or hide the keys.
-    Help,
+    /// An action on the panes.
+    Panes(PaneAction),
     /// Leave.
     Quit,
 }
@@ -55,7 +43,6 @@ const PAGE_DOWN: Key = Key::Named(KeyCode::PageDown, "PgDn");
 
 /// All keys of the replay, help and quit first.
 pub const REPLAY: KeyTable<ReplayAction> = screen_with_panes![
-    ReplayAction;
     row(&[(Char(' '), Play)], "play, or stand still", Some("play")),
     row(&[(Char(','), Step(Down)), (Char('.'), Step(Up)), (LEFT, Step(Down)), (RIGHT, Step(Up))],
         "to the messages before, to the next messages", Some("step"));

@@ -161,11 +161,7 @@ impl System for Counter {
 }
 
 fn lab(system: impl System, config: &Config) -> App {
-    let setup = Setup {
-        system: Arc::new(system),
-        course: false,
-        ..setup()
-    };
+    let setup = Setup::new(Arc::new(system), false);
     App::new(config, setup).expect("session")
 }
 
@@ -205,13 +201,13 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 fn a_pane_that_is_not_there_is_never_in_focus() {
     let mut app = run_of(Counter);
     press(&mut app, "2");
-    assert_eq!(app.focus, Pane::Graph);
+    assert_eq!(app.panes.focus, Pane::Graph);
     assert!(app.notice.is_some());
     let mut seen = Vec::new();
     for _ in 0..3 {
         app.key(&KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE))
             .expect("obeyed");
-        seen.push(app.focus);
+        seen.push(app.panes.focus);
     }
     assert_eq!(seen, [Pane::Figures, Pane::Events, Pane::Graph]);
 }

@@ -20,8 +20,8 @@ pub const STEPS: [Step; 7] = [
         title: "a graph, no loop",
         keys: "",
         ask: "",
-        look: "Sensor, policy and actuator each tick 50 times a second and meet in two topics \
-               only, /obs and /action. Nothing is dropped, and each push is based on a fresh \
+        look: "Sensor, policy and actuator each tick 50 times a second and meet only in two \
+               topics, /obs and /action. Nothing is dropped, and each push is based on a fresh \
                reading.",
     },
     Step {

@@ -125,7 +125,9 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
 /// The graph on top, and below it the plant and the signal, or the focused pane in their
 /// place.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
-    let [graph, rest] = rows(body, [Constraint::Length(7), Constraint::Fill(1)]);
+    // The tables of the figures need more rows.
+    let height = if focus == Pane::Figures { 5 } else { 7 };
+    let [graph, rest] = rows(body, [Constraint::Length(height), Constraint::Fill(1)]);
     if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
         return vec![(Pane::Graph, graph), (focus, rest)];
     }

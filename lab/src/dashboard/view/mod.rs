@@ -163,6 +163,14 @@ pub enum Footer<'a> {
     },
 }
 
+impl Footer<'_> {
+    /// Keys that are in no table, and their actions.
+    pub fn listed(hints: &[(&str, &'static str)]) -> Self {
+        let hints = hints.iter().map(|(key, what)| ((*key).to_owned(), *what));
+        Self::Hints(hints.collect())
+    }
+}
+
 /// Draws everything, or only the size of a screen that is too small.
 pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();

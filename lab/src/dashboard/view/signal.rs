@@ -34,6 +34,9 @@ const STEPS_S: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// Columns between labels of the time axis.
 const TIME_COLUMNS: f64 = 8.0;
 
+/// Length of the dashes of the last run, and of the gaps between them (dots).
+const GHOST_DASH: f64 = 3.0;
+
 /// Minimum size of a chart with labels; a smaller one has the line alone.
 const LEAST: (u16, u16) = (30, 5);
 
@@ -395,8 +398,12 @@ impl Chart<'_> {
     fn ghost(&self, points: &[(f64, f64)], buf: &mut Buffer) {
         let first = points.partition_point(|point| point.0 < self.columns.times[0]);
         let last = points.partition_point(|point| point.0 <= self.columns.times[1]);
-        // Every second stroke: a difference visible without colours.
-        let lines = points[first..last].windows(2).step_by(2).map(|pair| {
+        // Dashes: a difference visible without colours.
+        let dots = BrailleCanvas::dots(self.plot, self.columns.theme).0;
+        let dash = WINDOW_S / dots.max(1.0) * GHOST_DASH;
+        let drawn = |pair: &&[(f64, f64)]| (pair[0].0 / dash).floor() % 2.0 == 0.0;
+        let pairs = points[first..last].windows(2).filter(drawn);
+        let lines = pairs.map(|pair| {
             let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
             [x1, y1, x2, y2]
         });

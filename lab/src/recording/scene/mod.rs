@@ -6,6 +6,7 @@
 mod events;
 pub mod graph;
 pub mod histogram;
+pub mod lanes;
 pub mod latency;
 pub mod lateness;
 pub mod lines;

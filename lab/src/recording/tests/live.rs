@@ -198,7 +198,7 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
 }
 
 #[test]
-fn ten_seconds_take_half_a_megabyte_and_their_batches_are_put_together() {
+fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together() {
     let folder = folder();
     let path = folder.path().join("run.rrd");
     let config = Config {
@@ -207,8 +207,9 @@ fn ten_seconds_take_half_a_megabyte_and_their_batches_are_put_together() {
     };
     record(&config, &path).0.expect("no fault");
     let bytes = fs::metadata(&path).expect("file").len();
-    // 14 kB of them are what the threads did, and in which order.
-    assert!(bytes <= 544 << 10, "{bytes} bytes");
+    // 14 kB of them are what the threads did, and in which order; 100 kB are the lanes of
+    // ticks and messages.
+    assert!(bytes <= 656 << 10, "{bytes} bytes");
 }
 
 #[test]

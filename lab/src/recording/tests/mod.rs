@@ -3,6 +3,7 @@
 
 mod altered;
 mod damage;
+mod lanes;
 mod legacy;
 mod lies;
 mod live;

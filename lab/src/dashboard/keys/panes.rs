@@ -1,0 +1,22 @@
+//! The keys of the panes, the same on every screen.
+
+use crate::dashboard::focus::Pane;
+
+/// Actions on the panes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaneAction {
+    /// Focus the next pane.
+    Next,
+    /// Focus a pane.
+    Focus(Pane),
+    /// Give the focused pane the whole screen, or take it back.
+    Zoom,
+    /// Select the next push in the timeline, or the one before.
+    Push(bool),
+    /// Show a shorter stretch of the timeline, or a longer one.
+    Span(bool),
+    /// Explain the pane in focus.
+    Explain,
+    /// Show the keys.
+    Help,
+}

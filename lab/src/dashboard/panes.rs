@@ -1,0 +1,97 @@
+//! The panes' controls, the same on every screen: which pane has the focus, what part of
+//! the timeline is visible, and which page lies over the panes.
+
+use crossterm::event::KeyEvent;
+use ratelab::{runtime::Time, system::System};
+
+use super::{
+    explain,
+    focus::Pane,
+    frame::FrameData,
+    keys::PaneAction,
+    overlay::{self, Overlay},
+    sampler::{self, RunSource},
+    timeline::TimelineView,
+    view::{Footer, HelpPage, ScreenState, TextPage},
+};
+
+/// The state of the panes' controls.
+#[derive(Clone, Copy, Debug)]
+pub struct Panes {
+    /// The focused pane.
+    pub focus: Pane,
+    /// Whether the focused pane has the whole screen.
+    pub zoomed: bool,
+    /// Position and zoom of the timeline.
+    pub timeline: TimelineView,
+    /// The page over the panes.
+    pub overlay: Option<Overlay>,
+}
+
+impl Default for Panes {
+    fn default() -> Self {
+        Self {
+            focus: Pane::Graph,
+            zoomed: false,
+            timeline: TimelineView::default(),
+            overlay: None,
+        }
+    }
+}
+
+impl Panes {
+    /// The controls after `action` on a `screen` of `run` at run time `now`.
+    ///
+    /// # Errors
+    /// A notice, if there is no such pane.
+    pub fn after(
+        mut self,
+        action: PaneAction,
+        screen: Option<&ScreenState<'_>>,
+        (run, now): (&impl RunSource, Time),
+    ) -> Result<Self, &'static str> {
+        let has = |pane| screen.is_some_and(|screen| screen.has(pane));
+        match action {
+            PaneAction::Next => self.focus = self.focus.next(has),
+            PaneAction::Focus(pane) if has(pane) => self.focus = pane,
+            PaneAction::Focus(_) => return Err("this system has nothing to show there"),
+            PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
+            PaneAction::Span(closer) => self.timeline.zoom(closer),
+            PaneAction::Zoom => self.zoomed = !self.zoomed,
+            PaneAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
+            PaneAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
+        }
+        Ok(self)
+    }
+
+    /// Sends `key` to the page over the panes; returns whether there is one.
+    pub fn scroll(&mut self, key: &KeyEvent) -> bool {
+        let open = self.overlay;
+        self.overlay = open.and_then(|overlay| overlay.after(key));
+        open.is_some()
+    }
+
+    /// The bottom line: the keys of the page over the panes, or else these `hints`.
+    pub fn footer(&self, hints: impl FnOnce() -> Vec<(String, &'static str)>) -> Footer<'static> {
+        match self.overlay {
+            Some(_) => Footer::listed(overlay::HINTS),
+            None => Footer::Hints(hints()),
+        }
+    }
+
+    /// The page of the keys in `rows`, if it is open.
+    pub fn help(&self, rows: impl FnOnce() -> Vec<(String, String)>) -> Option<HelpPage> {
+        let scroll = self.overlay?.help()?;
+        Some(HelpPage {
+            rows: rows(),
+            scroll,
+        })
+    }
+
+    /// The page about the focused pane of `system`, if it is open.
+    pub fn explanation(&self, system: &dyn System, frame: &FrameData) -> Option<TextPage> {
+        let scroll = self.overlay?.explained()?;
+        let signal = sampler::signal(system).map(|signal| signal.name);
+        Some(explain::page(self.focus, signal, frame, scroll))
+    }
+}

@@ -1,0 +1,37 @@
+//! A run on another runtime, shown in the dashboard and compared with the same run on ours.
+
+use std::{ops::ControlFlow, sync::Arc};
+
+use ratelab::system::System;
+
+use crate::{
+    dashboard::{self, Options},
+    error::Error,
+    output::print_line,
+    recording::{OtherRun, Recording, verify},
+    screen::theme,
+};
+
+/// Frames per second at the most.
+const FPS: u32 = 30;
+
+/// Plays `run` in the dashboard if there is a terminal; then compares every message and tick
+/// with those of our runtime, and prints the result.
+pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
+    let recording = Arc::new(Recording::of_other_runtime(run, system)?);
+    if dashboard::terminal_is_there() {
+        let options = Options {
+            fps: FPS,
+            theme: theme(false, None),
+            ask_background: false,
+        };
+        dashboard::play(recording.clone(), system, &options)?;
+    }
+    let name = recording.path.display();
+    let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));
+    let identical = identical.map_err(|why| Error::Unverified {
+        file: name.to_string(),
+        why,
+    })?;
+    print_line(&format!("{name}: {identical}"))
+}

@@ -1,0 +1,100 @@
+//! A run on another runtime as a recording.
+
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
+
+use ratelab::{
+    experiment::{Config, Experiment, RunEnd},
+    runtime::{
+        ClockExit, ClockKind, Rows, TickRecord,
+        telemetry::{Event, EventKind},
+    },
+    system::{BuildError, System},
+};
+
+use super::{
+    reader::Recording,
+    schema::{Origin, RecordingEnd, RunResult, RunStatus},
+};
+
+/// A run of a system on another runtime, in virtual time and to its end.
+#[derive(Clone, Debug)]
+pub struct OtherRun {
+    /// The configuration of the same run on our runtime.
+    pub config: Config,
+    /// The messages of each topic, by its name.
+    pub topics: BTreeMap<String, Rows>,
+    /// The ticks of each node, by its name.
+    pub ticks: BTreeMap<String, Vec<TickRecord>>,
+    /// The reason for its end.
+    pub exit: ClockExit,
+}
+
+/// The place of the file in messages.
+const NAME: &str = "your runtime";
+
+impl Recording {
+    /// `run` of `system` as a complete recording without a file. Topics and nodes that it
+    /// lacks are empty.
+    ///
+    /// # Errors
+    /// [`BuildError`] if its configuration is invalid.
+    pub fn of_other_runtime(
+        mut run: OtherRun,
+        system: &Arc<dyn System>,
+    ) -> Result<Self, BuildError> {
+        let graph = Experiment::new(system.clone(), &run.config)?;
+        let topology = graph.observer().topology();
+        let topics = topology.topics.iter();
+        let topics: Vec<Rows> = topics
+            .map(|topic| run.topics.remove(&topic.name).unwrap_or_default())
+            .collect();
+        let nodes = topology.nodes.iter();
+        let ticks: Vec<_> = nodes
+            .map(|node| run.ticks.remove(&node.name).unwrap_or_default())
+            .collect();
+        let (until, events) = match &run.exit {
+            ClockExit::Ended { node, at } => {
+                let node = node.clone();
+                let what = EventKind::Ended { node };
+                (*at, vec![Event { at: *at, what }])
+            }
+            _ => (run.config.end, Vec::new()),
+        };
+        let states = system.state().and_then(|state| {
+            let index = topology.topics.iter().position(|topic| topic.name == state);
+            topics.get(index?)
+        });
+        let state = states.and_then(Rows::last).map(|(_, state)| state);
+        let end = RunEnd {
+            verdict: system.verdict(&run.exit, until, state),
+            sim_time: until,
+            wall_time: Duration::ZERO,
+            state: state.unwrap_or_default().to_vec(),
+            cost: None,
+        };
+        let steps = states.map_or(0, Rows::len) as u64;
+        let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
+        let outcome = RecordingEnd {
+            at: until,
+            clock: ClockKind::Virtual,
+            end: RunStatus::Ended(RunResult::of(&**system, &end, steps)),
+            messages: topics.iter().map(|rows| rows.len() as u64).collect(),
+            ticks: ticks.iter().map(|ticks| ticks.len() as u64).collect(),
+            lost: 0,
+            dropped: Some(topics.iter().map(dropped).collect()),
+            threads: None,
+        };
+        Ok(Self {
+            path: PathBuf::from(NAME),
+            bytes: 0,
+            origin: Origin::new(&**system, run.config, topology),
+            topics,
+            ticks,
+            events,
+            threads: None,
+            until,
+            outcome: Some(outcome),
+            damage: None,
+        })
+    }
+}

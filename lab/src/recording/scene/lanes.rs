@@ -1,0 +1,213 @@
+//! The timeline: a lane per node with its ticks, and a lane per topic with what became of
+//! its messages.
+//!
+//! Which messages were read is known only at the end, so these lanes are made of the
+//! complete recording, with the same [`Lineage`] as the timeline of the dashboard.
+
+use std::{collections::HashSet, time::Duration};
+
+use ratelab::runtime::{
+    Time,
+    telemetry::{Lineage, Worked},
+};
+use rerun::{
+    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
+    TimeColumn,
+};
+
+use super::palette::{BLUE, GREY, ORANGE};
+use crate::recording::{lineage::end_of, reader::Recording, schema::path, timeline::RUN_TIME};
+
+/// The lanes.
+pub const TIMELINE: &str = "timeline";
+
+/// A tick, until its end.
+const TICK: &str = "tick";
+/// A tick without a duration: [`INSTANT_WIDTH`] wide, to be seen.
+const INSTANT: &str = "tick without duration";
+/// The delay between the due time of a tick and its start.
+const LATE: &str = "late";
+/// A tick that was too long, so that the next period was skipped.
+const OVERRUN: &str = "overrun";
+
+/// The newest message, by what became of it.
+const READ: &str = "read";
+const UNREAD: &str = "unread";
+const LOST: &str = "lost on the link";
+
+/// Between two ticks.
+const NOTHING: &str = "";
+
+/// Width of a tick without a duration, unless the next one comes earlier.
+const INSTANT_WIDTH: Duration = Duration::from_millis(1);
+
+/// When a lane changed, and to what.
+type Changes = Vec<(Time, &'static str)>;
+
+/// Logs the lanes of `recording`. They are on the timeline of run time only.
+pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResult<()> {
+    let lineage = recording.lineage();
+    let topology = lineage.topology();
+    for (node, known) in topology.nodes.iter().enumerate() {
+        let lane = path(&[TIMELINE, "node", &known.name]);
+        let states = [TICK, INSTANT, LATE, OVERRUN];
+        let colours = [BLUE, BLUE, GREY, ORANGE];
+        send(rec, lane, (&states, &colours), &ticks(lineage.ticks(node)))?;
+    }
+    for (topic, known) in topology.topics.iter().enumerate() {
+        if known.readers.is_empty() {
+            continue;
+        }
+        let lane = path(&[TIMELINE, "topic", &known.name]);
+        let (states, colours) = ([READ, UNREAD, LOST], [BLUE, GREY, ORANGE]);
+        let readers = &known.readers;
+        send(
+            rec,
+            lane,
+            (&states, &colours),
+            &messages(&lineage, topic, readers),
+        )?;
+    }
+    Ok(())
+}
+
+/// The lane of a node.
+fn ticks<'a>(ticks: impl Iterator<Item = &'a Worked>) -> Changes {
+    let mut changes = Changes::new();
+    let (mut idle_from, mut overruns) = (Time::ZERO, None);
+    for Worked { tick, .. } in ticks {
+        let late = tick.lateness.unwrap_or_default();
+        if !late.is_zero() {
+            let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+            change(&mut changes, due.max(idle_from), LATE);
+        }
+        let first = (tick.number == 0).then_some(0);
+        let before = overruns.replace(tick.overruns).or(first);
+        let overran = before.is_some_and(|before| before < tick.overruns);
+        let end = end_of(tick);
+        let (state, until) = match tick.ends.map(|_| end > tick.at) {
+            Some(true) if overran => (OVERRUN, Some(end)),
+            Some(true) => (TICK, Some(end)),
+            Some(false) => (INSTANT, Some(tick.at + INSTANT_WIDTH)),
+            // The run ended before.
+            None => (TICK, None),
+        };
+        change(&mut changes, tick.at, state);
+        if let Some(until) = until {
+            change(&mut changes, until, NOTHING);
+        }
+        idle_from = end;
+    }
+    changes
+}
+
+/// Adds a change; what it comes before or replaces is left out.
+fn change(changes: &mut Changes, at: Time, state: &'static str) {
+    while changes.pop_if(|(before, _)| *before >= at).is_some() {}
+    if changes.last().is_none_or(|(_, before)| *before != state) {
+        changes.push((at, state));
+    }
+}
+
+/// The lane of a topic.
+fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
+    let reads = readers.iter().flat_map(|&node| lineage.ticks(node));
+    let reads = reads.flat_map(|worked| &worked.reads);
+    let read: HashSet<u64> = reads
+        .filter(|(of, _)| *of == topic)
+        .map(|(_, seq)| *seq)
+        .collect();
+    let mut changes = Changes::new();
+    for sent in lineage.sent(topic) {
+        let state = match sent.arrives {
+            None => LOST,
+            Some(_) if read.contains(&sent.seq) => READ,
+            Some(_) => UNREAD,
+        };
+        change(&mut changes, sent.released, state);
+    }
+    changes
+}
+
+/// Logs a lane, whose `states` have these colours.
+fn send(
+    rec: &RecordingStream,
+    lane: EntityPath,
+    (states, colours): (&[&str], &[Color]),
+    changes: &Changes,
+) -> RecordingStreamResult<()> {
+    if changes.is_empty() {
+        return Ok(());
+    }
+    let looks = StateConfiguration::new()
+        .with_values(states.iter().copied())
+        .with_colors(colours.iter().copied());
+    rec.log_static(lane.clone(), &looks)?;
+    let times = changes.iter().map(|(at, _)| at.as_nanos() as i64);
+    let times = TimeColumn::new_duration_nanos(RUN_TIME, times);
+    let rows = StateChange::new().with_state(changes.iter().map(|(_, state)| *state));
+    rec.send_columns(lane, [times], rows.columns_of_unit_batches()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab::runtime::TickRecord;
+
+    use super::*;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    /// A tick of the real clock: its start, lateness and duration (ms), and the overruns by
+    /// then.
+    fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> Worked {
+        let tick = TickRecord {
+            number,
+            at: ms(at),
+            ends: Some(ms(at)),
+            lateness: Some(Duration::from_millis(late)),
+            took: Some(Duration::from_millis(took)),
+            overruns,
+            push: None,
+        };
+        Worked {
+            tick,
+            reads: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_lane_has_the_late_part_of_each_tick_its_duration_and_whether_it_was_too_long() {
+        let run = [
+            tick(0, [3, 3, 4], 0),
+            tick(1, [20, 0, 25], 1),
+            tick(2, [60, 0, 20], 1),
+            tick(3, [81, 1, 0], 1),
+        ];
+        let lane = [
+            (0, LATE),
+            (3, TICK),
+            (7, NOTHING),
+            (20, OVERRUN),
+            (45, NOTHING),
+            (60, TICK),
+            (80, LATE),
+            (81, INSTANT),
+            (82, NOTHING),
+        ];
+        assert_eq!(ticks(run.iter()), lane.map(|(at, state)| (ms(at), state)));
+    }
+
+    #[test]
+    fn ticks_without_a_duration_stay_apart_at_any_rate() {
+        let run = [0, 1].map(|number| {
+            let mut worked = tick(number, [0, 0, 0], 0);
+            worked.tick.at = Time::from_nanos(number * 500_000);
+            worked.tick.ends = Some(worked.tick.at);
+            worked
+        });
+        // The second begins within the width of the first.
+        assert_eq!(ticks(run.iter()).len(), 2);
+    }
+}
