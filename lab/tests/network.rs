@@ -147,13 +147,13 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     plant.wait_for("the run begins");
     lab.wait_for("BALANCED so far");
     let printed = plant.printed();
-    lab.wait_for("gone for");
+    policy.signal("-INT");
+    policy.printed();
+    lab.wait_for("all nodes gone for");
     lab.type_keys("q");
     let (status, screen) = lab.close();
     let left = screen.screen().contents();
     assert!(status.success() && left.contains("recorded "), "{left}");
-    policy.signal("-INT");
-    policy.printed();
     let info = text(&ratelab(&["info", &seen]).stdout);
     for line in [
         "process   sensor and actuator in process ",
