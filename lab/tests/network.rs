@@ -147,8 +147,7 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     plant.wait_for("the run begins");
     lab.wait_for("BALANCED so far");
     let printed = plant.printed();
-    policy.signal("-INT");
-    policy.printed();
+    policy.interrupted();
     lab.wait_for("all nodes gone for");
     lab.type_keys("q");
     let (status, screen) = lab.close();
