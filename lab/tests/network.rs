@@ -141,19 +141,18 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     let plant = ["plant", "--listen", &address, "--duration-s", "4"];
     let mut plant = Part::start(&plant);
     let mut lab = Lab::open(&["lab", "--attach", &address, "--record", &seen], 24, 80);
-    lab.wait_for("waiting for");
+    lab.wait_for("no state yet");
     let policy = ["policy", "--connect", &address, "--record", &own];
     let policy = Part::start(&policy);
     plant.wait_for("the run begins");
     lab.wait_for("BALANCED so far");
     let printed = plant.printed();
-    lab.wait_for("gone for");
+    policy.interrupted();
+    lab.wait_for("all nodes gone for");
     lab.type_keys("q");
     let (status, screen) = lab.close();
     let left = screen.screen().contents();
     assert!(status.success() && left.contains("recorded "), "{left}");
-    policy.signal("-INT");
-    policy.printed();
     let info = text(&ratelab(&["info", &seen]).stdout);
     for line in [
         "process   sensor and actuator in process ",

@@ -27,6 +27,7 @@ impl Cable {
             ))
             && ip(&format!("-n {a} addr add 10.77.0.1/24 dev cable"))
             && ip(&format!("-n {b} addr add 10.77.0.2/24 dev cable"))
+            && ip(&format!("-n {a} link set lo up"))
             && ip(&format!("-n {a} link set cable up"))
             && ip(&format!("-n {b} link set cable up"));
         let why = "no network namespaces: they need ip, and the rights of root";

@@ -133,8 +133,8 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
         let count = found.map_or(0, |(_, count)| *count);
         assert!(count >= least, "{why}: {refused:?}");
     }
-    let (lost, starts) = (inlet.sender().lost, inlet.sender().starts);
-    assert_eq!((lost, starts), (0, 1), "{refused:?}");
+    let sender = inlet.sender();
+    assert_eq!((sender.lost, sender.starts), (0, 1), "{refused:?}");
     assert!(summary.topic("/action").published > 50);
 }
 

@@ -30,6 +30,12 @@ pub trait Remote: RunSource {
     /// Asks for a knob to be turned.
     fn turn(&mut self, knob: Knob);
 
+    /// Records the run from now on, or ends the recording; returns a notice.
+    fn record(&mut self) -> String;
+
+    /// Number of messages and ticks that the recording lost; `None` without one.
+    fn recording(&self) -> Option<u64>;
+
     /// The last refusal of a knob since the last call.
     fn refusal(&mut self) -> Option<String>;
 
@@ -88,6 +94,10 @@ impl<R: Remote> Watcher<R> {
             RemoteAction::Rate(direction) => self.turn_rate(direction),
             RemoteAction::Depth(direction) => self.turn_depth(direction),
             RemoteAction::Type => self.prompt.open(),
+            RemoteAction::Record => {
+                let notice = self.run.record();
+                self.notify(notice);
+            }
             RemoteAction::Panes(action) => {
                 let run = (&self.run, self.run.observer().now());
                 match self.panes.after(action, self.screen().as_ref(), run) {
@@ -203,6 +213,7 @@ impl<R: Remote> Model for Watcher<R> {
             knob_focus: self.knob_focus.clone(),
             events: self.events.clone(),
             extra: StatusExtra {
+                recording: self.run.recording(),
                 clocks: self.run.clocks(),
                 trouble: self.run.trouble(),
                 ..StatusExtra::default()

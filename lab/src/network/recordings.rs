@@ -1,7 +1,7 @@
 //! What a dashboard keeps of the runs of other processes: a recording of each, and the
 //! summary of the last.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ratelab::experiment::Summary;
 
@@ -14,8 +14,9 @@ use crate::{
 /// The recordings so far.
 #[derive(Default)]
 pub struct Recordings {
-    /// Where they go; `None` where nothing is recorded.
-    destination: Option<Destination>,
+    destination: Destination,
+    /// Whether runs are recorded.
+    on: bool,
     present: Option<Recorder>,
     done: Vec<Recorder>,
     /// The first file that could not be made.
@@ -28,28 +29,34 @@ impl Recordings {
     /// No recordings yet; those of later runs go to `destination`, if there is one.
     pub fn new(destination: Option<Destination>) -> Self {
         Self {
-            destination,
+            on: destination.is_some(),
+            destination: destination.unwrap_or_default(),
             ..Self::default()
         }
     }
 
-    /// Records the run of `source` from now on, if runs are recorded.
-    pub fn begin(&mut self, mut source: Source) {
-        let Some(destination) = &mut self.destination else {
-            return;
-        };
-        source.viewer.clone_from(&destination.viewer);
+    /// Records the run of `source` from now on.
+    ///
+    /// # Errors
+    /// [`Error`] if the file cannot be made.
+    pub fn begin(&mut self, mut source: Source) -> Result<PathBuf, Error> {
+        source.viewer.clone_from(&self.destination.viewer);
         let begin = |path: &Path| Recorder::from_the_start(path, &source);
-        match destination.claim(&source.origin, begin) {
-            Ok((_, recorder)) => self.present = Some(recorder),
-            Err((path, why)) => {
-                self.refused = Some(record_error(&path, &why));
-                self.destination = None;
-            }
+        let begun = self.destination.claim(&source.origin, begin);
+        self.on = begun.is_ok();
+        let (path, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
+        self.present = Some(recorder);
+        Ok(path)
+    }
+
+    /// The same for a run that just began; an error waits for the end.
+    pub fn begin_of_run(&mut self, source: Source) {
+        if let Err(why) = self.begin(source) {
+            self.refused.get_or_insert(why);
         }
     }
 
-    /// Ends the present recording, if there is one.
+    /// Ends the present recording, if there is one; later runs are recorded as before.
     pub fn end(&mut self, reason: StopReason) {
         if let Some(recorder) = self.present.take() {
             recorder.end(reason);
@@ -57,9 +64,27 @@ impl Recordings {
         }
     }
 
-    /// Whether nothing is recorded, though it should be.
+    /// Begins a recording of `source`, or ends the present one; returns a notice.
+    pub fn toggle(&mut self, source: Source) -> String {
+        if self.present.is_some() {
+            self.end(StopReason::Off);
+            self.on = false;
+            return "the recording ends".to_owned();
+        }
+        match self.begin(source) {
+            Ok(path) => format!("recording to {}", path.display()),
+            Err(why) => why.to_string(),
+        }
+    }
+
+    /// Whether a run should be recorded that is not.
     pub fn is_waiting(&self) -> bool {
-        self.present.is_none() && self.destination.is_some()
+        self.present.is_none() && self.on
+    }
+
+    /// Number of messages and ticks that the present recording lost; `None` without one.
+    pub fn lost(&self) -> Option<u64> {
+        self.present.as_ref().map(Recorder::lost)
     }
 
     /// Waits for all recordings that have ended.

@@ -373,7 +373,7 @@ impl RemoteRun {
         let due = std::mem::replace(&mut self.pending, later);
         if !due.is_empty() && self.recordings().is_waiting() {
             let source = self.source();
-            self.recordings().begin(source);
+            self.recordings().begin_of_run(source);
         }
         for item in due.into_values() {
             match item {
@@ -540,6 +540,18 @@ impl Remote for RemoteRun {
         });
     }
 
+    fn record(&mut self) -> String {
+        if self.hub.is_none() {
+            return "there is no run yet".to_owned();
+        }
+        let source = self.source();
+        self.recordings().toggle(source)
+    }
+
+    fn recording(&self) -> Option<u64> {
+        self.recordings().lost()
+    }
+
     fn refusal(&mut self) -> Option<String> {
         let answers = self.answers.1.try_iter();
         answers.filter_map(Result::err).last()
@@ -552,11 +564,16 @@ impl Remote for RemoteRun {
         let gone = self.processes.values().filter_map(|process| {
             let silent = process.heard.elapsed();
             let names = process.info.nodes.join(" and ");
-            let seconds = silent.as_secs_f64();
-            (silent > GONE).then(|| format!("{names} gone for {seconds:.1} s"))
+            (silent > GONE).then(|| (names, silent.as_secs_f64()))
         });
+        let mut gone: Vec<(String, f64)> = gone.collect();
+        gone.sort_by(|one, other| one.0.cmp(&other.0));
+        if let (Some((_, seconds)), true) = (gone.first(), gone.len() == self.processes.len()) {
+            return Some(format!("all nodes gone for {seconds:.1} s"));
+        }
+        let gone = gone.iter();
+        let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
         let mut gone: Vec<String> = gone.collect();
-        gone.sort();
         let refused: u64 = self
             .processes
             .values()

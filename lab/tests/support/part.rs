@@ -56,6 +56,13 @@ impl Part {
         printed
     }
 
+    /// Interrupts it, as Ctrl-C does, and waits for its end.
+    pub fn interrupted(mut self) {
+        self.signal("-INT");
+        let status = self.child.wait().expect("ended");
+        assert_eq!(status.code(), Some(130));
+    }
+
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args([name, &id]).status();

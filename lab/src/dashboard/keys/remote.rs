@@ -20,6 +20,8 @@ pub enum RemoteAction {
     Depth(Direction),
     /// Open the line in which a knob is typed.
     Type,
+    /// Start a recording, or end it.
+    Record,
     /// An action on the panes.
     Panes(PaneAction),
     /// Leave; the run goes on.
@@ -34,4 +36,6 @@ pub const REMOTE: KeyTable<RemoteAction> = screen_with_panes![
         "depth of the marked topics down, up", Some("depth"));
     row(&[(Char(':'), Type)],
         "type a knob and its exact value, such as rate NODE 7.5", Some("type a value")),
+    row(&[(Char('w'), Record)],
+        "record to a file in the folder recordings, or stop recording", Some("record")),
 ];
