@@ -91,7 +91,7 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
     let output = ratelab(&[&branch[..], &["--record", &kept]].concat());
     assert!(text(&output.stdout).contains("recorded"), "{output:?}");
     let info = text(&ratelab(&["info", &kept]).stdout);
-    for part in ["BALANCED", "on to the virtual clock", "takes policy 0"] {
+    for part in ["BALANCED", "on to the virtual clock", "think-ms none"] {
         assert!(info.contains(part), "{info}");
     }
     let late = ["branch", &file, "--at", "9", "--knob", "takes policy 0"];

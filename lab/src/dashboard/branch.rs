@@ -23,6 +23,9 @@ pub struct LeftRun {
     pub change: Change,
 }
 
+/// A branch ready to begin, and the run that it leaves.
+pub type PreparedBranch = (Prepared, LeftRun);
+
 /// Prepares a session that leaves `recording` at run time `at` with the knobs in `text`,
 /// and goes on at `speed` until `end`.
 ///
@@ -33,7 +36,7 @@ pub fn prepare(
     setup: &Setup,
     (at, text): (Time, &str),
     (end, speed): (Time, Speed),
-) -> Result<(Prepared, LeftRun), String> {
+) -> Result<PreparedBranch, String> {
     let knobs = KnobText(setup.system.aliases()).parse(text);
     let departure = Departure {
         at,

@@ -16,7 +16,7 @@ use ratelab::{
 };
 
 use super::{
-    branch::{self, LeftRun},
+    branch::{self, PreparedBranch},
     error::LabError,
     frame::{FrameData, SignalTrace},
     keys::{REPLAY, ReplayAction, is_chord},
@@ -27,7 +27,7 @@ use super::{
     presets::{self, Direction},
     prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
-    session::{Prepared, Setup},
+    session::Setup,
     view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Recording, Replay};
@@ -53,7 +53,7 @@ pub struct Player {
     /// The input line for the knob of a branch.
     prompt: Prompt,
     /// The branch to go on with.
-    branch: Option<(Prepared, LeftRun)>,
+    branch: Option<PreparedBranch>,
     notice: Option<String>,
     quit: bool,
 }
@@ -269,7 +269,7 @@ impl Player {
 
 impl Player {
     /// The branch to go on with, if there is one.
-    pub fn take_branch(&mut self) -> Option<(Prepared, LeftRun)> {
+    pub fn take_branch(&mut self) -> Option<PreparedBranch> {
         self.branch.take()
     }
 
@@ -277,7 +277,7 @@ impl Player {
     ///
     /// # Errors
     /// [`LabError`] if the run cannot be read.
-    pub fn into_branch(mut self) -> Result<Option<((Prepared, LeftRun), Sampler)>, LabError> {
+    pub fn into_branch(mut self) -> Result<Option<(PreparedBranch, Sampler)>, LabError> {
         let Some(branch) = self.take_branch() else {
             return Ok(None);
         };

@@ -26,6 +26,8 @@ pub struct PushAges {
     newest: Option<(Time, Time)>,
     /// Run times and the integral of the age until then (s²).
     areas: VecDeque<(Time, f64)>,
+    /// The last second, as the newest sample has it: exact however rarely one samples.
+    late: Option<RecentAge>,
     /// Run time (s) and age (ms) at the ends of each tooth.
     saw: VecDeque<(f64, f64)>,
 }
@@ -80,6 +82,10 @@ impl PushAges {
     fn seen(&mut self, view: PushAgeView) {
         if self.areas.back().is_none_or(|(at, _)| *at < view.at) {
             self.add(view.at, view.age, view.area_s2);
+            self.late = view.late_s.map(|mean| RecentAge {
+                mean: Duration::from_secs_f64(mean),
+                greatest: view.late_greatest,
+            });
         }
     }
 
@@ -96,6 +102,9 @@ impl PushAges {
     /// `None` before the first push, and where it was not looked at that often.
     pub fn recent(&self, period: Duration) -> Option<RecentAge> {
         let window = LATELY.max(period * 2);
+        if window == LATELY && self.late.is_some() {
+            return self.late;
+        }
         let &(now, area) = self.areas.back()?;
         let within = |at: Time| now.since(at) < window;
         let first = self.areas.partition_point(|(at, _)| !within(*at));
@@ -131,6 +140,8 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use ratelab::runtime::telemetry::PushAge;
+
     use super::*;
 
     fn ms(ms: u64) -> Time {
@@ -160,6 +171,17 @@ mod tests {
         }
         let mean = turned.recent(Duration::ZERO).expect("pushes").mean;
         assert_eq!(mean.as_micros(), (500 * 10 + 500 * 250) / 1_000 * 1_000);
+    }
+
+    #[test]
+    fn a_single_sample_has_the_whole_last_second() {
+        let (pushes, mut ages) = (PushAge::default(), PushAges::default());
+        pushes.push(ms(100), ms(0)); // 100 to 600 ms old, then
+        pushes.push(ms(600), ms(590)); // 10 to 20 ms.
+        ages.seen(pushes.view(ms(610)).expect("pushes"));
+        let recent = ages.recent(Duration::ZERO).expect("pushes");
+        assert_eq!(recent.mean.as_micros(), (500 * 350 + 10 * 15) * 1_000 / 510);
+        assert_eq!(recent.greatest, Duration::from_millis(600));
     }
 
     #[test]

@@ -57,6 +57,8 @@ pub struct PushAgeView {
     /// The mean over the last second, or since the first push (s); `None` if no time
     /// has passed.
     pub late_s: Option<f64>,
+    /// The greatest age in that time.
+    pub late_greatest: Duration,
 }
 
 impl PushAge {
@@ -104,12 +106,17 @@ impl PushAge {
         let then = state.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
         let late = now.since(from).as_secs_f64();
+        let ends = state.late.iter().skip(1).map(|next| next.since);
+        let pushes = state.late.iter().zip(ends.chain([now]));
+        let late_pushes = pushes.filter(|(_, end)| *end >= from);
+        let ages = late_pushes.map(|(push, end)| end.since(push.sensed));
         Some(PushAgeView {
             at: now,
             first: state.first,
             age: now.since(push.sensed),
             area_s2: twice_area as f64 / 2e18,
             late_s: (late > 0.0).then(|| (twice_area - before) as f64 / 2e18 / late),
+            late_greatest: ages.max().unwrap_or_default(),
         })
     }
 }
@@ -150,13 +157,19 @@ mod tests {
         age.push(ms(0), ms(0)); // 0 to 600 ms old, then
         age.push(ms(600), ms(600)); // 0 to 1000 ms old.
         let late = |now| {
-            age.view(ms(now))
-                .expect("pushes")
-                .late_s
-                .expect("time passed")
+            let view = age.view(ms(now)).expect("pushes");
+            let greatest = view.late_greatest.as_millis();
+            (view.late_s.expect("time passed"), greatest)
         };
-        assert!((late(600) - 0.3).abs() < 1e-15);
-        assert!((late(1_200) - (0.4 * 0.4 + 0.6 * 0.3)).abs() < 1e-15);
-        assert!((late(1_600) - 0.5).abs() < 1e-15);
+        for (now, mean, greatest) in [
+            (600, 0.3, 600),
+            (1_200, 0.4 * 0.4 + 0.6 * 0.3, 600),
+            (1_600, 0.5, 1_000),
+            (1_700, 0.6, 1_100),
+        ] {
+            let (mean_s, greatest_ms) = late(now);
+            assert!((mean_s - mean).abs() < 1e-15, "{mean_s} at {now}");
+            assert_eq!(greatest_ms, greatest, "at {now}");
+        }
     }
 }

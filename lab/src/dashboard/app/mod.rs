@@ -26,7 +26,7 @@ use knobs::without_knobs;
 use restart::Next;
 
 use super::{
-    branch::LeftRun,
+    branch::{LeftRun, PreparedBranch},
     cliff::{CliffMap, MapAxes},
     error::LabError,
     exercise_panel::{self, ExercisePanel},
@@ -43,7 +43,7 @@ use super::{
     presets::{Direction, at_end},
     prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
-    session::{Prepared, Session, SessionResult, Setup},
+    session::{Session, SessionResult, Setup},
     tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
@@ -138,11 +138,7 @@ impl App {
     }
 
     /// Starts with a branch; `sampler` knows the run that it left.
-    pub fn of_branch(
-        (prepared, left): (Prepared, LeftRun),
-        sampler: Sampler,
-        setup: Setup,
-    ) -> Self {
+    pub fn of_branch((prepared, left): PreparedBranch, sampler: Sampler, setup: Setup) -> Self {
         let session = prepared.begin(None);
         let seed = session.config().seed;
         let mut app = Self::of(session, setup, Destination::default(), seed);

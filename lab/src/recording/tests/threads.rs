@@ -155,7 +155,7 @@ fn a_recording_of_the_real_clock_without_its_order_is_refused_with_that_reason()
     let mut old = recorded(&real("", 0.2), &folder.path().join("real.rrd"));
     old.threads = None;
     let error = verify(&old).expect_err("no order").to_string();
-    assert!(error.contains("recorded it without that order"), "{error}");
+    assert!(error.contains("lacks the order"), "{error}");
 }
 
 #[test]

@@ -48,15 +48,15 @@ pub enum VerifyError {
     },
     /// Messages came from other processes, when the network brought them.
     #[error(
-        "this run was in several processes ({0}), and messages came when the network brought \
-         them: the same run does not come twice, so there is nothing to verify"
+        "this run was in several processes ({0}), and its messages arrived when the network \
+         delivered them: the same run does not come twice, so there is nothing to verify"
     )]
     Processes(String),
     /// The order of what happened is not in the recording.
     #[error(
-        "this run was {0} under the real clock, where the system decides in which order \
-         threads run, and its recording is without that order, as those of branches and by an \
-         early ratelab: the same run does not come twice, so there is nothing to verify"
+        "this run was {0} under the real clock, and its recording lacks the order in which its \
+         threads ran, as that of a branch does, and that of an early ratelab: without it the \
+         same run does not come twice, so there is nothing to verify"
     )]
     RealClock(&'static str),
     /// The order of what happened is not that of a run.
