@@ -1,10 +1,14 @@
-//! Passes on the location of MuJoCo's library to the programs of this package.
+//! Passes on the location of MuJoCo's library to the programs of a package. Several
+//! packages use this file.
 
 use std::env;
 
+/// Set by the library's own build script.
+const LIBRARY: &str = "DEP_RATELAB_MUJOCO_RPATH";
+
 fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    if let Ok(dir) = env::var("DEP_RATELAB_MUJOCO_RPATH") {
+    println!("cargo::rerun-if-env-changed={LIBRARY}");
+    if let Ok(dir) = env::var(LIBRARY) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{dir}");
     }
 }

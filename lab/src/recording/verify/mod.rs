@@ -150,6 +150,7 @@ pub fn verify(
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     refuse_other_system(recording, system)?;
+    order::refuse_processes(recording)?;
     refuse_nothing(recording, &**system)?;
     let mut rerun = order::rerun(recording, &**system)?;
     let likely = rerun.as_ref().map(|_| format!("likely: {LIKELY}"));

@@ -38,7 +38,7 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
 }
 
 /// The order of a run in several processes is that of the network, which no process knows.
-fn refuse_processes(recording: &Recording) -> Result<(), VerifyError> {
+pub fn refuse_processes(recording: &Recording) -> Result<(), VerifyError> {
     let processes = recording.origin.processes.iter();
     let processes: Vec<String> = processes.map(ToString::to_string).collect();
     match processes.is_empty() {
