@@ -4,8 +4,8 @@
 //! part is generated again; links have targets, options exist, and the first five minutes
 //! are played in a real terminal.
 //!
-//! `cargo test manual` checks everything, including the pictures; with `RATELAB_UPDATE=1`
-//! it writes the current output of commands into the pages.
+//! `cargo test manual -- --include-ignored` checks everything, including the pictures; with
+//! `RATELAB_UPDATE=1` it writes the current output of commands into the pages.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))] // Whose figures the pages show.
 
 mod page;
@@ -81,17 +81,24 @@ fn check(name: &str) {
     );
 }
 
-/// Creates a test for each page.
+/// Creates a test for each page. Those of the second list compute for long.
 macro_rules! manual {
-    ($($test:ident: $page:literal),* $(,)?) => {
+    ($($test:ident: $page:literal),*; $($long:ident: $long_page:literal),*) => {
         /// The pages of the manual.
-        const PAGES: &[&str] = &[$($page),*];
+        const PAGES: &[&str] = &[$($page,)* $($long_page),*];
 
         mod manual {
             $(
                 #[test]
                 fn $test() {
                     crate::check($page);
+                }
+            )*
+            $(
+                #[test]
+                #[ignore = "computes for a minute: cargo test manual -- --include-ignored"]
+                fn $long() {
+                    crate::check($long_page);
                 }
             )*
         }
@@ -109,7 +116,6 @@ manual! {
     recordings: "docs/recordings.md",
     docs_policies: "docs/policies.md",
     your_own: "docs/your-own.md",
-    age: "docs/age.md",
     hunt: "docs/hunt.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
@@ -123,11 +129,12 @@ manual! {
     throughput: "docs/throughput.md",
     worksheet: "docs/worksheet.md",
     exercises: "exercises/README.md",
-    answers: "docs/answers.md",
     reference_recordings: "recordings/README.md",
     policies: "policies/README.md",
     golden: "tests/golden/README.md",
-    fuzzers: "tests/fuzz/README.md",
+    fuzzers: "tests/fuzz/README.md";
+    age: "docs/age.md",
+    answers: "docs/answers.md"
 }
 
 /// The pages in `folder` and below.
