@@ -3,10 +3,11 @@
 //!
 //! `RATELAB_CASES=200` tries more runs, and `RATELAB_LOAD=4` keeps cores busy meanwhile.
 
+#[path = "support/load.rs"]
+mod load;
 mod support;
 
 use std::{
-    hint::black_box,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -16,6 +17,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
+use load::Load;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
@@ -291,30 +293,6 @@ impl Run {
             panic!("{difference}\n{:?}\n{:#?}", self.config, self.events);
         }
         entries
-    }
-}
-
-/// Threads that keep cores busy.
-struct Load(Arc<AtomicBool>);
-
-impl Load {
-    fn new(threads: usize) -> Self {
-        let over = Arc::new(AtomicBool::new(false));
-        for _ in 0..threads {
-            let over = over.clone();
-            thread::spawn(move || {
-                while !over.load(Ordering::Relaxed) {
-                    black_box((0..1_000).fold(0_u64, |sum, n| sum ^ black_box(n)));
-                }
-            });
-        }
-        Self(over)
-    }
-}
-
-impl Drop for Load {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
     }
 }
 

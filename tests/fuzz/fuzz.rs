@@ -19,6 +19,8 @@ mod weights;
 
 #[path = "../support/checkpoint.rs"]
 mod checkpoint;
+#[path = "../support/load.rs"]
+mod load;
 #[path = "../support/memory.rs"]
 mod memory;
 #[path = "../../lab/tests/support/terminal.rs"]

@@ -1,21 +1,14 @@
 //! Runs of the real clock with any configuration, while all cores are busy: each is recorded,
 //! and comes again to the bit.
 
-use std::{
-    fs,
-    hint::black_box,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread,
-};
+use std::{fs, thread};
 
 use rand::Rng;
 use tempfile::tempdir;
 
 use crate::{
     cases::{RandomSource, chance, pick, run},
+    load::Load,
     program::ratelab,
 };
 
@@ -51,30 +44,6 @@ const KNOBS: [&str; 10] = [
     "restart policy",
     "hang policy 45",
 ];
-
-/// Threads that keep cores busy while this lives.
-struct Load(Arc<AtomicBool>);
-
-impl Load {
-    fn new(threads: usize) -> Self {
-        let over = Arc::new(AtomicBool::new(false));
-        for _ in 0..threads {
-            let over = over.clone();
-            thread::spawn(move || {
-                while !over.load(Ordering::Relaxed) {
-                    black_box((0..1_000).fold(0_u64, |sum, n| sum ^ black_box(n)));
-                }
-            });
-        }
-        Self(over)
-    }
-}
-
-impl Drop for Load {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
 
 /// The arguments of a run that is recorded to `run.rrd`.
 fn arguments(random: &mut RandomSource) -> Vec<String> {

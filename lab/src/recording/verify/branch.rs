@@ -52,7 +52,7 @@ pub fn branch(
     system: &Arc<dyn System>,
     departure: &Departure,
 ) -> Result<Branch, VerifyError> {
-    super::refuse_other_system(recording, system)?;
+    super::refuse_foreign(recording, system)?;
     let mut rerun = order::rerun(recording, &**system)?;
     let Departure {
         at, knobs, speed, ..

@@ -27,7 +27,7 @@ impl Execution {
     /// # Errors
     /// [`VerifyError`] if it cannot be executed again.
     pub fn new(recording: Recording, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
-        super::refuse_other_system(&recording, system)?;
+        super::refuse_foreign(&recording, system)?;
         let rerun = order::rerun(&recording, &**system)?;
         let config = again::with_tables(Config {
             speed: Speed::Unlimited,

@@ -14,7 +14,6 @@ use crate::recording::{reader::Recording, schema::RunStatus};
 /// # Errors
 /// [`VerifyError`] if its log is missing or wrong.
 pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>, VerifyError> {
-    refuse_processes(recording)?;
     let Some(when) = under_the_real_clock(recording) else {
         return Ok(None);
     };
@@ -35,16 +34,6 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
         events::load_table(command).map_err(BuildError::Setting)?;
     }
     Ok(Some(rerun))
-}
-
-/// The order of a run in several processes is that of the network, which no process knows.
-pub fn refuse_processes(recording: &Recording) -> Result<(), VerifyError> {
-    let processes = recording.origin.processes.iter();
-    let processes: Vec<String> = processes.map(ToString::to_string).collect();
-    match processes.is_empty() {
-        true => Ok(()),
-        false => Err(VerifyError::Processes(processes.join("; "))),
-    }
 }
 
 /// Whether the log goes on to the end of the run.
