@@ -151,7 +151,7 @@ impl Summary {
         end: RunEnd,
         observer: &Observer,
     ) -> Self {
-        let snapshot = observer.snapshot();
+        let snapshot = observer.snapshot_at_end(end.sim_time);
         let steps = system.state().and_then(|state| snapshot.topic(state));
         Self {
             config: config.clone(),

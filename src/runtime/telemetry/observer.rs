@@ -275,17 +275,22 @@ impl Observer {
     /// Reads all counters. Those of one topic or node are consistent when the graph is at
     /// rest; while it runs each is read independently.
     pub fn snapshot(&self) -> Snapshot {
-        self.view(Meter::read)
+        self.view(self.now(), Meter::read)
+    }
+
+    /// Reads everything as of the end of the run at run time `end`: under the real clock
+    /// a tick may begin a little later than the tick that ends the run.
+    pub fn snapshot_at_end(&self, end: Time) -> Snapshot {
+        self.view(self.now().min(end), Meter::read)
     }
 
     /// The same with empty distributions: reading those is most of the work, and they
     /// change slowly.
     pub fn read_counters(&self) -> Snapshot {
-        self.view(|_| Distribution::empty())
+        self.view(self.now(), |_| Distribution::empty())
     }
 
-    fn view(&self, read: fn(&Meter) -> Distribution) -> Snapshot {
-        let now = self.now();
+    fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> Snapshot {
         Snapshot {
             now,
             status: self.status(),
