@@ -8,7 +8,7 @@ mod terminal;
 
 use std::{net::TcpListener, process::Command};
 
-use part::{Part, address, python};
+use part::{Ended, Part, ROS_POLICY, address, python};
 use support::{complaint, folder, path, ratelab, text};
 use terminal::Lab;
 
@@ -17,10 +17,7 @@ fn plant_and_policy_balance_in_two_processes_and_nothing_is_lost() {
     let address = address();
     let policy = Part::start(&["policy", "--connect", &address]);
     let plant = Part::start(&["plant", "--listen", &address, "--duration-s", "2"]);
-    let printed = plant.printed();
-    assert!(printed.contains("BALANCED"), "{printed}");
-    let wire = "/action from policy: 0 lost on the way, 0 refused";
-    assert!(printed.contains(wire), "{printed}");
+    plant.balanced();
     policy.signal("-INT");
 }
 
@@ -123,15 +120,8 @@ fn a_policy_of_ros_messages_in_python_balances_the_pole() {
         "--duration-s",
         "3",
     ]);
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/ros2/policy.py");
-    let client = Command::new(python).args([script, &address, "7"]).spawn();
-    let mut client = client.expect("Python starts");
-    let printed = plant.printed();
-    let _ = client.kill();
-    let _ = client.wait();
-    assert!(printed.contains("BALANCED"), "{printed}");
-    let wire = "/action from policy: 0 lost on the way, 0 refused";
-    assert!(printed.contains(wire), "{printed}");
+    let _client = Ended::start(Command::new(python).args([ROS_POLICY, &address, "7"]));
+    plant.balanced();
 }
 
 #[test]
