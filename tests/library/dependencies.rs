@@ -2,15 +2,12 @@
 //! the library needs no terminal, no command line and no recorder, and the network changes
 //! no crate that is built without it.
 
-#[path = "support/clone.rs"]
-mod clone;
-
 use std::{collections::BTreeSet, env, fs, process::Command};
 
 use toml::{Table, Value};
 
 fn read(file: &str) -> String {
-    fs::read_to_string(clone::root().join(file)).expect(file)
+    fs::read_to_string(crate::clone::root().join(file)).expect(file)
 }
 
 /// The external crates in the sections called `kinds` of a manifest, for all platforms.
@@ -64,7 +61,7 @@ fn built(options: &[&str]) -> BTreeSet<(String, String)> {
     let mut tree = Command::new(cargo);
     tree.args(["tree", "--offline", "--edges", "normal,build,dev"]);
     tree.args(["--prefix", "depth", "--format", " {p} [{f}]"]);
-    let output = tree.args(options).current_dir(clone::root()).output();
+    let output = tree.args(options).current_dir(crate::clone::root()).output();
     let output = output.expect("cargo");
     let printed = String::from_utf8(output.stdout).expect("UTF-8");
     assert!(output.status.success(), "cargo tree {options:?}");
