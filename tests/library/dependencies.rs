@@ -61,7 +61,10 @@ fn built(options: &[&str]) -> BTreeSet<(String, String)> {
     let mut tree = Command::new(cargo);
     tree.args(["tree", "--offline", "--edges", "normal,build,dev"]);
     tree.args(["--prefix", "depth", "--format", " {p} [{f}]"]);
-    let output = tree.args(options).current_dir(crate::clone::root()).output();
+    let output = tree
+        .args(options)
+        .current_dir(crate::clone::root())
+        .output();
     let output = output.expect("cargo");
     let printed = String::from_utf8(output.stdout).expect("UTF-8");
     assert!(output.status.success(), "cargo tree {options:?}");

@@ -5,11 +5,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{
-    runtime::{
-        Command,
-        telemetry::{Event, EventKind},
-    },
+use ratelab::runtime::{
+    Command,
+    telemetry::{Event, EventKind},
 };
 use ratelab_wire::{
     clock::{ClockId, Nanos},
