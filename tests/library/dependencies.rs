@@ -83,15 +83,19 @@ fn built(options: &[&str]) -> BTreeSet<(String, String)> {
 
 #[test]
 fn with_the_network_no_crate_is_built_again() {
-    let (plain, network) = (built(&[]), built(&["--features", "ratelab-lab/network"]));
+    let plain = built(&[]);
     let users: BTreeSet<&String> = plain.iter().map(|(user, _)| user).collect();
-    let changed: Vec<_> = plain
-        .symmetric_difference(&network)
-        .filter(|(user, _)| users.contains(user) && !user.starts_with("ratelab-lab "))
-        .collect();
     assert!(users.len() > 100, "nothing was read");
-    assert!(
-        changed.is_empty(),
-        "built with other features for the network: ask for them in lab/Cargo.toml: {changed:#?}"
-    );
+    for feature in ["ratelab-lab/network", "ratelab-lab/tls"] {
+        let other = built(&["--features", feature]);
+        let changed: Vec<_> = plain
+            .symmetric_difference(&other)
+            .filter(|(user, _)| users.contains(user) && !user.starts_with("ratelab-lab "))
+            .collect();
+        assert!(
+            changed.is_empty(),
+            "built with other features for {feature}: ask for them in lab/Cargo.toml: \
+             {changed:#?}"
+        );
+    }
 }

@@ -12,7 +12,7 @@ use std::{
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, RealClock, Time},
+    runtime::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, RealClock, Time, Wiring},
 };
 use ratelab_wire::{Bridge, End, Settings, clock};
 use rustix::time::{ClockId, clock_gettime};
@@ -102,7 +102,7 @@ fn send_datagrams(address: &str, hz: u32) -> f64 {
     let mut bytes = [0; BYTES];
     let mut graph = Graph::new();
     let rate = Hz::new(f64::from(hz)).expect("a rate");
-    let node = move |_: &mut _| {
+    let node = move |_: &mut Wiring<'_>| {
         move |_| {
             bytes[..8].copy_from_slice(&clock::now().to_le_bytes());
             let _ = socket.send(&bytes);

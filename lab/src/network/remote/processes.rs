@@ -268,3 +268,106 @@ fn is_of_node(event: &Event, here: impl Fn(&str) -> bool) -> bool {
         EventKind::Presence { .. } => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratelab::{
+        experiment::Config,
+        runtime::{Time, telemetry::Topology},
+    };
+
+    /// A process with one node, whose run began at `zero` (ns) of its clock.
+    fn info(incarnation: u64, node: &str, clock: u64, zero: Nanos) -> Info {
+        Info {
+            ratelab: String::new(),
+            incarnation,
+            host: "robot".to_owned(),
+            pid: 1,
+            is_hub: node == "plant",
+            nodes: vec![node.to_owned()],
+            clock: ClockId(clock),
+            zero: Some(zero),
+            config: Config::default(),
+            topology: Topology {
+                nodes: Vec::new(),
+                topics: Vec::new(),
+            },
+            events: Vec::new(),
+        }
+    }
+
+    fn with_hub() -> Processes {
+        let (mut processes, hub) = (Processes::default(), info(1, "plant", 1, 500));
+        processes.begin(&hub);
+        processes.add(hub);
+        processes
+    }
+
+    /// Clock 2 is 1000 ns ahead of ours.
+    fn estimate(clock: ClockId) -> Option<Estimate> {
+        match clock {
+            ClockId(1) => Some(Estimate::SAME),
+            ClockId(2) => Some(Estimate {
+                ahead: 1000,
+                bound: 30,
+            }),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn run_times_of_all_become_those_of_the_process_that_listens() {
+        let mut processes = with_hub();
+        processes.add(info(2, "near", 1, 600));
+        processes.add(info(3, "far", 2, 1600));
+        processes.add(info(4, "unknown", 3, 0));
+        let shift = |from, zero| processes.shift(from, zero, &estimate);
+        assert_eq!(shift(2, 600), Some((100, 0)));
+        assert_eq!(shift(3, 1600), Some((100, 30)));
+        assert_eq!(shift(4, 0), None);
+        assert_eq!(processes.exactness().as_deref(), Some("ages ?"));
+    }
+
+    #[test]
+    fn a_restart_keeps_the_drops_so_far_and_lacks_no_reports() {
+        let mut processes = with_hub();
+        let batch = |number, dropped| Batch {
+            number,
+            topics: vec![Counts {
+                topic: 7,
+                dropped,
+                ..Counts::default()
+            }],
+            ..Batch::default()
+        };
+        processes.add(info(2, "policy", 1, 0));
+        assert_eq!(processes.report(2, &batch(40, 3), 0), 0);
+        assert_eq!(processes.report(2, &batch(43, 5), 0), 2);
+        processes.add(info(3, "policy", 1, 0));
+        assert_eq!(processes.report(3, &batch(1, 1), 0), 0);
+        assert_eq!(processes.dropped(7), 6);
+        assert!(!processes.know(2) && processes.know(3));
+    }
+
+    #[test]
+    fn only_the_process_of_a_node_shows_its_knobs() {
+        let mut processes = with_hub();
+        processes.add(info(2, "policy", 1, 0));
+        let knob = |text: &str| Event {
+            at: Time::ZERO,
+            what: EventKind::Applied {
+                command: Command::Set(text.parse().expect("a knob")),
+                was: None,
+            },
+        };
+        let events = ["rate policy 20", "rate plant 20"].map(knob);
+        let shown = |processes: &mut Processes, from| {
+            let new = processes.new_events(from, 0, &events);
+            new.into_iter().cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(shown(&mut processes, 1), events);
+        assert_eq!(shown(&mut processes, 2), events[..1]);
+        assert_eq!(shown(&mut processes, 2), []);
+    }
+}
