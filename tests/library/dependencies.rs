@@ -25,7 +25,15 @@ fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
 #[test]
 fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other() {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
-    let manifests = ["", "exercises/", "lab/", "wire/", "xtask/", "xtask/dist/"];
+    let manifests = [
+        "",
+        "exercises/",
+        "lab/",
+        "tests/",
+        "wire/",
+        "xtask/",
+        "xtask/dist/",
+    ];
     let manifests = manifests.map(|at| format!("{at}Cargo.toml"));
     let named: BTreeSet<_> = manifests.iter().flat_map(|at| crates(at, &kinds)).collect();
     let page = read("docs/dependencies.md");
