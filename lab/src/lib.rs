@@ -44,6 +44,7 @@ mod csv;
 mod dashboard;
 mod error;
 mod first_start;
+mod graph_file;
 mod hunt;
 mod like;
 mod metrics;
@@ -69,7 +70,7 @@ mod version;
 mod web;
 mod xml;
 
-use std::{process::ExitCode, sync::Arc};
+use std::{env, ffi::OsString, process::ExitCode, sync::Arc};
 
 use ratelab::{cartpole::CartPole, system::System};
 
@@ -120,8 +121,17 @@ fn exit_after(outcome: Result<(), Error>) -> ExitCode {
 }
 
 fn execute(program: &Program) -> Result<(), Error> {
+    let (file, args) = cli::take_graph_file(env::args_os());
+    match file {
+        Some(file) => command(&graph_file::open(program, &file)?, args),
+        None => command(program, args),
+    }
+}
+
+/// Executes the command in `args`.
+fn command(program: &Program, args: Vec<OsString>) -> Result<(), Error> {
     use cli::{Command, CourseCommand};
-    match cli::parse(program) {
+    match cli::parse(program, args) {
         Ok(Command::Lab(args)) => commands::lab(program, &args),
         Ok(Command::Run(args)) => commands::run(program, &args),
         Ok(Command::Sweep(args)) => commands::sweep(program, &args),

@@ -7,6 +7,7 @@ mod explain;
 mod export_web;
 mod grade;
 mod graph;
+mod graph_file;
 mod hunt;
 mod network;
 mod picture;
@@ -17,7 +18,7 @@ mod system;
 mod timing;
 mod values;
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Args, FromArgMatches, Subcommand};
 use clap_complete::Shell;
@@ -37,6 +38,7 @@ pub use self::{
     export_web::ExportWebArgs,
     grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
+    graph_file::take as take_graph_file,
     hunt::HuntArgs,
     network::{NodeArgs, UpArgs},
     picture::PictureArgs,
@@ -123,12 +125,12 @@ pub enum CourseCommand {
 /// Place of the commands of the course in the help: the others have even places.
 const COURSE: usize = 27;
 
-/// Parses the command line of `program`.
+/// Parses the command line `args` of `program`.
 ///
 /// # Errors
 /// An error, or a request for output such as help; see [`explain`].
-pub fn parse(program: &Program) -> Result<Command, clap::Error> {
-    let matches = command(program).try_get_matches()?;
+pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Error> {
+    let matches = command(program).try_get_matches_from(args)?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
         Some((name, _)) if CourseCommand::has_subcommand(name) => {

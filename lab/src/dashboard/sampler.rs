@@ -12,7 +12,7 @@ use ratelab::{
         ClockExit, Head, Knob, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, Lineage, NodeView, TopicView},
     },
-    system::{Setup, Signal, System, Verdict, VerdictKind},
+    system::{Setup, Signal, System, Verdict, VerdictKind, verdict},
 };
 
 use super::{
@@ -334,7 +334,11 @@ impl Sampler {
     }
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
-        let verdict = system.verdict(&ClockExit::Stopped, head.at, Some(state));
+        let (exit, at) = (&ClockExit::Stopped, head.at);
+        let verdict = match system.chains() == system.state() {
+            true => verdict(system, exit, at, [Some(state); 2]),
+            false => system.verdict(exit, at, Some(state)),
+        };
         // A lost run stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
