@@ -45,6 +45,7 @@ mod dashboard;
 mod error;
 mod first_start;
 mod graph_file;
+mod graph_schema;
 mod hunt;
 mod like;
 mod metrics;
@@ -136,6 +137,7 @@ fn command(program: &Program, args: Vec<OsString>) -> Result<(), Error> {
         Ok(Command::Run(args)) => commands::run(program, &args),
         Ok(Command::Sweep(args)) => commands::sweep(program, &args),
         Ok(Command::Hunt(args)) => commands::hunt(program, &args),
+        Ok(Command::New(args)) => commands::new(&args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),

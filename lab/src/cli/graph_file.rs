@@ -6,11 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use clap::{Arg, Command, ValueHint};
+
 /// The ending of graph files.
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-pub const COMMANDS: [&str; 5] = ["lab", "run", "sweep", "hunt", "picture"];
+const COMMANDS: [&str; 5] = ["lab", "run", "sweep", "hunt", "picture"];
 
 /// The graph file in `args`, if there is one, and the other arguments.
 pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<OsString>) {
@@ -25,13 +27,29 @@ pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<O
     (file, args)
 }
 
-fn is_graph_file(arg: &OsStr) -> bool {
+/// Whether `arg` names a graph file.
+pub fn is_graph_file(arg: &OsStr) -> bool {
     Path::new(arg).extension() == Some(OsStr::new(ENDING))
         && !arg.to_string_lossy().starts_with('-')
 }
 
+/// Adds the graph file to the help of `command`, if it runs a graph.
+pub fn describe(command: Command) -> Command {
+    // The other argument of a picture is a recording.
+    let name = command.get_name();
+    if name == "picture" || !COMMANDS.contains(&name) {
+        return command;
+    }
+    let graph = Arg::new("graph_file")
+        .value_name("GRAPH")
+        .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
+        .value_hint(ValueHint::FilePath)
+        .value_parser(misplaced);
+    command.arg(graph)
+}
+
 /// Refuses a graph file at another place.
-pub fn misplaced(text: &str) -> Result<PathBuf, String> {
+fn misplaced(text: &str) -> Result<PathBuf, String> {
     Err(match is_graph_file(OsStr::new(text)) {
         true => "the graph file stands first, or right behind the command".to_owned(),
         false => format!("expected a graph file, which ends in .{ENDING}"),
