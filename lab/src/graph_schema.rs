@@ -63,3 +63,56 @@ fn values(form: Form) -> Value {
         Form::Remap => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE: &str = include_str!("../../docs/graphs.md");
+
+    /// The keys of all sections as a table in Markdown.
+    fn table() -> String {
+        let mut rows = vec![
+            "| section | key | what it is |".to_owned(),
+            "|---|---|---|".to_owned(),
+        ];
+        for section in &SECTIONS {
+            let heading = match (section.name, section.named) {
+                ("", _) => String::new(),
+                (name, true) => format!("`[{name}.NAME]`"),
+                (name, false) => format!("`[{name}]`"),
+            };
+            for key in section.keys {
+                let must = if key.required { ", required" } else { "" };
+                rows.push(format!(
+                    "| {heading} | `{}` | {}{must} |",
+                    key.name, key.help
+                ));
+            }
+        }
+        rows.join("\n")
+    }
+
+    #[test]
+    fn the_page_has_the_table_of_keys() {
+        let table = table();
+        assert!(PAGE.contains(&table), "docs/graphs.md lacks:\n{table}");
+    }
+
+    #[test]
+    fn the_schema_has_every_key_and_section() {
+        let schema = schema();
+        for section in &SECTIONS[1..] {
+            let section_schema = &schema["properties"][section.name];
+            let object = match section.named {
+                true => &section_schema["additionalProperties"],
+                false => section_schema,
+            };
+            for key in section.keys {
+                assert_eq!(object["properties"][key.name]["description"], key.help);
+            }
+            assert_eq!(object["additionalProperties"], false);
+        }
+        assert_eq!(schema["required"][0], "name");
+    }
+}

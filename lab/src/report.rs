@@ -191,7 +191,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let steps = match system.state() {
+    let steps = match timing::plant(system) {
         Some(_) => format!("{} control steps in ", summary.steps),
         None => String::new(),
     };
