@@ -31,7 +31,10 @@ use super::{
     settings::setting,
     timeline::{Timeline, TimelineView},
 };
-use crate::{names, timing::depends_on_the_world};
+use crate::{
+    names,
+    timing::{depends_on_the_world, plant},
+};
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -504,7 +507,7 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");
     }
-    session.system().state()?;
+    plant(session.system())?;
     let asked = setup.iter().any(depends_on_the_world);
     asked.then_some("world: waits")
 }
