@@ -1,7 +1,7 @@
 //! The JSON Schema of graph files, from their table of keys.
 
 use ratelab::{
-    graph_file::format::{Form, Key, SECTIONS, Section},
+    graph_file::format::{FileSection, Form, Key, SECTIONS},
     runtime::{Depth, Hz, KnobKind},
 };
 use serde_json::{Map, Value, json};
@@ -22,7 +22,7 @@ pub fn schema() -> Value {
 }
 
 /// A section as an object.
-fn object(section: &Section) -> Value {
+fn object(section: &FileSection) -> Value {
     let keys = section.keys.iter();
     let properties: Map<String, Value> = keys
         .map(|key| (key.name.to_owned(), property(key)))

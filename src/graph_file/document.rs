@@ -9,7 +9,7 @@ use toml::{
 
 use super::{
     error::{GraphFileError, instead},
-    format::{Form, Key, SECTIONS, Section},
+    format::{FileSection, Form, Key, SECTIONS},
 };
 
 /// A text with its place in the file.
@@ -22,15 +22,15 @@ pub(super) struct Placed {
 /// A section of the file.
 #[derive(Debug)]
 pub(super) struct Block {
-    pub(super) section: &'static Section,
+    pub(super) section: &'static FileSection,
     /// Its own name; that of the kind of section if it has none.
     pub(super) name: Placed,
-    entries: Vec<(&'static Key, usize, Value)>,
+    entries: Vec<(&'static Key, usize, FileValue)>,
 }
 
 /// A value in the form of its key.
 #[derive(Debug)]
-enum Value {
+enum FileValue {
     Text(String),
     Number(f64),
     List(Vec<Placed>),
@@ -38,7 +38,7 @@ enum Value {
 }
 
 impl Block {
-    fn get(&self, key: &str) -> Option<(usize, &Value)> {
+    fn get(&self, key: &str) -> Option<(usize, &FileValue)> {
         let mut entries = self.entries.iter();
         let (_, at, value) = entries.find(|(known, ..)| known.name == key)?;
         Some((*at, value))
@@ -48,15 +48,15 @@ impl Block {
     pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static Key, usize, String)> {
         let knobs = self.entries.iter();
         knobs.filter_map(|(key, at, value)| match (key.form, value) {
-            (Form::Knob(_), Value::Text(text)) => Some((*key, *at, text.clone())),
-            (Form::Knob(_), Value::Number(number)) => Some((*key, *at, number.to_string())),
+            (Form::Knob(_), FileValue::Text(text)) => Some((*key, *at, text.clone())),
+            (Form::Knob(_), FileValue::Number(number)) => Some((*key, *at, number.to_string())),
             _ => None,
         })
     }
 
     pub(super) fn text(&self, key: &str) -> Option<Placed> {
         match self.get(key)? {
-            (at, Value::Text(text)) => Some(Placed {
+            (at, FileValue::Text(text)) => Some(Placed {
                 text: text.clone(),
                 at,
             }),
@@ -66,21 +66,21 @@ impl Block {
 
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         match self.get(key)? {
-            (_, Value::Number(number)) => Some(*number),
+            (_, FileValue::Number(number)) => Some(*number),
             _ => None,
         }
     }
 
     pub(super) fn list(&self, key: &str) -> Vec<Placed> {
         match self.get(key) {
-            Some((_, Value::List(list))) => list.clone(),
+            Some((_, FileValue::List(list))) => list.clone(),
             _ => Vec::new(),
         }
     }
 
     pub(super) fn map(&self, key: &str) -> Vec<(Placed, Placed)> {
         match self.get(key) {
-            Some((_, Value::Map(map))) => map.clone(),
+            Some((_, FileValue::Map(map))) => map.clone(),
             _ => Vec::new(),
         }
     }
@@ -93,7 +93,7 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
         let at = error.span().map_or(0, |span: Range<usize>| span.start);
         GraphFileError::at(text, at, format!("not TOML: {}", error.message()))
     })?;
-    let reader = Reader { text };
+    let reader = DocumentReader { text };
     let [top, sections @ ..] = &SECTIONS;
     let mut first = Vec::new();
     let mut blocks = Vec::new();
@@ -123,7 +123,7 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
 }
 
 /// The heading of a section.
-fn heading(section: &Section) -> String {
+fn heading(section: &FileSection) -> String {
     match section.named {
         true => format!("{}.NAME", section.name),
         false => section.name.to_owned(),
@@ -147,11 +147,11 @@ fn placed(key: KeyOf<'_>) -> Placed {
     }
 }
 
-struct Reader<'t> {
+struct DocumentReader<'t> {
     text: &'t str,
 }
 
-impl Reader<'_> {
+impl DocumentReader<'_> {
     fn refuse(&self, at: usize, what: impl Into<String>) -> GraphFileError {
         GraphFileError::at(self.text, at, what)
     }
@@ -173,7 +173,7 @@ impl Reader<'_> {
 
     fn block(
         &self,
-        section: &'static Section,
+        section: &'static FileSection,
         name: Placed,
         entries: Vec<(KeyOf<'_>, ValueOf<'_>)>,
     ) -> Result<Block, GraphFileError> {
@@ -206,25 +206,25 @@ impl Reader<'_> {
         })
     }
 
-    fn value(&self, key: &Key, value: ValueOf<'_>) -> Result<Value, GraphFileError> {
+    fn value(&self, key: &Key, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
         let form = key.form;
         let found = match (form, value.get_ref()) {
             (Form::Name | Form::Knob(_), DeValue::String(text)) => {
-                Some(Value::Text(text.to_string()))
+                Some(FileValue::Text(text.to_string()))
             }
-            (Form::Knob(_), value) => number(value).map(Value::Number),
+            (Form::Knob(_), value) => number(value).map(FileValue::Number),
             (Form::Number(most), value) => {
                 let number = number(value).filter(|number| *number > 0.0 && *number <= most);
-                number.map(Value::Number)
+                number.map(FileValue::Number)
             }
             (Form::Topics | Form::Path, DeValue::Array(items)) => {
                 let texts = items.iter().map(text);
-                texts.collect::<Option<_>>().map(Value::List)
+                texts.collect::<Option<_>>().map(FileValue::List)
             }
             (Form::Remap, DeValue::Table(table)) => {
                 let pairs = in_order(table).into_iter();
                 let pairs = pairs.map(|(key, value)| Some((placed(key), text(value)?)));
-                pairs.collect::<Option<_>>().map(Value::Map)
+                pairs.collect::<Option<_>>().map(FileValue::Map)
             }
             _ => None,
         };

@@ -4,7 +4,7 @@ use crate::runtime::KnobKind;
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
-pub struct Section {
+pub struct FileSection {
     /// Its first word; empty for the keys before all sections.
     pub name: &'static str,
     /// Whether each section has a name of its own.
@@ -81,14 +81,14 @@ const fn required(name: &'static str, form: Form, help: &'static str) -> Key {
 }
 
 /// All sections. The first holds the keys at the beginning of the file.
-pub const SECTIONS: [Section; 5] = [
-    Section {
+pub const SECTIONS: [FileSection; 5] = [
+    FileSection {
         name: "",
         named: false,
         keys: &[required("name", Form::Name, "Name of the graph")],
         help: "The graph",
     },
-    Section {
+    FileSection {
         name: "node",
         named: true,
         keys: &[
@@ -121,7 +121,7 @@ pub const SECTIONS: [Section; 5] = [
         ],
         help: "A node. Nodes that are due together tick in the order of the file",
     },
-    Section {
+    FileSection {
         name: "topic",
         named: true,
         keys: &[
@@ -143,7 +143,7 @@ pub const SECTIONS: [Section; 5] = [
         ],
         help: "A topic with settings; others need no section",
     },
-    Section {
+    FileSection {
         name: "chain",
         named: true,
         keys: &[
@@ -165,7 +165,7 @@ pub const SECTIONS: [Section; 5] = [
         ],
         help: "A chain of nodes and topics, whose data age is measured",
     },
-    Section {
+    FileSection {
         name: "system",
         named: false,
         keys: &[

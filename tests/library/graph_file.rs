@@ -154,7 +154,7 @@ fn settings_are_knobs_that_those_of_a_run_replace() {
     let quicker = chains(PAIR, &["takes control none"]);
     assert!(quicker[0].contains("greatest 150.0 ms"), "{quicker:?}");
     let summary = run(PAIR, &["rate camera 50"]);
-    assert_eq!(summary.node("camera").expect("a node").ticks, 500);
+    assert_eq!(summary.node("camera").expect("a node").hz.get(), 50.0);
 }
 
 #[test]
