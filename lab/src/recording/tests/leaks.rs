@@ -14,7 +14,8 @@ use std::{
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{ClockKind, Fields, GO_ON, Shared, Speed, Time},
+    fields,
+    runtime::{ClockKind, GO_ON, Shared, Speed, Time},
     system::{BuildError, Builder, System},
 };
 
@@ -23,19 +24,10 @@ use crate::recording::{Recorded, Recorder, Source, StopReason};
 
 /// A number.
 #[derive(Clone, Copy)]
-struct Number(f64);
-
-impl Fields for Number {
-    const FIELDS: &'static [&'static str] = &["number"];
-
-    fn append_to(&self, row: &mut Vec<f64>) {
-        row.push(self.0);
-    }
-
-    fn from_row(row: &[f64]) -> Option<Self> {
-        row.first().copied().map(Self)
-    }
+struct Number {
+    number: f64,
 }
+fields!(Number { number: "number" });
 
 /// A node that publishes a number, and another one that adds to what the number is made of.
 struct Leaky(Leak);
@@ -83,7 +75,10 @@ impl System for Leaky {
         builder.node("reads", 200.0, 0, move |wiring| {
             let (number, source) = (wiring.publisher(&number), source.clone());
             move |now| {
-                number.publish(Number(source.read()), now, None);
+                let read = Number {
+                    number: source.read(),
+                };
+                number.publish(read, now, None);
                 GO_ON
             }
         })?;

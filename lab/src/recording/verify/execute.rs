@@ -4,7 +4,7 @@ use std::{sync::Arc, thread};
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{Observer, RealClock, Rerun, Speed, TimedKnob, telemetry::Event},
+    runtime::{Observer, RealClock, Rerun, Speed},
     system::System,
 };
 
@@ -35,9 +35,7 @@ impl Execution {
             end: recording.until,
             ..recording.origin.config.clone()
         })?;
-        let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
-        let taken = again::taken(&config, turned);
-        let mut experiment = Experiment::again(system.clone(), &config, &taken)?;
+        let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs())?;
         experiment.schedule(events::commands(&recording, &**system, rerun.as_ref())?);
         Ok(Self {
             recording,
