@@ -23,7 +23,7 @@
 //! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
 //! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
-//! Each row is a test in `tests/topic.rs`.
+//! Each row is a test in `tests/library/topic.rs`.
 
 use std::{collections::VecDeque, fmt, time::Duration};
 

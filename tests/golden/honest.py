@@ -11,7 +11,7 @@ queue of events, but goes from instant to instant and asks everybody.
     python3 tests/golden/honest.py --check    check it, and the facts known before
     python3 tests/golden/honest.py --more 1000 FILE
                                               write so many other runs at random, for
-                                              RATELAB_HONEST=FILE cargo test --test time
+                                              RATELAB_HONEST=FILE cargo test --test library time
 
 honest.txt (ASCII, "\\n" line ends)
 -----------------------------------

@@ -1,11 +1,9 @@
 //! Exact time: the due time of tick k, the effect of a change of rate, and the valid
 //! rates and times.
 
-mod support;
-
+use crate::support::{hz, secs};
 use proptest::prelude::*;
 use ratelab::runtime::{Hz, Rate, Speed, Time};
-use support::{hz, secs};
 
 /// Nanoseconds in a second times microhertz in a hertz.
 const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;

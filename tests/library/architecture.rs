@@ -3,17 +3,12 @@
 //! only. No files import each other in a circle, and a type name means one type in a crate.
 //! The dependencies of the library are tested in `dependencies.rs`.
 
-#[path = "support/clone.rs"]
-mod clone;
-#[path = "support/imports.rs"]
-mod imports;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use imports::{Sources, circles, imports, uses};
+use crate::imports::{Sources, circles, imports, uses};
 
 /// The Rust files below `folder`.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -40,7 +35,7 @@ fn code(path: &Path) -> String {
 
 /// The modules of the crate in `folder`, without tests.
 fn sources(folder: &str) -> Sources {
-    let root = clone::root().join(folder);
+    let root = crate::clone::root().join(folder);
     let files = rust_files(&root).into_iter().map(|path| {
         let inside = path.with_extension("");
         let names = inside.strip_prefix(&root).expect("below").iter();

@@ -1,8 +1,7 @@
 //! A fault is an error: it ends the run and names the failed node, the run time and the
 //! cause.
 
-mod support;
-
+use crate::support::{TickLog, secs, with_policy};
 use ratelab::{
     cartpole::{Action, NotFinite, Observation, POLICY, Plant},
     experiment::{Config, Experiment},
@@ -12,7 +11,6 @@ use ratelab::{
         telemetry::{Event, EventKind},
     },
 };
-use support::{TickLog, secs, with_policy};
 
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {

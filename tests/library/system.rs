@@ -1,10 +1,9 @@
 //! A graph as a value: it is built according to its setup, or refused with the available
 //! names, and a custom system runs and is swept like the cart-pole.
 
-mod support;
-
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
 
+use crate::support::{depth, hz};
 use proptest::prelude::*;
 use ratelab::{
     experiment::{
@@ -17,7 +16,6 @@ use ratelab::{
     },
     system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
 };
-use support::{depth, hz};
 
 /// An oven after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,10 +3,6 @@
 //!
 //! `RATELAB_CASES=200` tries more runs, and `RATELAB_LOAD=4` keeps cores busy meanwhile.
 
-#[path = "support/load.rs"]
-mod load;
-mod support;
-
 use std::{
     sync::{
         Arc,
@@ -16,8 +12,9 @@ use std::{
     time::Duration,
 };
 
+use crate::load::Load;
+use crate::support::{cart_pole, config, secs};
 use crossbeam_channel::Sender;
-use load::Load;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
@@ -27,7 +24,6 @@ use ratelab::{
     },
     system::WorldKind,
 };
-use support::{cart_pole, config, secs};
 
 /// Random numbers (SplitMix64).
 struct Dice(u64);
@@ -464,7 +460,7 @@ fn an_altered_log_is_refused_or_makes_another_run_and_never_hangs() {
     };
     let run = Run::record(
         &config,
-        person(vec![(0.1, support::set_rate("policy", 100.0))]),
+        person(vec![(0.1, crate::support::set_rate("policy", 100.0))]),
     );
     let (mut refused, mut other, mut same) = (0, 0, 0);
     for _ in 0..number("RATELAB_CASES", 150) {
@@ -517,7 +513,7 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
 /// A number for [`adders`], and the topic for their sums.
 fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
     let total = Arc::new(Shared::new("total", 0));
-    (total, Topic::new("/sum", support::depth(1)))
+    (total, Topic::new("/sum", crate::support::depth(1)))
 }
 
 /// Two nodes that add to one number and publish it.
@@ -525,7 +521,7 @@ fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
     let mut graph = Graph::new();
     for name in ["one", "other"] {
         let total = total.clone();
-        let added = graph.node(name, support::hz(1_000.0), 0, |wiring| {
+        let added = graph.node(name, crate::support::hz(1_000.0), 0, |wiring| {
             let topic = wiring.publisher(topic);
             move |now| {
                 let sum = {
@@ -622,7 +618,7 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
             GO_ON
         };
         graph
-            .node("waits", support::hz(100.0), 0, |_| waits)
+            .node("waits", crate::support::hz(100.0), 0, |_| waits)
             .expect("node");
         graph
     };

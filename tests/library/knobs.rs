@@ -1,15 +1,13 @@
 //! Timed knobs as text: written knobs parse again, and invalid ones are refused with the
 //! line, the value and the expected form.
 
-mod support;
-
+use crate::support::{depth, hz, knobs, secs};
 use proptest::prelude::*;
 use ratelab::{
     cartpole::CartPole,
     runtime::{Knob, Time, TimedKnob},
     system::{KnobText, KnobTextError},
 };
-use support::{depth, hz, knobs, secs};
 
 /// Knobs with the aliases of the cart-pole.
 const KNOBS: KnobText = CartPole::KNOBS;

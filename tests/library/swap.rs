@@ -1,10 +1,12 @@
 //! Nodes take messages while they run, and a policy node can switch to another policy:
 //! between ticks, with a log entry, and reproducibly.
 
-mod support;
-
 use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
 
+use crate::support::{
+    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
+    run_bytes, run_timed, secs, send_to, with_policy,
+};
 use ratelab::{
     cartpole::{CartPole, POLICY},
     experiment::{
@@ -16,10 +18,6 @@ use ratelab::{
         ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
         VirtualClock, clock, telemetry::Event,
     },
-};
-use support::{
-    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
-    run_bytes, run_timed, secs, send_to, with_policy,
 };
 
 /// Keeps the last text, refuses "no" and panics at "boom".

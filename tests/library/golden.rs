@@ -4,21 +4,18 @@
 //! observation, action, latency and plant state of each run goes into one hash; counters
 //! and verdict are compared directly. The last bits of sine and cosine depend on the C
 //! library, so the bytes are compared only on the platform that produced them.
-#![cfg(all(target_arch = "x86_64", target_os = "linux"))]
-
-mod support;
 
 use std::collections::HashMap;
 
+use crate::support::{config, knobs, run, run_bytes, step_bytes};
 use ratelab::{
     cartpole::{ACTION, OBS, Plant, verdict},
     experiment::Config,
     runtime::Time,
     system::VerdictKind,
 };
-use support::{config, knobs, run, run_bytes, step_bytes};
 
-const RUNS: &str = include_str!("golden/runs.txt");
+const RUNS: &str = include_str!("../golden/runs.txt");
 
 type GoldenRow<'a> = HashMap<&'a str, &'a str>;
 
@@ -99,7 +96,7 @@ fn every_reference_run_is_reproduced_to_the_bit() {
 
 #[test]
 fn starts_match_numpy_for_seeds_below_and_above_32_bits() {
-    for line in include_str!("golden/seeds.txt").lines() {
+    for line in include_str!("../golden/seeds.txt").lines() {
         let fields = fields(line);
         let plant = Plant::new(fields["seed"].parse().expect("seed")).expect("plant");
         let ([x, angle], [x_velocity, angle_velocity]) = (plant.qpos(), plant.qvel());

@@ -1,15 +1,13 @@
 //! The verdict names the kind of loss: a cart that leaves the rail differs from a fall of
 //! the pole.
 
-mod support;
-
+use crate::support::{config, run, with_policy};
 use ratelab::{
     cartpole::{Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD, pole_angle, verdict},
     experiment::{Config, Experiment},
     policy::{Policy, PolicyKind},
     runtime::Time,
 };
-use support::{config, run, with_policy};
 
 /// Balances the pole at an angle (rad) away from upright, which accelerates the cart.
 #[derive(Clone)]

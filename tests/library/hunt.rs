@@ -1,14 +1,13 @@
 //! A hunt finds faults that are enough, and of which no part can be left out: held to
 //! every smaller list, each run here again.
 
-mod support;
-
 use std::{
     num::NonZeroUsize,
     sync::atomic::{AtomicUsize, Ordering},
     time::Duration,
 };
 
+use crate::support::{cart_pole, config};
 use ratelab::{
     experiment::{
         Config, Experiment,
@@ -16,7 +15,6 @@ use ratelab::{
     },
     runtime::{Knob, Time, TimedKnob},
 };
-use support::{cart_pole, config};
 
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

@@ -1,10 +1,12 @@
 //! A repeated session is identical to the bit: its commands are logged with their run
 //! times, and nothing else affects it.
 
-mod support;
-
 use std::{thread, time::Duration};
 
+use crate::support::{
+    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
+    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
+};
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{
@@ -14,10 +16,6 @@ use ratelab::{
     },
     experiment::Config,
     runtime::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event},
-};
-use support::{
-    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
-    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
 };
 
 /// Runs an experiment while `person` gives commands.

@@ -1,14 +1,13 @@
 //! Links and faults of nodes, set by knobs, with the fate of every message. The virtual
 //! clock's bytes are tested in `time.rs`.
 
-mod support;
-
 use std::{
     collections::BTreeSet,
     sync::{Arc, Mutex},
     time::Duration,
 };
 
+use crate::support::{depth, hz, run_virtual, secs, specs::almost_link};
 use proptest::prelude::*;
 use ratelab::{
     cartpole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR},
@@ -16,7 +15,6 @@ use ratelab::{
     runtime::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
     system::{BuildError, Builder, System, WorldKind},
 };
-use support::{depth, hz, run_virtual, secs, specs::almost_link};
 
 fn knob(text: &str) -> Knob {
     text.parse().expect(text)
@@ -565,7 +563,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
         (0.01, "lose /test 2"),
         (0.05, "link /test none"),
     ];
-    let timed = timed.map(|(seconds, text)| support::at(seconds, knob(text).into()));
+    let timed = timed.map(|(seconds, text)| crate::support::at(seconds, knob(text).into()));
     run_virtual(&mut graph, timed.to_vec(), secs(0.06));
     let tapped: Vec<_> = tap.items().try_iter().collect();
     let ms = |ms: u64| Some(Time::from_nanos(ms * 1_000_000));

@@ -1,9 +1,8 @@
 //! Whatever is written as a knob is refused in one line, or means what it prints.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::specs::almost_knob;
 use proptest::prelude::*;
 use ratelab::{
     cartpole::CartPole,
@@ -11,7 +10,6 @@ use ratelab::{
     runtime::{Knob, Time},
     system::WorldKind,
 };
-use support::specs::almost_knob;
 
 /// So many cases, or as many as `RATELAB_CASES` asks for.
 fn cases(usual: u32) -> ProptestConfig {

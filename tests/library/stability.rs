@@ -1,14 +1,12 @@
 //! The predictions of linear theory hold in runs.
 
-mod support;
-
 use std::time::Duration;
 
+use crate::support::{hz, knobs, run_bytes, secs};
 use ratelab::{
     experiment::Config,
     stability::{LONGEST, Rates, Stability, StabilityError, measured_growth},
 };
-use support::{hz, knobs, run_bytes, secs};
 
 fn rates(sensor: f64, control: f64) -> Rates {
     Rates {

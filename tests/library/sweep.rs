@@ -1,10 +1,9 @@
 //! A sweep equals its single runs: with any number of threads, each cell gives the result
 //! of a separate run.
 
-mod support;
-
 use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyLock};
 
+use crate::support::{cart_pole, config, depth, knobs, secs};
 use proptest::prelude::*;
 use ratelab::{
     cartpole::CartPole,
@@ -18,7 +17,6 @@ use ratelab::{
     runtime::{ClockKind, Depth, Hz, Time},
     system::{Verdict, WorldKind},
 };
-use support::{cart_pole, config, depth, knobs, secs};
 
 /// 30 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
@@ -114,7 +112,7 @@ fn survival_is_not_monotone_between_whole_rates() {
 fn a_cell_equals_a_separate_run_to_the_bit() {
     let mut compared = 0;
     for (cell, outcome) in CLIFF.finished().step_by(37) {
-        let alone = support::run(&Config {
+        let alone = crate::support::run(&Config {
             seed: cell.seed,
             ..config(&format!("control-hz {}", rate(&cell)))
         });
@@ -157,7 +155,7 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
             ]
             .map(|knob| knob.parse().expect("a knob")),
         );
-        let alone = support::run(&alone);
+        let alone = crate::support::run(&alone);
         assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
         compared += 1;
     }

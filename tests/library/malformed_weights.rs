@@ -1,17 +1,9 @@
 //! Files of weights from any source: for any content, reading ends without a panic and
 //! takes little memory; a decision takes none.
 
-#[path = "support/checkpoint.rs"]
-mod checkpoint;
-#[path = "support/clone.rs"]
-mod clone;
-#[path = "support/memory.rs"]
-mod memory;
-mod support;
-
-use checkpoint::{content, entries, fixture, zipped};
-use clone::root;
-use memory::{MOST_MEMORY, allocations, peak};
+use crate::checkpoint::{content, entries, fixture, zipped};
+use crate::clone::root;
+use crate::memory::{MOST_MEMORY, allocations, peak};
 use ratelab::{
     cartpole::Observation,
     policy::{LARGEST_FILE, read_weights},
@@ -20,7 +12,7 @@ use ratelab::{
 #[test]
 fn deciding_allocates_nothing() {
     let file = fixture(&root(), "actor.pt").display().to_string();
-    let mut policy = support::policy(&support::config(&format!("policy {file}")));
+    let mut policy = crate::support::policy(&crate::support::config(&format!("policy {file}")));
     let seen = Observation {
         cart_position: 0.1,
         cart_velocity: -0.2,

@@ -1,17 +1,15 @@
 //! The quadratic cost of a run: the mean over run time of the weighted squares of its
 //! states, worked out here again from what the run publishes.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::{config, experiment};
 use ratelab::{
     cartpole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle},
     experiment::{Config, Experiment},
     runtime::GO_ON,
     system::{BuildError, Builder, System, WorldKind},
 };
-use support::{config, experiment};
 
 /// The cost of a run by its rows: each counts until the next.
 fn by_rows(config: &Config) -> (f64, f64) {
@@ -63,7 +61,7 @@ fn it_grows_long_before_the_pole_falls() {
                 .parse(&knob)
                 .expect("knob"),
         );
-        let summary = support::run(&config);
+        let summary = crate::support::run(&config);
         assert!(!summary.verdict.is_lost(), "{delay} ms");
         summary.cost.expect("a cost")
     };

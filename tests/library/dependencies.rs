@@ -1,15 +1,12 @@
 //! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`,
 //! and the library needs no terminal, no command line and no recorder.
 
-#[path = "support/clone.rs"]
-mod clone;
-
 use std::{collections::BTreeSet, fs};
 
 use toml::{Table, Value};
 
 fn read(file: &str) -> String {
-    fs::read_to_string(clone::root().join(file)).expect(file)
+    fs::read_to_string(crate::clone::root().join(file)).expect(file)
 }
 
 /// The external crates in the sections called `kinds` of a manifest, for all platforms.

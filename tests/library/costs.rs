@@ -13,12 +13,7 @@ use ratelab::{
     system::WorldKind,
 };
 
-/// The robot whose detector takes long, as a user writes it.
-#[path = "../examples/own_costs.rs"]
-#[allow(dead_code)] // Its `main`.
-mod own_costs;
-
-use own_costs::Robot;
+use crate::own_costs::Robot;
 
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

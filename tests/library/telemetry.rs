@@ -1,20 +1,18 @@
 //! Accuracy of figures: counts, means and maxima are exact, quantiles are accurate to 0.1
 //! %, and reading changes nothing.
 
-mod support;
-
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     thread,
     time::Duration,
 };
 
+use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
 use ratelab::runtime::{
     Depth, GO_ON, Graph, TickRecord, Time, Topic,
     telemetry::{Distribution, Meter, ReplayCounters},
 };
-use support::{at, depth, hz, run_virtual, secs, set_depth};
 
 fn recorded(samples: &[u64]) -> Distribution {
     let (mut recorder, meter) = Meter::new();
@@ -146,7 +144,7 @@ fn all_losses_are_counted_during_continuous_reading() {
 
 #[test]
 fn the_snapshot_of_a_finished_run_is_its_summary() {
-    let experiment = support::experiment(&support::config("control-hz 15"));
+    let experiment = crate::support::experiment(&crate::support::config("control-hz 15"));
     let observer = experiment.observer();
     let summary = experiment.run().expect("run");
     let snapshot = observer.snapshot();
@@ -195,8 +193,8 @@ fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
 
 #[test]
 fn observing_a_run_leaves_it_unchanged() {
-    let config = support::config("control-hz 15");
-    let experiment = support::experiment(&config);
+    let config = crate::support::config("control-hz 15");
+    let experiment = crate::support::experiment(&config);
     let (observer, done) = (experiment.observer(), AtomicBool::new(false));
     let watched = thread::scope(|scope| {
         scope.spawn(|| {
@@ -204,11 +202,11 @@ fn observing_a_run_leaves_it_unchanged() {
                 observer.snapshot();
             }
         });
-        let watched = support::collect(experiment);
+        let watched = crate::support::collect(experiment);
         done.store(true, Ordering::Relaxed);
         watched
     });
-    assert!(watched.bytes() == support::run_bytes(&config).bytes());
+    assert!(watched.bytes() == crate::support::run_bytes(&config).bytes());
 }
 
 /// A topic with a message every 20 ms from zero until `end`.

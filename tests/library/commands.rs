@@ -1,21 +1,19 @@
 //! Commands are the only input of a running graph: they take effect between instants, in
 //! the given order, and are logged with their run time.
 
-mod support;
-
 use std::{
     sync::atomic::{AtomicU64, Ordering},
     thread,
 };
 
+use crate::support::{
+    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
+};
 use crossbeam_channel::Sender;
 use ratelab::runtime::{
     Clock, ClockExit, Command, Depth, END, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
     VirtualClock,
     telemetry::{Event, EventKind},
-};
-use support::{
-    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 
 fn seconds(times: &[Time]) -> Vec<f64> {

@@ -3,14 +3,15 @@
 //!
 //! No test asserts a speed: on a busy machine these tests are slower but still correct.
 
-mod support;
-
 use std::{
     sync::{Arc, Mutex, OnceLock},
     thread,
     time::Duration,
 };
 
+use crate::support::{
+    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
+};
 use crossbeam_channel::Sender;
 use ratelab::{
     cartpole::{POLICY, verdict},
@@ -20,13 +21,10 @@ use ratelab::{
         RealClock, Time, Topic,
     },
 };
-use support::{
-    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
-};
 
 /// Runs the cart-pole under the real clock.
 fn run_experiment(config: Config) -> Summary {
-    support::run(&Config {
+    crate::support::run(&Config {
         clock: ClockKind::Real,
         ..config
     })

@@ -1,15 +1,13 @@
 //! Messages as rows of numbers: every row has the width of its topic, and taking or
 //! cutting keeps messages whole.
 
-mod support;
-
+use crate::support::{experiment, run_bytes};
 use proptest::prelude::*;
 use ratelab::{
     cartpole::{ControlStep, STATE},
     experiment::Config,
     runtime::{Fields, Head, Rows, Time},
 };
-use support::{experiment, run_bytes};
 
 /// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {

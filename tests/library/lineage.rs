@@ -1,9 +1,8 @@
 //! Where the age of an action arose: the chain behind it, and its parts.
 
-mod support;
-
 use std::sync::{Arc, Mutex};
 
+use crate::support::{depth, hz, secs};
 use proptest::prelude::*;
 use ratelab::runtime::{
     ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
@@ -11,7 +10,6 @@ use ratelab::runtime::{
     clock::{Clock, VirtualClock},
     telemetry::{Lineage, PushAge},
 };
-use support::{depth, hz, secs};
 
 /// The messages behind a message: topics and sequence numbers, from the sensing on.
 type Chain = Vec<(usize, u64)>;

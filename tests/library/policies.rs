@@ -1,10 +1,9 @@
 //! A run has the requested policy or none: only numbers are read from files, and invalid
 //! policies are refused by name.
 
-mod support;
-
 use std::{fs, path::Path, path::PathBuf};
 
+use crate::support::{cart_pole, config, hz, run};
 use rand_pcg::rand_core::RngCore;
 use ratelab::{
     cartpole::{Observation, generator},
@@ -14,7 +13,6 @@ use ratelab::{
     },
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec},
 };
-use support::{cart_pole, config, hz, run};
 use tempfile::TempDir;
 
 /// Observations with known answers; see `tests/fixtures/policies/make.py`.
@@ -74,7 +72,7 @@ fn answers(name: &str) -> Vec<f32> {
 
 #[test]
 fn a_network_agrees_with_double_precision_to_a_millionth() {
-    let expected = include_str!("fixtures/policies/answers.txt").lines();
+    let expected = include_str!("../fixtures/policies/answers.txt").lines();
     let expected: Vec<f64> = expected.map(|line| line.parse().expect("number")).collect();
     assert_eq!(expected.len(), OBSERVATIONS);
     let answers = answers("actor.safetensors");
@@ -148,7 +146,7 @@ fn a_pinned_file_that_changes_is_refused() {
         "{error}"
     );
     fs::remove_file(&path).expect("gone");
-    let error = support::refusal(&config(&format!("policy {pinned}")));
+    let error = crate::support::refusal(&config(&format!("policy {pinned}")));
     assert!(error.contains("actor.pt: expected"), "{error}");
 }
 

@@ -1,0 +1,53 @@
+//! The tests of the library, in one program: each file is one behaviour. `cargo test golden`
+//! runs those of one file.
+
+#[path = "../support/checkpoint.rs"]
+mod checkpoint;
+#[path = "../support/clone.rs"]
+mod clone;
+#[path = "../support/imports.rs"]
+mod imports;
+#[path = "../support/load.rs"]
+mod load;
+#[path = "../support/memory.rs"]
+mod memory;
+/// The robot whose detector takes long, as a user writes it.
+#[path = "../../examples/own_costs.rs"]
+#[allow(dead_code)] // Its `main`.
+mod own_costs;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod architecture;
+mod commands;
+mod costs;
+mod dependencies;
+mod expected;
+mod faults;
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+mod golden;
+mod hand_over;
+mod hunt;
+mod knobs;
+mod lineage;
+mod links;
+mod malformed_weights;
+mod margins;
+mod policies;
+mod quadratic_cost;
+mod rate;
+mod real_clock;
+mod reproducibility;
+mod rerun;
+mod rows;
+mod specs;
+mod stability;
+mod swap;
+mod sweep;
+mod system;
+mod telemetry;
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+mod time;
+mod topic;
+mod verdict;
+mod world;
