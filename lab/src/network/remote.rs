@@ -215,6 +215,7 @@ impl RemoteRun {
         origin.processes = processes.collect();
         origin.processes.sort_by_key(|process| process.pid);
         Source {
+            notice: |_| {},
             system,
             origin,
             start: gathered.start.clone(),

@@ -9,7 +9,7 @@ const ALL: usize = usize::MAX;
 
 /// A knot whose operations are done one by one, in the order of the plan.
 #[derive(Debug, Default)]
-pub(super) struct Hold {
+pub(crate) struct Hold {
     state: Mutex<HoldState>,
     changed: Condvar,
 }
@@ -37,7 +37,7 @@ impl HoldState {
 
 impl Hold {
     /// Allows the first `operations`.
-    pub(super) fn allow(&self, operations: usize) {
+    pub(crate) fn allow(&self, operations: usize) {
         let mut state = lock(&self.state);
         // What is no longer held goes on to the end.
         state.allowed = state.allowed.max(operations);
@@ -45,25 +45,25 @@ impl Hold {
     }
 
     /// Lets all of it go on.
-    pub(super) fn let_go(&self) {
+    pub(crate) fn let_go(&self) {
         self.allow(ALL);
     }
 
     /// Whether it holds a knot now.
-    pub(super) fn is_on(&self) -> bool {
+    pub(crate) fn is_on(&self) -> bool {
         let state = lock(&self.state);
         state.order.is_some() && state.allowed != ALL
     }
 
     /// Begins with a knot of so many `threads`, whose operations are done by the threads in
     /// `order`.
-    pub(super) fn begin(&self, order: Vec<usize>, threads: usize) {
+    pub(crate) fn begin(&self, order: Vec<usize>, threads: usize) {
         let mut state = lock(&self.state);
         (state.order, state.running) = (Some(order), threads);
     }
 
     /// Waits until `thread` may do its next operation.
-    pub(super) fn pass(&self, thread: usize) {
+    pub(crate) fn pass(&self, thread: usize) {
         let mut state = lock(&self.state);
         if state.order.is_none() {
             return;
@@ -79,13 +79,13 @@ impl Hold {
     }
 
     /// A thread is at the end of the knot.
-    pub(super) fn leave(&self) {
+    pub(crate) fn leave(&self) {
         let mut state = lock(&self.state);
         state.running = state.running.saturating_sub(1);
     }
 
     /// The number of operations done, once all threads are at rest.
-    pub(super) fn done(&self) -> Option<usize> {
+    pub(crate) fn done(&self) -> Option<usize> {
         let state = lock(&self.state);
         let all = state.order.as_ref()?.len();
         let rests = state.running == 0 && state.done >= state.allowed.min(all);
@@ -93,14 +93,14 @@ impl Hold {
     }
 
     /// Nobody looks at it any more.
-    pub(super) fn end(&self) {
+    pub(crate) fn end(&self) {
         let mut state = lock(&self.state);
         (state.ended, state.allowed) = (true, ALL);
         self.changed.notify_all();
     }
 
     /// Waits for that.
-    pub(super) fn wait_for_end(&self) {
+    pub(crate) fn wait_for_end(&self) {
         let mut state = lock(&self.state);
         while !state.ended {
             state = self.wait(state);

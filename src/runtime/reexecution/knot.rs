@@ -1,8 +1,9 @@
 //! Ticks that overlap, operation by operation.
 
-use crate::runtime::{sync::Arc, time::Time};
+use std::sync::Arc;
 
 use super::lock_name::LockName;
+use crate::runtime::time::Time;
 
 /// Ticks and commands that overlap, so that none of them can be executed whole before the
 /// others.

@@ -23,6 +23,8 @@
 
 mod bytes;
 mod entry;
+mod hold;
+mod knot;
 mod lock_name;
 mod log;
 mod plan;
@@ -33,12 +35,15 @@ mod thread;
 mod turns;
 mod watch;
 
+pub use knot::{Knot, KnotOperation};
 pub use log::{Log, LogError, LogPosition};
 pub use shared::{Shared, Turn};
 pub use watch::{BusyNode, Doing, Watch};
 
 pub(crate) use entry::{End, Entry};
-pub(crate) use plan::Part;
+pub(crate) use hold::Hold;
+pub(crate) use knot::Step;
+pub(crate) use plan::{Part, entries_of};
 pub(crate) use run_log::{RunLog, Stream};
 pub(crate) use section::{Section, Sections, Stretch};
 pub(crate) use thread::Thread;
