@@ -67,6 +67,7 @@ impl<R: Remote> Watcher<R> {
             sampler: Sampler::default(),
             frame: None,
             events: Vec::new(),
+            knot: None,
             knob_focus: KnobFocus::default(),
             prompt: Prompt::default(),
             panes: Panes::default(),

@@ -273,6 +273,7 @@ impl Model for App {
                 ..trace
             }),
             timeline: sampler::timeline(&self.session, self.panes.timeline, frame.now),
+            knot: None,
             knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {
