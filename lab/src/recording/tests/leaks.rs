@@ -5,7 +5,7 @@ use std::{
     fs,
     path::PathBuf,
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -15,7 +15,7 @@ use std::{
 use ratelab::{
     experiment::{Config, Experiment},
     fields,
-    runtime::{ClockKind, GO_ON, Shared, Speed, Time},
+    runtime::{ClockKind, Command, GO_ON, Shared, Speed, Time},
     system::{BuildError, Builder, System},
 };
 
@@ -92,22 +92,35 @@ impl System for Leaky {
     }
 }
 
+/// All notices of recorders.
+static NOTICES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn notices_of(name: &str) -> usize {
+    let notices = NOTICES.lock().expect("open");
+    notices.iter().filter(|text| text.contains(name)).count()
+}
+
 /// Records a run of `system`; `meanwhile` sees it tick.
 fn record(system: &Arc<dyn System>, path: &std::path::Path, meanwhile: impl FnOnce()) -> Recorded {
     let config = Config {
         clock: ClockKind::Real,
         speed: Speed::REAL_TIME,
-        end: Time::from_nanos(100_000_000),
+        end: Time::MAX,
         ..Config::default()
     };
     let experiment = Experiment::new(system.clone(), &config).expect("experiment");
-    let recorder = Recorder::from_the_start(path, &Source::of(&experiment)).expect("a recorder");
-    let observer = experiment.observer();
+    let source = Source {
+        notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
+        ..Source::of(&experiment)
+    };
+    let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
+    let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
     while observer.now() < Time::from_nanos(50_000_000) {
         thread::yield_now();
     }
     meanwhile();
+    commands.send(Command::Stop).expect("it goes on");
     recorder.end(StopReason::of(&run.join().expect("no panic")));
     recorder.finish().expect("recorded")
 }
@@ -118,7 +131,16 @@ fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     let path = folder.path().join("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
-    let recorded = record(&system, &path, || *shared.lock() += 100);
+    let recorded = record(&system, &path, || {
+        for _ in 0..2 {
+            *shared.lock() += 100;
+            // The run goes on for as long as this takes.
+            while notices_of("wrote to the number") == 0 {
+                thread::yield_now();
+            }
+        }
+    });
+    assert_eq!(notices_of("wrote to the number"), 1);
     let defect = recorded.defect().expect("it cannot come back");
     assert!(defect.contains("wrote to the number"), "{defect}");
     let error = verify_with(&read(&path), &system).expect_err("not to be had");
