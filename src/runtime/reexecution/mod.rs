@@ -19,7 +19,8 @@
 //! * `Plan` puts whole ticks in a row, and into *knots* where ticks really overlap. A log
 //!   with a plan is an execution, so it cannot hang; between two parts of the plan the
 //!   graph is at rest.
-//! * [`Rerun`](crate::runtime::Rerun) is a clock that plays the plan.
+//! * [`Rerun`](crate::runtime::Rerun) is a clock that plays the plan. A [`Knot`] can be held
+//!   between any two of its operations.
 
 mod bytes;
 mod entry;

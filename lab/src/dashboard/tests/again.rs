@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use ratelab::runtime::ClockKind;
 
-use super::{super::player::Player, *};
+use super::{super::player::Player, adders::Adders, *};
 use crate::recording::{Destination, Recording};
 
 fn config(knobs: &str, seconds: f64) -> Config {
@@ -16,10 +16,10 @@ fn config(knobs: &str, seconds: f64) -> Config {
 }
 
 /// The recording of a session of `config`, begun at run time `from` (s).
-fn recorded(config: &Config, from: f64, folder: &Path) -> Recording {
+fn recorded(setup: Setup, config: &Config, from: f64, folder: &Path) -> Recording {
     let setup = Setup {
         record: Some(Destination::new(Some(folder.to_owned()))),
-        ..setup()
+        ..setup
     };
     let mut app = App::new(config, setup).expect("session");
     if from > 0.0 {
@@ -45,8 +45,8 @@ fn now(app: &App) -> f64 {
 }
 
 /// Plays `recording` until its run was executed again, with what it says then.
-fn played(recording: Recording) -> (Player, String) {
-    let mut player = Player::new(Arc::new(recording), &setup().system);
+fn played(setup: &Setup, recording: Recording) -> (Player, String) {
+    let mut player = Player::new(Arc::new(recording), &setup.system);
     player.execute_again();
     let notice = settled(&mut player);
     (player, notice)
@@ -88,10 +88,10 @@ fn a_recording_that_began_midway_is_played_from_the_start_of_the_run() {
             speed: Speed::REAL_TIME,
             ..config("control-hz 25", 0.6)
         };
-        let recording = recorded(&config, 0.2, folder.path());
+        let recording = recorded(setup(), &config, 0.2, folder.path());
         let rows = recording.ticks[0].len();
         assert!(recording.ticks[0][0].at > Time::from_nanos(100_000_000));
-        let (mut player, notice) = played(recording);
+        let (mut player, notice) = played(&setup(), recording);
         assert!(notice.contains("executed again"), "{notice}");
         key(&mut player, KeyCode::Home);
         player.sample().expect("readable");
@@ -108,10 +108,10 @@ fn a_recording_that_began_midway_is_played_from_the_start_of_the_run() {
 #[test]
 fn a_recording_that_this_program_runs_differently_is_shown_from_its_rows() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut recording = recorded(&config("", 0.2), 0.0, folder.path());
+    let mut recording = recorded(setup(), &config("", 0.2), 0.0, folder.path());
     let tick = recording.ticks[1].last_mut().expect("a tick");
     tick.took = tick.took.map(|took| took + Duration::from_nanos(1));
-    let (player, notice) = played(recording);
+    let (player, notice) = played(&setup(), recording);
     assert!(
         notice.contains("shown from its rows: this program"),
         "{notice}"
@@ -122,9 +122,15 @@ fn a_recording_that_this_program_runs_differently_is_shown_from_its_rows() {
 #[test]
 fn ticks_that_overlap_are_stepped_through_operation_by_operation() {
     let folder = tempfile::tempdir().expect("a folder");
-    let fast = config("sensor-hz 2000, control-hz 2000", 0.2);
+    let setup = Setup::new(Arc::new(Adders::default()), false);
+    let config = Config {
+        clock: ClockKind::Real,
+        end: Time::from_nanos(100_000_000),
+        ..Config::default()
+    };
     let (mut player, first) = loop {
-        let (mut player, _) = played(recorded(&fast, 0.0, folder.path()));
+        let recording = recorded(setup.clone(), &config, 0.0, folder.path());
+        let (mut player, _) = played(&setup, recording);
         key(&mut player, KeyCode::Home);
         let first = said(&mut player, 'o');
         if first != "no ticks overlap in this run" {

@@ -1,11 +1,11 @@
 //! Systems other than the cart-pole.
 
 use ratelab::{
-    runtime::{END, Fields, GO_ON, Shared, Time},
+    runtime::{END, Fields, GO_ON, Time},
     system::{BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind},
 };
 
-use super::*;
+use super::{adders::Adders, *};
 
 /// Height (m) and thrust.
 #[derive(Clone, Copy, Debug)]
@@ -303,33 +303,10 @@ fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
     assert!(!screen(&app, &PLAIN, 160, 50).contains("other world"));
 }
 
-/// Two nodes that add to a number.
-struct Adders(Arc<Shared<u64>>);
-
-impl System for Adders {
-    fn name(&self) -> &'static str {
-        "adders"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        for name in ["one", "other"] {
-            let number = self.0.clone();
-            builder.node(name, 200.0, 0, move |_| {
-                let number = number.clone();
-                move |_| {
-                    *number.lock() += 1;
-                    GO_ON
-                }
-            })?;
-        }
-        Ok(())
-    }
-}
-
 #[test]
 fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once() {
-    let number = Arc::new(Shared::new("the number", 0));
-    let setup = Setup::new(Arc::new(Adders(number.clone())), false);
+    let adders = Arc::new(Adders::default());
+    let setup = Setup::new(adders.clone(), false);
     let config = Config {
         clock: ClockKind::Real,
         end: Time::MAX,
@@ -345,7 +322,7 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
             .map(|node| node.ticks)
             .sum::<u64>()
     };
-    let mut until = |done: &dyn Fn(&App) -> bool, app: &mut App| {
+    let until = |done: &dyn Fn(&App) -> bool, app: &mut App| {
         app.sample().expect("no fault");
         while !done(app) {
             app.sample().expect("no fault");
@@ -353,11 +330,11 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
     };
     until(&|app| ticks(app) > 4, &mut app);
     assert_eq!(app.notice, None);
-    *number.lock() += 100;
+    adders.add(100.0);
     until(&|app| app.notice.is_some(), &mut app);
     let notice = app.notice.take().expect("a notice");
     assert!(notice.contains("wrote to the number"), "{notice}");
-    *number.lock() += 100;
+    adders.add(100.0);
     let now = ticks(&app);
     until(&|app| ticks(app) > now + 8, &mut app);
     assert_eq!(app.notice, None, "it was noticed before");
