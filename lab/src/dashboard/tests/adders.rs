@@ -9,13 +9,13 @@ use ratelab::{
 
 /// Two nodes that add to a number, and publish it: two operations each, in which they cross.
 #[derive(Default)]
-pub struct Adders(Mutex<Option<Arc<Shared<f64>>>>);
+pub struct Adders(Mutex<Vec<Arc<Shared<f64>>>>);
 
 impl Adders {
-    /// Adds to the number of the last run, from outside of its graph.
+    /// Adds to the numbers of all its graphs, from outside of them.
     pub fn add(&self, more: f64) {
-        let number = self.0.lock().expect("open").clone();
-        *number.expect("a run").lock() += more;
+        let numbers = self.0.lock().expect("open");
+        numbers.iter().for_each(|number| *number.lock() += more);
     }
 }
 
@@ -26,7 +26,7 @@ impl System for Adders {
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let number = Arc::new(Shared::new("the number", 0.0));
-        *self.0.lock().expect("open") = Some(number.clone());
+        self.0.lock().expect("open").push(number.clone());
         let sum = builder.internal_topic::<f64>("/sum");
         for name in ["one", "other"] {
             let (number, sum) = (number.clone(), sum.clone());
