@@ -3,7 +3,7 @@
 use super::{Player, Playhead};
 use crate::{
     dashboard::{executing::Executing, sampler::Sampler},
-    recording::{Executed, Replay, VerifyError},
+    recording::{Executed, Recording, Replay, VerifyError},
 };
 
 impl Player {
@@ -34,14 +34,22 @@ impl Player {
 
     fn play_executed(&mut self, Executed { recording, knots }: Executed) {
         let Playhead { at, playing, .. } = self.playhead;
+        let more = ticks(&recording) > ticks(self.playhead.replay.recording());
         let replay = Replay::new(recording, &self.setup.system);
         self.begins = replay.begins();
         self.playhead = Playhead::new(replay, playing);
         self.sampler = Sampler::default();
         self.knots = knots;
         self.go(at);
-        self.notify("executed again: every tick and message is the recorded one");
+        if more {
+            self.notify("executed again: this is the whole run, from its start");
+        }
     }
+}
+
+/// The number of ticks in a recording.
+fn ticks(recording: &Recording) -> usize {
+    recording.ticks.iter().map(Vec::len).sum()
 }
 
 /// The notice that a recording is shown as it is.
