@@ -30,7 +30,7 @@ impl KnotView {
         };
         let operations = knot.operations.iter().map(|of| {
             let lane = nodes.partition_point(|node| *node < of.node);
-            (lane, format!("{} {}", of.takes, of.turn))
+            (lane, format!("{}, turn {}", of.takes, of.turn))
         });
         Self {
             from: knot.from,

@@ -14,7 +14,7 @@ use super::{
 use crate::dashboard::knot::KnotView;
 
 /// The least width of a column; narrower ones are lines with the name of the node.
-const COLUMN: usize = 12;
+const COLUMN: usize = 20;
 
 /// Draws the operations of `knot` around the last one that is done.
 pub fn render(knot: &KnotView, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
@@ -72,7 +72,7 @@ mod tests {
             from: Time::from_nanos(1_234_567_000),
             lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
             operations: (0..12)
-                .map(|turn| (turn % lanes.len(), format!("/obs {turn}")))
+                .map(|turn| (turn % lanes.len(), format!("/obs, turn {turn}")))
                 .collect(),
             done: 7,
         }
@@ -91,11 +91,11 @@ mod tests {
             .iter()
             .position(|line| line.contains('▶'))
             .expect("a mark");
-        assert!(lines[marked].contains("▶ /obs 6"), "{drawn}");
+        assert!(lines[marked].contains("▶ /obs, turn 6"), "{drawn}");
         let column = |line: &str, of: &str| line.find(of).map(|at| line[..at].chars().count());
         let policy = column(lines[1], "policy");
-        assert_eq!(column(lines[marked - 1], "/obs 5"), policy, "{drawn}");
-        assert_eq!(column(lines[marked + 1], "/obs 7"), policy, "{drawn}");
+        assert_eq!(column(lines[marked - 1], "/obs, turn 5"), policy, "{drawn}");
+        assert_eq!(column(lines[marked + 1], "/obs, turn 7"), policy, "{drawn}");
     }
 
     #[test]
@@ -106,7 +106,7 @@ mod tests {
         let drawn = text(&screen(60, 9, |area, buf| {
             render(&knot, &POOR, false, area, buf);
         }));
-        assert!(drawn.contains("> node 6 /obs 6"), "{drawn}");
+        assert!(drawn.contains("> node 6 /obs, turn 6"), "{drawn}");
     }
 
     #[test]
