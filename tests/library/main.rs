@@ -32,7 +32,6 @@ mod knobs;
 mod lineage;
 mod links;
 mod malformed_weights;
-mod margins;
 mod policies;
 mod quadratic_cost;
 mod rate;
