@@ -439,6 +439,7 @@ impl Sampler {
         let facts = Facts {
             system: &*system,
             setup: &setup,
+            turned: &self.turned,
             graph,
             lineage,
             age,

@@ -179,6 +179,24 @@ impl Recording {
         }
     }
 
+    /// The same without its messages and ticks, and with none lost: to be filled again.
+    pub(super) fn without_rows(&self) -> Self {
+        let mut outcome = self.outcome.clone();
+        if let Some(outcome) = &mut outcome {
+            outcome.lost = 0;
+        }
+        Self {
+            path: self.path.clone(),
+            origin: self.origin.clone(),
+            topics: vec![Rows::default(); self.topics.len()],
+            ticks: vec![Vec::new(); self.ticks.len()],
+            events: self.events.clone(),
+            threads: self.threads.clone(),
+            outcome,
+            ..*self
+        }
+    }
+
     /// All messages of the topic called `name`, in order of publication.
     pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
         let messages = self.rows(name).into_iter().flat_map(|rows| {
