@@ -32,11 +32,12 @@ fn certificates(folder: &Path) -> bool {
 }
 
 /// The configuration `name` of the manual, with the certificates in `folder` and without the
-/// lines that have `left_out`.
-fn of_manual(folder: &Path, name: &str, left_out: &str) -> PathBuf {
+/// lines that begin with one of `left_out`.
+fn of_manual(folder: &Path, name: &str, left_out: &[&str]) -> PathBuf {
     let text = fs::read_to_string(format!("{MANUAL}/{name}")).expect("in the manual");
     let lines = text.lines();
-    let lines = lines.filter(|line| left_out.is_empty() || !line.contains(left_out));
+    let is_left_out = |line: &&str| left_out.iter().any(|begin| line.trim().starts_with(begin));
+    let lines = lines.filter(|line| !is_left_out(line));
     let text = lines.collect::<Vec<_>>().join("\n");
     let text = [
         "ours.pem",
@@ -49,7 +50,7 @@ fn of_manual(folder: &Path, name: &str, left_out: &str) -> PathBuf {
     .fold(text, |text, file| {
         text.replace(file, &folder.join(file).display().to_string())
     });
-    let path = folder.join(format!("{left_out}{name}"));
+    let path = folder.join(format!("{}-{name}", left_out.len()));
     fs::write(&path, text).expect("written");
     path
 }
@@ -80,11 +81,11 @@ fn only_who_has_a_certificate_takes_part() {
     }
     let address = address().replace("tcp/", "tls/");
     let connect = || End::Connect(vec![address.clone()]);
-    let robot = of_manual(folder, "robot-tls.json5", "");
+    let robot = of_manual(folder, "robot-tls.json5", &[]);
     let listen = End::Listen(vec![address.clone()]);
     let (plant, there) = part(&["sensor", "actuator"], listen, &robot);
-    let known = of_manual(folder, "policy-tls.json5", "");
-    let unknown = of_manual(folder, "policy-tls.json5", "connect_");
+    let known = of_manual(folder, "policy-tls.json5", &[]);
+    let unknown = of_manual(folder, "policy-tls.json5", &["connect_", "enable_mtls"]);
     assert!(
         !connects(&settings(connect(), Some(&unknown))),
         "without a certificate"
@@ -99,6 +100,6 @@ fn only_who_has_a_certificate_takes_part() {
     let summary = plant.run().expect("a run");
     policy.join().expect("a thread");
     assert_eq!(summary.verdict.name(), "balanced");
-    let inlet = &there.inlets()[0];
-    assert_eq!((inlet.sender().lost, inlet.refused.hostile()), (0, 0));
+    assert_eq!(there.inlets()[0].refused.hostile(), 0);
+    assert!(summary.topic("/action").published > 50);
 }
