@@ -197,11 +197,11 @@ impl Checker<'_> {
     fn chain(&self, block: &Block, file: &GraphFile) -> Result<ChainSpec, GraphFileError> {
         self.name(&block.name)?;
         let name = &block.name.text;
-        let key = super::system::key(name);
+        let key = super::judged::key(name);
         if let Some(like) = file
             .chains
             .iter()
-            .find(|chain| super::system::key(&chain.name) == key)
+            .find(|chain| super::judged::key(&chain.name) == key)
         {
             let what = format!(
                 "{name:?} is too much like {:?}: choose another name",

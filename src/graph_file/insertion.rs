@@ -1,7 +1,7 @@
 //! The nodes of a graph file between a topic of a system and its reader.
 
 use super::{
-    GraphFile, InnerSpec, NodeSpec,
+    ChainSpec, GraphFile, InnerSpec, NodeSpec,
     document::Placed,
     error::{GraphFileError, instead},
 };
@@ -10,18 +10,13 @@ use crate::{
     system::{Relay, Setup, Surroundings, System},
 };
 
-/// What a graph file has to know of the system in its middle.
-pub(super) struct Surrounded {
-    pub(super) topology: Topology,
-    pub(super) relays: Vec<Relay>,
-}
-
-/// Checks the graph of `file` around `system`.
-pub(super) fn around(
+/// Checks the graph of `file` around `system`; returns the nodes between a topic of the system
+/// and its reader.
+pub(super) fn insert(
     file: &GraphFile,
     inner: &InnerSpec,
     system: &dyn System,
-) -> Result<Surrounded, GraphFileError> {
+) -> Result<Vec<Relay>, GraphFileError> {
     let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
     let surroundings = match Surroundings::of(system, &Setup::default()) {
         Ok(surroundings) => surroundings,
@@ -72,7 +67,65 @@ pub(super) fn around(
         }
         relays.extend(line(file, from, to)?);
     }
-    Ok(Surrounded { topology, relays })
+    for chain in &file.chains {
+        check_chain(file, chain, &topology, &relays)?;
+    }
+    Ok(relays)
+}
+
+/// Checks the path of a chain where it goes through nodes of the system, whose messages carry
+/// only the time of the sensing behind them.
+fn check_chain(
+    file: &GraphFile,
+    chain: &ChainSpec,
+    topology: &Topology,
+    relays: &[Relay],
+) -> Result<(), GraphFileError> {
+    let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
+    let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
+    let (first, last) = (&chain.path[0], chain.last());
+    let number = |name: &str| topology.nodes.iter().position(|node| node.name == name);
+    let reads = |node: usize| {
+        let mut topics = topology.topics.iter();
+        topics.any(|topic| topic.readers.contains(&node))
+    };
+    if is_relay(&first.text) || number(&first.text).is_some_and(reads) {
+        let what = format!(
+            "the data of {} are older than its tick: begin {} at the node that senses them",
+            first.text, chain.name
+        );
+        return refuse(first, what);
+    }
+    if number(last).is_some() || is_relay(last) {
+        let what = format!(
+            "{} ends at {last}, a node of the system or before one: expected another node of this \
+             file; the system measures the ages of its own actions",
+            chain.name
+        );
+        return refuse(first, what);
+    }
+    for step in chain.path.windows(2) {
+        let [from, to] = [&step[0], &step[1]];
+        let reading = from.text.starts_with('/');
+        let (node, topic) = if reading { (to, from) } else { (from, to) };
+        if file.nodes.iter().any(|known| known.name == node.text) {
+            continue;
+        }
+        let mut topics = topology.topics.iter();
+        let topic = topics.find(|known| known.name == topic.text);
+        let joined = number(&node.text).zip(topic).is_some_and(|(node, topic)| {
+            let ends = if reading {
+                &topic.readers
+            } else {
+                &topic.publishers
+            };
+            ends.contains(&node)
+        });
+        if !joined {
+            return refuse(to, format!("no way from {} to {}", from.text, to.text));
+        }
+    }
+    Ok(())
 }
 
 /// The nodes on the way from the topic `from` of a system to the topic `to`, in the order of

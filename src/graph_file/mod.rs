@@ -42,6 +42,8 @@ mod error;
 pub mod format;
 mod graph_node;
 mod insertion;
+mod judged;
+mod leaked;
 mod system;
 
 use std::time::Duration;

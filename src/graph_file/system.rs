@@ -3,11 +3,13 @@
 use std::{path::PathBuf, sync::Arc};
 
 use super::{
-    CHAINS, ChainSpec, GraphFile, GraphFileError, InnerSpec, Limit, NodeSpec,
-    chain::{self, ChainAges, ChainFigures, Numbers, PEAKS},
+    CHAINS, ChainSpec, GraphFile, GraphFileError, NodeSpec,
+    chain::{self, ChainAges, Numbers, PEAKS},
     error::instead,
     graph_node::{Beginning, ChainEnds, GraphNode, Input, Output},
-    insertion::{Surrounded, around},
+    insertion::insert,
+    judged::{FIGURES, Judged},
+    leaked::{leaked, leaked_kind, leaked_list},
 };
 use crate::{
     runtime::{ClockExit, Knob, RecordedTopic, Shared, Time, Topic, Wiring},
@@ -18,8 +20,6 @@ use crate::{
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
-///
-/// The texts that a [`System`] names for good are leaked: a program reads few graph files.
 pub struct GraphSystem {
     file: GraphFile,
     inner: Option<Arc<dyn System>>,
@@ -44,51 +44,6 @@ struct OwnTopic {
     fields: &'static [&'static str],
 }
 
-/// A chain, with its verdicts.
-struct Judged {
-    name: &'static str,
-    /// The node at its end.
-    last: &'static str,
-    limit: Option<Limit>,
-    missed: &'static VerdictKind,
-    silent: &'static VerdictKind,
-    /// Names of its figures.
-    figures: &'static [&'static str],
-}
-
-/// A figure of a chain: name, unit and value.
-type Figure = (&'static str, &'static str, fn(ChainFigures) -> f64);
-
-/// The figures of a chain at the end of a run.
-const FIGURES: [Figure; 3] = [
-    ("mean_age", "ms", |figures| figures.mean),
-    ("greatest_age", "ms", |figures| figures.greatest),
-    ("within", "", |figures| figures.share),
-];
-
-/// A name for programs: `see_to_act` of `see-to-act`.
-pub(super) fn key(name: &str) -> String {
-    let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
-    name.chars().map(plain).collect()
-}
-
-fn leaked(text: &str) -> &'static str {
-    Box::leak(text.to_owned().into_boxed_str())
-}
-
-fn leaked_list(texts: impl IntoIterator<Item = String>) -> &'static [&'static str] {
-    let texts = texts.into_iter();
-    texts.map(|text| leaked(&text)).collect::<Vec<_>>().leak()
-}
-
-fn leaked_kind(name: &str, lost: bool, text: &str) -> &'static VerdictKind {
-    Box::leak(Box::new(VerdictKind {
-        name: leaked(name),
-        lost,
-        text: leaked(text),
-    }))
-}
-
 impl GraphFile {
     /// The graph as a system. `known` are the systems that it may have in its middle.
     ///
@@ -104,59 +59,14 @@ impl GraphFile {
             let what = format!("unknown system {:?}: {instead}", inner.name.text);
             return Err(GraphFileError::at(&self.text, inner.name.at, what));
         };
-        let surrounded = around(self, inner, &**system)?;
-        self.check_chains(inner, &surrounded)?;
-        let relays = surrounded.relays;
+        let relays = insert(self, inner, &**system)?;
         Ok(GraphSystem::new(self, Some(system.clone()), relays))
-    }
-
-    /// Checks the steps of paths that involve the system.
-    fn check_chains(&self, inner: &InnerSpec, around: &Surrounded) -> Result<(), GraphFileError> {
-        let Surrounded {
-            topology, relays, ..
-        } = around;
-        let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
-        for chain in &self.chains {
-            let last = chain.last();
-            if !self.nodes.iter().any(|node| node.name == last) || is_relay(last) {
-                let what = format!(
-                    "the chain {} ends at {last}: expected a node of this file that is not \
-                     between topics of {}, which measures its own ages",
-                    chain.name, inner.name.text
-                );
-                return Err(GraphFileError::at(&self.text, chain.path[0].at, what));
-            }
-            for step in chain.path.windows(2) {
-                let [from, to] = [&step[0], &step[1]];
-                let (node, topic) = match from.text.starts_with('/') {
-                    true => (to, from),
-                    false => (from, to),
-                };
-                if self.nodes.iter().any(|known| known.name == node.text) {
-                    continue;
-                }
-                let place = topology.nodes.iter().position(|n| n.name == node.text);
-                let known = topology.topics.iter().find(|t| t.name == topic.text);
-                let joined = place.zip(known).is_some_and(|(node, topic)| {
-                    let ends = match from.text.starts_with('/') {
-                        true => &topic.readers,
-                        false => &topic.publishers,
-                    };
-                    ends.contains(&node)
-                });
-                if !joined {
-                    let what = format!("no way from {} to {}", from.text, to.text);
-                    return Err(GraphFileError::at(&self.text, to.at, what));
-                }
-            }
-        }
-        Ok(())
     }
 }
 
 impl ChainSpec {
     /// The node at its end.
-    fn last(&self) -> &str {
+    pub(super) fn last(&self) -> &str {
         let mut nodes = self.path.iter().rev();
         let last = nodes.find(|place| !place.text.starts_with('/'));
         last.map_or("", |node| &node.text)
@@ -164,92 +74,6 @@ impl ChainSpec {
 
     fn place(&self, name: &str) -> Option<usize> {
         self.path.iter().position(|place| place.text == name)
-    }
-
-    /// Its limit in words.
-    fn within(&self) -> Option<String> {
-        let Limit { age, share } = self.limit?;
-        let ms = age.as_secs_f64() * 1e3;
-        Some(match share >= 1.0 {
-            true => format!("{} at most {ms} ms old", self.name),
-            false => format!(
-                "{} at most {ms} ms old for {} of the time",
-                self.name,
-                percent(share)
-            ),
-        })
-    }
-}
-
-/// A share in percent, without trailing zeros.
-fn percent(share: f64) -> String {
-    format!("{} %", (share * 1e6).round() / 1e4)
-}
-
-impl Judged {
-    fn of(chain: &ChainSpec) -> Self {
-        let (name, key) = (&chain.name, key(&chain.name));
-        let missed = chain
-            .limit
-            .map_or_else(String::new, |Limit { age, share }| {
-                let ms = age.as_secs_f64() * 1e3;
-                match share >= 1.0 {
-                    true => format!("MISSED ({name} older than {ms} ms at times)"),
-                    false => {
-                        let rest = percent(1.0 - share);
-                        format!(
-                            "MISSED ({name} older than {ms} ms for more than {rest} of the time)"
-                        )
-                    }
-                }
-            });
-        let silent = format!("MISSED (no data came through {name})");
-        Self {
-            name: leaked(name),
-            last: leaked(chain.last()),
-            limit: chain.limit,
-            missed: leaked_kind(&format!("missed_{key}"), true, &missed),
-            silent: leaked_kind(&format!("silent_{key}"), true, &silent),
-            figures: leaked_list(FIGURES.map(|(name, ..)| format!("{key}_{name}"))),
-        }
-    }
-
-    fn figures_at(&self, index: usize, at: Time, row: &[f64]) -> Option<ChainFigures> {
-        let limit = self.limit.map(|limit| limit.age);
-        ChainFigures::at(row, index, limit, at)
-    }
-
-    /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
-    /// if the run is not `over`.
-    fn missed(
-        &self,
-        index: usize,
-        at: Time,
-        row: Option<&[f64]>,
-        over: bool,
-    ) -> Option<&'static VerdictKind> {
-        let limit = self.limit?;
-        match row.and_then(|row| self.figures_at(index, at, row)) {
-            None => over.then_some(self.silent),
-            Some(figures) => (figures.share < limit.share).then_some(self.missed),
-        }
-    }
-
-    fn line(&self, index: usize, at: Time, row: &[f64]) -> String {
-        let name = self.name;
-        let Some(figures) = self.figures_at(index, at, row) else {
-            return format!("{name} no data");
-        };
-        let ages = format!(
-            "{name} data age mean {:.1} ms, greatest {:.1} ms",
-            figures.mean, figures.greatest
-        );
-        let Some(Limit { age, share }) = self.limit else {
-            return ages;
-        };
-        let (ms, wanted) = (age.as_secs_f64() * 1e3, percent(share));
-        let kept = (figures.share * 1e4).floor() / 1e2;
-        format!("{ages}, {kept:.2} % of the time within {ms} ms ({wanted} wanted)")
     }
 }
 

@@ -239,6 +239,33 @@ fn a_verdict_counts_the_pole_and_the_chains() {
 }
 
 #[test]
+fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
+    let chain = |path: &str| format!("{IN_THE_MIDDLE}[chain.log]\npath = [{path}]\n");
+    let path = r#""sensor", "/obs", "camera", "/image", "logger""#;
+    // An image of 0 ms is there at 10 and logged at 12; then one every 20 ms.
+    let wanted = "log data age mean 22.0 ms, greatest 32.0 ms";
+    assert_eq!(chains(&chain(path), &[]), [wanted]);
+    for (path, what) in [
+        (r#""camera", "/image", "logger""#, "are older than its tick"),
+        (
+            r#""actuator", "/state", "logger""#,
+            "are older than its tick",
+        ),
+        (
+            r#""sensor", "/obs", "camera", "/image""#,
+            "log ends at camera",
+        ),
+        (
+            r#""sensor", "/state", "logger""#,
+            "no way from sensor to /state",
+        ),
+    ] {
+        let error = system(&chain(path)).map(|_| "no error").expect_err(path);
+        assert!(error.what.contains(what), "{error}");
+    }
+}
+
+#[test]
 fn overload_is_known_before_the_run() {
     let system = system(PAIR).expect("a graph");
     assert_eq!(system.warnings(&system.settings()), Vec::<String>::new());
