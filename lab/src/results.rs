@@ -80,6 +80,7 @@ pub fn record(
     };
     let source = Source {
         viewer: destination.viewer.clone(),
+        notice: note,
         ..Source::of(experiment)
     };
     let begin = |path: &Path| Recorder::from_the_start(path, &source);

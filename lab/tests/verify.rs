@@ -94,6 +94,14 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
     for part in ["BALANCED", "on to the virtual clock", "think-ms none"] {
         assert!(info.contains(part), "{info}");
     }
+    let output = ratelab(&["verify", &kept]);
+    assert!(text(&output.stdout).contains("identical"), "{output:?}");
+    // So it can be left in its turn.
+    let output = ratelab(&["branch", &kept, "--at", "0.4", "--knob", "takes policy 250"]);
+    assert!(
+        text(&output.stdout).contains("branch    FELL"),
+        "{output:?}"
+    );
     let late = ["branch", &file, "--at", "9", "--knob", "takes policy 0"];
     assert!(complaint(&ratelab(&late), 2).contains("choose an earlier moment"));
 }

@@ -6,6 +6,7 @@ mod alterations;
 mod cases;
 mod cells;
 mod command_lines;
+mod graph_files;
 mod keys;
 mod knobs;
 mod lies;

@@ -13,7 +13,7 @@ use std::{
 };
 
 use crate::load::Load;
-use crate::support::{cart_pole, config, secs};
+use crate::support::{self, cart_pole, config, secs};
 use crossbeam_channel::Sender;
 use ratelab::{
     experiment::{Config, Experiment, Summary},
@@ -249,6 +249,11 @@ impl Run {
 
     /// Executes it again with `rerun`.
     fn again(&self, rerun: &mut Rerun) -> Transcript {
+        self.run_again(rerun).transcript
+    }
+
+    /// The same as a run of its own, with a log.
+    fn run_again(&self, rerun: &mut Rerun) -> Self {
         let config = Config {
             speed: Speed::Unlimited,
             knobs: Vec::new(),
@@ -257,10 +262,17 @@ impl Run {
         let mut experiment = Experiment::new(cart_pole(), &config).expect("experiment");
         experiment.schedule(self.given(rerun));
         let taps = Taps::new(&experiment);
+        let observer = experiment.observer();
         let end = experiment
             .run_with(rerun)
             .map_err(|fault| fault.to_string());
-        taps.transcript(end.as_ref().map_err(Clone::clone))
+        Self {
+            config,
+            log: observer.log(),
+            events: observer.events(0),
+            topology: self.topology.clone(),
+            transcript: taps.transcript(end.as_ref().map_err(Clone::clone)),
+        }
     }
 
     /// The commands under the virtual clock.
@@ -460,7 +472,7 @@ fn an_altered_log_is_refused_or_makes_another_run_and_never_hangs() {
     };
     let run = Run::record(
         &config,
-        person(vec![(0.1, crate::support::set_rate("policy", 100.0))]),
+        person(vec![(0.1, support::set_rate("policy", 100.0))]),
     );
     let (mut refused, mut other, mut same) = (0, 0, 0);
     for _ in 0..number("RATELAB_CASES", 150) {
@@ -513,7 +525,7 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
 /// A number for [`adders`], and the topic for their sums.
 fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
     let total = Arc::new(Shared::new("total", 0));
-    (total, Topic::new("/sum", crate::support::depth(1)))
+    (total, Topic::new("/sum", support::depth(1)))
 }
 
 /// Two nodes that add to one number and publish it.
@@ -521,7 +533,7 @@ fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
     let mut graph = Graph::new();
     for name in ["one", "other"] {
         let total = total.clone();
-        let added = graph.node(name, crate::support::hz(1_000.0), 0, |wiring| {
+        let added = graph.node(name, support::hz(1_000.0), 0, |wiring| {
             let topic = wiring.publisher(topic);
             move |now| {
                 let sum = {
@@ -561,27 +573,154 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
             rerun.perturb();
         }
         let (total, topic) = total_and_topic();
-        let again = sums(&mut adders(&total, &topic), rerun, &topic);
+        let mut graph = adders(&total, &topic);
+        let again = sums(&mut graph, rerun, &topic);
         assert_eq!(rerun.difference(), None);
         assert_eq!(recorded, again);
+        assert_eq!(
+            graph.observer().log(),
+            observer.log(),
+            "its log is another one"
+        );
+    }
+}
+
+/// Runs graphs of `build` until ticks overlap in one; its observer.
+fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
+    loop {
+        let mut graph = build();
+        let run = RealClock::default().run(&mut graph, &mut Inbox::default(), secs(0.1));
+        run.expect("no fault");
+        let observer = graph.observer();
+        if !rerun_of(&observer).knots().is_empty() {
+            return observer;
+        }
+    }
+}
+
+fn rerun_of(observer: &Observer) -> Rerun {
+    let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    rerun.expect("a log")
+}
+
+/// Executes `graph` with `rerun`, held after each operation of knot number `knot` in turn:
+/// `look` sees how many are done.
+fn held_in(mut graph: Graph, mut rerun: Rerun, knot: usize, mut look: impl FnMut(usize)) {
+    let all = rerun.knots()[knot].operations.len();
+    rerun.hold(knot, 0);
+    let watch = rerun.watch();
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let end = rerun.run(&mut graph, &mut Inbox::default(), secs(0.1));
+            end.expect("no fault");
+        });
+        for operations in 0..=all {
+            watch.allow(operations);
+            let done = loop {
+                assert_eq!(watch.difference(), None);
+                match watch.held() {
+                    Some(done) if done >= operations => break done,
+                    _ => thread::yield_now(),
+                }
+            };
+            look(done);
+        }
+        watch.end();
+    });
+}
+
+#[test]
+fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
+    let build = || {
+        let (total, topic) = total_and_topic();
+        adders(&total, &topic)
+    };
+    let observer = with_a_knot(build);
+    let knots = rerun_of(&observer).knots();
+    for (number, knot) in knots.iter().enumerate().take(5) {
+        assert!(knot.from <= knot.to);
+        let (total, topic) = total_and_topic();
+        let graph = adders(&total, &topic);
+        let turn = |name: &str, done: usize| {
+            let here = |at: &usize| &*knot.operations[*at].takes == name;
+            let before = (0..done).rev().find(here);
+            let next = (done..knot.operations.len()).find(here);
+            let before = before.map(|at| knot.operations[at].turn + 1);
+            before
+                .or(next.map(|at| knot.operations[at].turn))
+                .expect("one")
+        };
+        held_in(graph, rerun_of(&observer), number, |done| {
+            assert_eq!(*total.aside(), turn("total", done), "after {done}");
+            assert_eq!(topic.published(), turn("/sum", done), "after {done}");
+        });
     }
 }
 
 #[test]
-fn a_run_that_another_thread_wrote_into_is_refused_by_name() {
+fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
+    let build = || {
+        let (one, other) = (
+            Arc::new(Shared::new("one", 0)),
+            Arc::new(Shared::new("other", 0)),
+        );
+        let mut graph = Graph::new();
+        let (first, second) = (one.clone(), other.clone());
+        let both = move |_: Time| {
+            let mut first = first.lock();
+            *first += 1;
+            *second.lock() += *first;
+            GO_ON
+        };
+        let by_turns = move |_: Time| {
+            *other.lock() += 1;
+            *one.lock() += 1;
+            GO_ON
+        };
+        graph
+            .node("both", support::hz(2_000.0), 0, |_| both.clone())
+            .expect("node");
+        graph
+            .node("by turns", support::hz(2_000.0), 0, |_| by_turns.clone())
+            .expect("node");
+        graph
+    };
+    let observer = with_a_knot(build);
+    let knots = rerun_of(&observer).knots();
+    for number in 0..knots.len().min(20) {
+        let mut last = 0;
+        held_in(build(), rerun_of(&observer), number, |done| last = done);
+        assert_eq!(last, knots[number].operations.len());
+    }
+}
+
+#[test]
+fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_once() {
     let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     let observer = graph.observer();
+    let noticed = AtomicBool::new(false);
     thread::scope(|scope| {
-        let (observer, total) = (observer.clone(), total.clone());
+        let (observer, total, noticed) = (observer.clone(), total.clone(), &noticed);
         scope.spawn(move || {
             while observer.now() < secs(0.1) {
                 thread::yield_now();
             }
-            *total.lock() += 1;
+            for _ in 0..2 {
+                *total.lock() += 1;
+                let ticks = || observer.read_counters().nodes[0].ticks;
+                let then = ticks();
+                while ticks() < then + 3 && observer.now() < secs(0.19) {
+                    thread::yield_now();
+                }
+            }
+            let names = observer.written_from_outside();
+            let once = names.iter().map(|name| &**name).eq(["total"]);
+            noticed.store(once, Ordering::Relaxed);
         });
         sums(&mut graph, &mut RealClock::default(), &topic);
     });
+    assert!(noticed.load(Ordering::Relaxed));
     let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
     let error = rerun.expect_err("it cannot come back").to_string();
     assert!(
@@ -618,7 +757,7 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
             GO_ON
         };
         graph
-            .node("waits", crate::support::hz(100.0), 0, |_| waits)
+            .node("waits", support::hz(100.0), 0, |_| waits)
             .expect("node");
         graph
     };
@@ -670,9 +809,11 @@ fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
         assert!(rest <= secs(0.2) && rerun.rests().contains(&rest));
         let knob = "takes policy 0".parse().expect("a knob");
         rerun.branch(secs(0.2), vec![Command::Set(knob)]);
-        let again = run.again(&mut rerun);
+        let again = run.run_again(&mut rerun);
         assert_eq!(rerun.difference(), None);
-        again
+        // It has the log of the part that it shares with the run, and comes back, too.
+        again.check();
+        again.transcript
     };
     let (one, other) = (branch(), branch());
     assert_eq!(one.difference(&other), None);

@@ -12,7 +12,7 @@ use crate::{
     error::Error,
     first_start,
     options::{self, LAB},
-    output::{Outputs, print_line, print_recorded, record_error, write_error},
+    output::{Outputs, note_defect, print_line, print_recorded, record_error, write_error},
     program::Program,
     report,
     results::{context, destination, plan, print_results},
@@ -46,6 +46,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         first_start::remember();
     }
     for recorded in &left.recorded {
+        note_defect(recorded);
         print_recorded(args.run.json, recorded)?;
     }
     let ended = left.ended.map_err(|error| unfinished(args, error))?;

@@ -12,7 +12,7 @@ use crate::{
     cli::ReplayArgs,
     dashboard::{self, LabOutcome, Setup},
     error::Error,
-    output::{note, print_line, print_recorded},
+    output::{note, note_defect, print_line, print_recorded},
     program::{self, Program},
     recording::{ReadError, Recording},
     report,
@@ -29,6 +29,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
         Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
         read => Arc::new(read?),
     };
+    let program = &program.of(&recording);
     if args.terminal {
         need_terminal("replay --terminal needs a terminal to draw on", "info")?;
         let setup = Setup::new(program.system.clone(), program.course);
@@ -43,6 +44,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
 /// Prints what a branch of the recording changed.
 fn print_branch(left: LabOutcome) -> Result<(), Error> {
     for recorded in &left.recorded {
+        note_defect(recorded);
         print_recorded(false, recorded)?;
     }
     let verdict = left.ended?.summary.verdict;

@@ -12,6 +12,7 @@ mod branch;
 mod cause;
 mod cliff;
 pub mod error;
+mod executing;
 mod exercise_panel;
 mod explain;
 mod figures;
@@ -23,6 +24,7 @@ mod jobs;
 pub mod keys;
 mod knob_focus;
 mod knobs;
+mod knot;
 mod lineage_taps;
 mod marks;
 mod model;
@@ -121,6 +123,7 @@ pub fn play(
     options: &Options,
 ) -> Result<Option<LabOutcome>, LabError> {
     let mut player = Player::new(recording, &setup.system);
+    player.execute_again();
     on_screen(&mut player, options)?;
     let branched = player.into_branch()?;
     let app = branched.map(|(branch, sampler)| App::of_branch(branch, sampler, setup));

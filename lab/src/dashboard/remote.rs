@@ -210,6 +210,7 @@ impl<R: Remote> Model for Watcher<R> {
             frame,
             trace: self.trace(),
             timeline: sampler::timeline(&self.run, self.panes.timeline, now),
+            knot: None,
             knob_focus: self.knob_focus.clone(),
             events: self.events.clone(),
             extra: StatusExtra {

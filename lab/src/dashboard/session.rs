@@ -159,6 +159,8 @@ pub struct Session {
     /// `None` when the session is to end.
     source: Option<Source>,
     recorder: Option<Recorder>,
+    /// Number of writes from outside of the graph that were returned.
+    outside: usize,
     began: Instant,
 }
 
@@ -202,6 +204,7 @@ impl Session {
             csv: None,
             source: Some(source),
             recorder: None,
+            outside: 0,
             began: Instant::now(),
         }
     }
@@ -217,6 +220,14 @@ impl Session {
     /// [`LabError`] if a node failed or the clock panicked.
     pub fn poll(&mut self) -> Result<(), LabError> {
         self.wait(Duration::ZERO).map(drop)
+    }
+
+    /// What threads outside of the graph wrote to since the last call.
+    pub fn written_from_outside(&mut self) -> Vec<Arc<str>> {
+        let mut names = self.observer.written_from_outside();
+        let new = names.split_off(self.outside);
+        self.outside += new.len();
+        new
     }
 
     /// Waits at most `patience` for the end of the run; returns whether it has ended.

@@ -1,5 +1,7 @@
 //! The dashboard as a whole: the real loop, injected keys, drawn screens.
 
+mod adders;
+mod again;
 mod branch;
 mod faults;
 mod files;

@@ -14,6 +14,8 @@ mod whole;
 pub use csv_file::CsvFile;
 pub use files::{OutputPlan, Outputs};
 pub use live::Live;
-pub use print::{error, note, print_line, print_recorded, printed, record_error, write_error};
+pub use print::{
+    error, note, note_defect, print_line, print_recorded, printed, record_error, write_error,
+};
 pub use unfinished::remove_unfinished;
 pub use whole::{refuse_same, write_whole};

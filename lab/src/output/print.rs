@@ -34,6 +34,14 @@ pub fn note(text: &str) {
     aside(&format!("note: {text}"));
 }
 
+/// Prints why `verify` will refuse a recording, if it will: a dashboard has shown it only
+/// for a moment.
+pub fn note_defect(recorded: &Recorded) {
+    if let Some(defect) = recorded.defect() {
+        note(&defect);
+    }
+}
+
 /// Prints one line to standard error, made safe for a terminal.
 fn aside(text: &str) {
     // Without standard error the text is lost.
@@ -43,9 +51,6 @@ fn aside(text: &str) {
 /// Prints the path of a recording: to standard error with `--json`, where standard output
 /// contains metrics only.
 pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
-    if let Some(defect) = recorded.defect() {
-        note(&defect);
-    }
     let line = report::recorded(recorded);
     if json {
         aside(&line);

@@ -73,6 +73,8 @@ pub use schema::RecordingEnd;
 #[cfg(feature = "network")]
 pub use source::Tapped;
 pub use source::{Source, StopReason};
-pub use verify::{Branch, Departure, Execution, VerifyError, VerifyStatus, branch, verify};
+pub use verify::{
+    Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
+};
 pub use viewer::{VIEWER, Viewer};
-pub use writer::Recorded;
+pub use writer::{Recorded, outside};

@@ -8,6 +8,7 @@ use std::{
 
 use ratelab::{
     file::{self, FileError},
+    graph_file::GraphFile,
     runtime::{Fields, Message, Rows, TickRecord, Time, telemetry::Event},
     system::System,
 };
@@ -178,6 +179,24 @@ impl Recording {
         }
     }
 
+    /// The same without its messages and ticks, and with none lost: to be filled again.
+    pub(super) fn without_rows(&self) -> Self {
+        let mut outcome = self.outcome.clone();
+        if let Some(outcome) = &mut outcome {
+            outcome.lost = 0;
+        }
+        Self {
+            path: self.path.clone(),
+            origin: self.origin.clone(),
+            topics: vec![Rows::default(); self.topics.len()],
+            ticks: vec![Vec::new(); self.ticks.len()],
+            events: self.events.clone(),
+            threads: self.threads.clone(),
+            outcome,
+            ..*self
+        }
+    }
+
     /// All messages of the topic called `name`, in order of publication.
     pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
         let messages = self.rows(name).into_iter().flat_map(|rows| {
@@ -201,7 +220,19 @@ impl Recording {
 
     /// Whether it is a recording of `system`.
     pub fn is_of(&self, system: &dyn System) -> bool {
-        self.origin.system == system.name()
+        let Origin {
+            system: name,
+            graph_file,
+            ..
+        } = &self.origin;
+        name == system.name() && graph_file.as_deref() == system.graph_file()
+    }
+
+    /// The system of its graph file, which may have `system` in the middle; `None` without an
+    /// intact one.
+    pub fn graph_system(&self, system: &Arc<dyn System>) -> Option<Arc<dyn System>> {
+        let graph = GraphFile::parse(self.origin.graph_file.as_ref()?).ok()?;
+        Some(Arc::new(graph.system(std::slice::from_ref(system)).ok()?))
     }
 
     /// The system of the recording: `system` if it is the same, or else a placeholder

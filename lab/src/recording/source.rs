@@ -59,6 +59,8 @@ pub struct Source {
     pub taps: Arc<dyn Tapped>,
     /// The viewer that gets the recording as well, if there is one.
     pub viewer: Option<Viewer>,
+    /// Prints a notice about the run while it is recorded, where nothing else shows it.
+    pub notice: fn(&str),
 }
 
 impl Source {
@@ -73,6 +75,7 @@ impl Source {
             observer,
             system,
             viewer: None,
+            notice: |_| {},
         }
     }
 

@@ -103,18 +103,23 @@ pub struct Recorded {
     pub messages: u64,
     /// Number of messages and ticks lost because the recorder was too slow.
     pub lost: u64,
-    /// What a thread outside of the graph wrote to, so that the run cannot come back.
-    pub written_from_outside: Option<Arc<str>>,
+    /// What threads outside of the graph wrote to, so that the run cannot come back.
+    pub written_from_outside: Vec<Arc<str>>,
 }
 
 impl Recorded {
     /// The reason why `verify` will refuse the recording, if there is one.
     pub fn defect(&self) -> Option<String> {
-        let name = self.written_from_outside.as_ref()?;
-        Some(format!(
-            "a thread outside of the graph wrote to {name}: verify will refuse this recording"
-        ))
+        let names = &self.written_from_outside;
+        (!names.is_empty()).then(|| outside(&names.join(" and ")))
     }
+}
+
+/// The notice that a thread outside of the graph wrote to `name`.
+pub fn outside(name: &str) -> String {
+    format!(
+        "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"
+    )
 }
 
 /// Writes batches to a file.
@@ -139,6 +144,9 @@ pub struct RecordingWriter {
     published: Time,
     last_batch: Instant,
     lost: Arc<AtomicU64>,
+    notice: fn(&str),
+    /// Number of writes from outside of the graph of which there was a notice.
+    noticed: usize,
 }
 
 impl RecordingWriter {
@@ -156,6 +164,7 @@ impl RecordingWriter {
             origin,
             start,
             observer,
+            notice,
             ..
         } = source;
         let mut writer = Self {
@@ -174,6 +183,8 @@ impl RecordingWriter {
             published: Time::ZERO,
             last_batch: Instant::now(),
             lost,
+            notice,
+            noticed: 0,
         };
         writer.anchor();
         let scene = writer.scene.begin(&writer.rec, &start, &writer.now());
@@ -245,8 +256,18 @@ impl RecordingWriter {
 
     fn drain(&mut self) -> usize {
         let fullest = self.taps.drain();
+        self.notice_outside();
         self.lost.store(self.taps.lost(), Ordering::Relaxed);
         fullest
+    }
+
+    /// Gives notice of what a thread outside of the graph wrote to, once for each.
+    fn notice_outside(&mut self) {
+        let names = self.observer.written_from_outside();
+        for name in names.iter().skip(self.noticed) {
+            (self.notice)(&outside(name));
+        }
+        self.noticed = names.len();
     }
 
     /// Writes the waiting items up to run time `until`.

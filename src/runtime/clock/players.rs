@@ -10,7 +10,7 @@ use crate::runtime::{
     command::Command,
     graph::{ControlPlane, Graph},
     node::Fault,
-    reexecution::{End, Entry, Follower, Thread, Watch, expect, finish_entry},
+    reexecution::{End, Entry, Follower, Stream, Thread, Watch, expect, finish_entry},
     scheduled_node::ScheduledNode,
     sync::{Arc, spawn_named, thread},
     telemetry::{Event, EventKind, RunState},
@@ -31,19 +31,26 @@ pub(super) struct Events<'a> {
     pub(super) refused: &'a BTreeSet<usize>,
 }
 
-impl<'a> Events<'a> {
-    /// The command of an event, unless it is to be refused as recorded: that is done here.
-    pub(super) fn command(self, index: u64, at: Time, state: &RunState) -> Option<&'a Command> {
+impl Events<'_> {
+    /// Has the command of an event carried out by `obey`, unless it is to be refused as
+    /// recorded; returns its position in the event log of this run.
+    pub(super) fn again(
+        self,
+        index: u64,
+        at: Time,
+        state: &RunState,
+        obey: impl FnOnce(&Command) -> usize,
+    ) -> Option<u64> {
         let index = usize::try_from(index).ok()?;
         let event = self.all.get(index)?;
-        if let EventKind::Refused { command, reason } = &event.what
-            && self.refused.contains(&index)
-        {
-            state.advance_to(at);
-            state.log.refused(at, command, reason.as_str());
-            return None;
-        }
-        command(event)
+        let position = match &event.what {
+            EventKind::Refused { command, reason } if self.refused.contains(&index) => {
+                state.advance_to(at);
+                state.log.refused(at, command, reason.as_str())
+            }
+            _ => obey(command(event)?),
+        };
+        Some(position as u64)
     }
 }
 
@@ -57,18 +64,20 @@ pub(super) struct Players<'a> {
     exit: Option<ClockExit>,
 }
 
-/// Does again what a thread did.
+/// Does again what a thread did, and logs it as that did.
 struct Player<'a> {
     thread: &'a Thread,
+    log: Arc<Stream>,
     /// Number of entries done.
     done: usize,
     outcome: Outcome,
 }
 
 impl<'a> Player<'a> {
-    fn new(thread: &'a Thread) -> Self {
+    fn new(thread: &'a Thread, log: Arc<Stream>) -> Self {
         Self {
             thread,
+            log,
             done: 0,
             outcome: None,
         }
@@ -83,11 +92,16 @@ impl<'a> Players<'a> {
         watch: &'a Arc<Watch>,
         graph: &Graph,
     ) -> Self {
+        let state = graph.control.state.clone();
+        state.threads.begin(graph.nodes.len());
+        let players = threads.iter().enumerate();
+        let players =
+            players.map(|(index, thread)| Player::new(thread, state.threads.stream(index)));
         Self {
             events,
             watch,
-            state: graph.control.state.clone(),
-            threads: threads.iter().map(Player::new).collect(),
+            threads: players.collect(),
+            state,
             exit: None,
         }
     }
@@ -136,6 +150,7 @@ impl<'a> Players<'a> {
                         thread,
                     };
                     again.play(player, node, entries);
+                    watch.hold().leave();
                 };
                 if let Err(error) = spawn_named(scope, &name, run) {
                     watch.differs(format!("{name} has no thread: {error}"));
@@ -144,6 +159,7 @@ impl<'a> Players<'a> {
             if own > 0 {
                 let _follower = Follower::new(watch.clone());
                 supervise(&mut supervisor[0], control, events, watch, own, &mut exit);
+                watch.hold().leave();
             }
         });
         self.exit = exit;
@@ -162,6 +178,9 @@ impl<'a> Players<'a> {
         end: Option<End>,
     ) -> Result<Option<ClockExit>, Fault> {
         let watch = self.watch;
+        if let Some(end) = end.filter(|_| !watch.is_over()) {
+            self.threads[0].log.note_alone(Entry::End(end));
+        }
         let mut outcomes: Vec<Outcome> = self
             .threads
             .into_iter()
@@ -172,6 +191,7 @@ impl<'a> Players<'a> {
             _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
             None => return Ok(Some(ClockExit::Stopped)),
             Some(End::Paused) => graph.control.status.paused.then_some(Ok(None)),
+            Some(End::Left) => Some(Ok(None)),
             Some(End::Completed { until }) => {
                 graph.control.set_now(until);
                 Some(Ok(Some(ClockExit::Completed)))
@@ -235,10 +255,16 @@ fn supervise(
             return;
         };
         expect(0, operations);
-        if let Entry::Obey { at, event } = entry
-            && let Some(command) = events.command(*event, *at, &control.state.clone())
-        {
-            *exit = steps::supervise(control, command, *at).exit;
+        if let Entry::Obey { at, event } = *entry {
+            let state = control.state.clone();
+            let event = events.again(event, at, &state, |command| {
+                let obeyed = steps::supervise(control, command, at);
+                *exit = obeyed.exit;
+                obeyed.event
+            });
+            if let Some(event) = event {
+                player.log.add(&Entry::Obey { at, event }, operations);
+            }
         }
         finish_entry();
         watch.finishes(0);
@@ -272,14 +298,17 @@ impl NodeAgain<'_> {
             );
             self.watch.begins(self.thread, at, took);
             expect(self.thread, operations);
-            player.outcome = self.step(node, entry);
+            let mut done = *entry;
+            player.outcome = self.step(node, &mut done);
+            player.log.add(&done, operations);
             finish_entry();
             self.watch.finishes(self.thread);
             player.done += 1;
         }
     }
 
-    fn step(&self, node: &mut ScheduledNode, entry: &Entry) -> Outcome {
+    /// Does an entry; that of a command gets its position in the event log of this run.
+    fn step(&self, node: &mut ScheduledNode, entry: &mut Entry) -> Outcome {
         match *entry {
             Entry::Tick {
                 began,
@@ -305,8 +334,9 @@ impl NodeAgain<'_> {
             }),
             Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
             Entry::Obey { at, event } => {
-                if let Some(command) = self.events.command(event, at, self.state) {
-                    steps::obey_node(node, self.state, command, at);
+                let obey = |command: &Command| steps::obey_node(node, self.state, command, at);
+                if let Some(event) = self.events.again(event, at, self.state, obey) {
+                    *entry = Entry::Obey { at, event };
                 }
                 None
             }

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, VecDeque};
 
 use super::{
     Clock, ClockExit, note_end,
-    obey::obey_at_rest,
+    obey::{Obeyed, obey_at_rest},
     players::{Events, Players},
 };
 use crate::runtime::{
@@ -12,7 +12,10 @@ use crate::runtime::{
     graph::Graph,
     inbox::Inbox,
     node::Fault,
-    reexecution::{End, Log, LogError, Part, Section, Sections, Stretch, Watch},
+    reexecution::{
+        End, Entry, Hold, Knot, Log, LogError, Part, Section, Sections, Step, Stream, Stretch,
+        Watch, entries_of,
+    },
     sync::Arc,
     telemetry::{Event, EventKind, Topology},
     time::Time,
@@ -58,6 +61,8 @@ pub struct Rerun {
     whole: bool,
     /// The moment at which to leave the recorded run.
     branch: Option<Branch>,
+    /// The number of knots up to the one to be held in, if there is one.
+    hold: Option<usize>,
     watch: Arc<Watch>,
 }
 
@@ -118,6 +123,7 @@ impl Rerun {
             refused: BTreeSet::new(),
             whole,
             branch: None,
+            hold: None,
             watch: Arc::new(Watch::new(supervisor.chain(names))),
         })
     }
@@ -179,14 +185,31 @@ impl Rerun {
         self.branch.as_ref().is_some_and(|branch| branch.left)
     }
 
+    /// Executes the run up to knot number `knot` of [`knots`](Self::knots) and the first
+    /// `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
+    /// go on. Where a node is held with a lock of another operation within its own, the rest
+    /// of the knot goes on at once.
+    pub fn hold(&mut self, knot: usize, operations: usize) {
+        self.hold = Some(knot);
+        self.watch.allow(operations);
+    }
+
+    /// The ticks that overlap, in order.
+    pub fn knots(&self) -> Vec<Knot> {
+        self.stretches().flat_map(Stretch::knots).collect()
+    }
+
+    fn stretches(&self) -> impl Iterator<Item = &Stretch> {
+        self.sections.iter().filter_map(|section| match section {
+            Section::Stretch(stretch) => Some(stretch),
+            Section::Rest(_) | Section::Abandoned => None,
+        })
+    }
+
     /// The run times at which the graph rests between two ticks under the real clock, in
     /// order: where a run can be stopped, and left.
     pub fn rests(&self) -> Vec<Time> {
-        let stretches = self.sections.iter().filter_map(|section| match section {
-            Section::Stretch(stretch) => Some(stretch),
-            _ => None,
-        });
-        let parts = stretches.flat_map(|stretch| stretch.plan.parts());
+        let parts = self.stretches().flat_map(|stretch| stretch.plan.parts());
         let mut now = Time::ZERO;
         let rests = parts.map(|planned| {
             now = now.max(planned.at);
@@ -202,8 +225,16 @@ impl Rerun {
     pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
         let (mut now, mut clock) = (Time::ZERO, first);
         for section in &self.sections {
-            let Section::Stretch(stretch) = section else {
-                continue;
+            let stretch = match section {
+                Section::Stretch(stretch) => stretch,
+                Section::Rest(event) => {
+                    let event = self.events.get(*event);
+                    if let Some(Command::HandOver(next)) = event.and_then(Event::applied) {
+                        clock = *next;
+                    }
+                    continue;
+                }
+                Section::Abandoned => continue,
             };
             for planned in stretch.plan.parts() {
                 if planned.at > at {
@@ -222,18 +253,13 @@ impl Rerun {
     /// The number of entries of all threads, and of those in knots.
     pub fn entries(&self) -> (usize, usize) {
         let (mut all, mut knotted) = (0, 0);
-        for section in &self.sections {
-            let Section::Stretch(stretch) = section else {
-                continue;
+        for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
+            let knot = match &planned.part {
+                Part::Entry(_) => 0,
+                Part::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
             };
-            for planned in stretch.plan.parts() {
-                let knot = match &planned.part {
-                    Part::Entry(_) => 0,
-                    Part::Knot(counts) => counts.iter().map(|(_, count)| count).sum(),
-                };
-                all += knot.max(1);
-                knotted += knot;
-            }
+            all += knot.max(1);
+            knotted += knot;
         }
         (all, knotted)
     }
@@ -265,7 +291,10 @@ impl Clock for Rerun {
             let end = match self.sections.pop_front() {
                 Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),
                 Some(Section::Rest(event)) => Ok(self.rest(graph, event)),
-                Some(Section::Abandoned) => Ok(Some(ClockExit::Stopped)),
+                Some(Section::Abandoned) => {
+                    supervisor(graph).note_alone(Entry::Abandoned);
+                    Ok(Some(ClockExit::Stopped))
+                }
                 None => Ok(Some(self.no_more())),
             };
             if let Some(end) = end.transpose() {
@@ -294,9 +323,14 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        let state = graph.control.state.clone();
-        let command = events.command(event as u64, now, &state)?;
-        obey_at_rest(graph, ClockKind::Real, command, now).exit
+        let (state, mut exit) = (graph.control.state.clone(), None);
+        let event = events.again(event as u64, now, &state, |command| {
+            let obeyed = at_rest(graph, command);
+            exit = obeyed.exit;
+            obeyed.event
+        })?;
+        supervisor(graph).note_alone(Entry::Rest { event });
+        exit
     }
 
     fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
@@ -329,7 +363,12 @@ impl Rerun {
                 }
                 match &planned.part {
                     Part::Entry(thread) => players.entry(graph, *thread),
-                    Part::Knot(counts) => players.knot(graph, counts),
+                    Part::Knot(steps) => {
+                        let here = self.hold == Some(0);
+                        self.hold = self.hold.and_then(|before| before.checked_sub(1));
+                        let hold = here.then(|| self.watch.hold());
+                        knot(&mut players, graph, steps, hold);
+                    }
                 }
             }
         }
@@ -345,12 +384,38 @@ impl Rerun {
         let Some(commands) = then else {
             return ClockExit::Stopped;
         };
-        let now = graph.now();
-        for command in &commands {
-            obey_at_rest(graph, ClockKind::Real, command, now);
-        }
+        let log = supervisor(graph);
+        log.note_alone(Entry::End(End::Left));
         let on = Command::HandOver(ClockKind::Virtual);
-        obey_at_rest(graph, ClockKind::Real, &on, now);
+        for command in commands.iter().chain([&on]) {
+            let event = at_rest(graph, command).event as u64;
+            log.note_alone(Entry::Rest { event });
+        }
         ClockExit::HandedOver(ClockKind::Virtual)
+    }
+}
+
+/// The log of the thread that supervises the nodes: what is executed again is logged as it
+/// was, so that a branch can be executed again, too.
+fn supervisor(graph: &Graph) -> Arc<Stream> {
+    graph.control.state.threads.stream(0)
+}
+
+/// Carries out a command between two ticks.
+fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
+    let now = graph.now();
+    obey_at_rest(graph, ClockKind::Real, command, now)
+}
+
+/// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
+fn knot(players: &mut Players<'_>, graph: &mut Graph, steps: &[Step], hold: Option<&Hold>) {
+    let counts = entries_of(steps);
+    if let Some(hold) = hold {
+        let takes = steps.iter().filter(|step| step.takes.is_some());
+        hold.begin(takes.map(|step| step.thread).collect(), counts.len());
+    }
+    players.knot(graph, &counts);
+    if let Some(hold) = hold {
+        hold.wait_for_end();
     }
 }

@@ -93,6 +93,8 @@ pub(crate) enum End {
         /// Run time.
         at: Time,
     },
+    /// A branch left the recorded run at a rest between two ticks.
+    Left,
 }
 
 impl Entry {
@@ -238,6 +240,7 @@ impl Coder {
             End::HandedOver => (4, None, None),
             End::Failed { node, at } => (5, Some(node), Some(at)),
             End::NoThread { node, at } => (6, Some(node), Some(at)),
+            End::Left => (7, None, None),
         };
         bytes.push(number);
         if let Some(node) = node {
@@ -369,6 +372,7 @@ impl Coder {
                 node: node()?,
                 at: self.get_beside(reader)?,
             },
+            7 => End::Left,
             _ => return None,
         })
     }

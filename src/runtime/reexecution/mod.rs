@@ -19,10 +19,13 @@
 //! * `Plan` puts whole ticks in a row, and into *knots* where ticks really overlap. A log
 //!   with a plan is an execution, so it cannot hang; between two parts of the plan the
 //!   graph is at rest.
-//! * [`Rerun`](crate::runtime::Rerun) is a clock that plays the plan.
+//! * [`Rerun`](crate::runtime::Rerun) is a clock that plays the plan. A [`Knot`] can be held
+//!   between any two of its operations.
 
 mod bytes;
 mod entry;
+mod hold;
+mod knot;
 mod lock_name;
 mod log;
 mod plan;
@@ -33,12 +36,15 @@ mod thread;
 mod turns;
 mod watch;
 
+pub use knot::{Knot, KnotOperation};
 pub use log::{Log, LogError, LogPosition};
 pub use shared::{Shared, Turn};
 pub use watch::{BusyNode, Doing, Watch};
 
 pub(crate) use entry::{End, Entry};
-pub(crate) use plan::Part;
+pub(crate) use hold::Hold;
+pub(crate) use knot::Step;
+pub(crate) use plan::{Part, entries_of};
 pub(crate) use run_log::{RunLog, Stream};
 pub(crate) use section::{Section, Sections, Stretch};
 pub(crate) use thread::Thread;

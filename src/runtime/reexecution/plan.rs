@@ -11,7 +11,7 @@ use std::{
     collections::{BTreeMap, BinaryHeap},
 };
 
-use super::{lock_name::LockName, log::LogError, thread::Thread};
+use super::{knot::Step, lock_name::LockName, log::LogError, thread::Thread};
 use crate::runtime::time::Time;
 
 /// The next turn of each lock.
@@ -37,9 +37,17 @@ pub(crate) struct Planned {
 pub(crate) enum Part {
     /// The next entry of this thread.
     Entry(usize),
-    /// The next entries of several threads, which overlap: each thread with its number of
-    /// entries.
-    Knot(Vec<(usize, usize)>),
+    /// The next entries of several threads, which overlap, in steps.
+    Knot(Vec<Step>),
+}
+
+/// The threads of a knot, each with its number of entries.
+pub(crate) fn entries_of(knot: &[Step]) -> Vec<(usize, usize)> {
+    let mut counts = BTreeMap::new();
+    for step in knot {
+        *counts.entry(step.thread).or_insert(0) += usize::from(step.ends);
+    }
+    counts.into_iter().collect()
 }
 
 impl Plan {
@@ -292,19 +300,15 @@ impl<'a> Planner<'a> {
                 return None;
             };
             latest = latest.max(self.ways[thread].at());
-            steps.push((thread, self.step(thread)));
+            steps.push(self.step(thread));
             match self.ways[thread].rests() {
                 true => open.retain(|other| *other != thread),
                 false if open.contains(&thread) => {}
                 false => open.push(thread),
             }
         }
-        let mut counts = BTreeMap::new();
-        for (thread, finished) in steps {
-            *counts.entry(thread).or_insert(0) += usize::from(finished);
-        }
         Some(Planned {
-            part: Part::Knot(counts.into_iter().collect()),
+            part: Part::Knot(steps),
             at: latest,
         })
     }
@@ -323,17 +327,21 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Takes one step of a thread; whether that finished its entry.
-    fn step(&mut self, thread: usize) -> bool {
+    /// Takes one step of a thread.
+    fn step(&mut self, thread: usize) -> Step {
         let operation = self.operation(thread);
         let way = &mut self.ways[thread];
         if let Some((lock, _)) = operation {
             self.locks[lock].next += 1;
             way.done += 1;
         }
-        let finished = way.done == way.ends[way.entry];
-        way.entry += usize::from(finished);
-        finished
+        let ends = way.done == way.ends[way.entry];
+        way.entry += usize::from(ends);
+        Step {
+            thread,
+            takes: operation.map(|(lock, turn)| (self.locks[lock].name, turn)),
+            ends,
+        }
     }
 
     /// The thread that can go on, and that `thread` waits for, directly or not.
@@ -350,12 +358,11 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes back the last `steps`.
-    fn undo(&mut self, steps: Vec<(usize, bool)>) {
-        for (thread, finished) in steps.into_iter().rev() {
-            let way = &mut self.ways[thread];
-            way.entry -= usize::from(finished);
-            let begun = way.entry.checked_sub(1).map_or(0, |last| way.ends[last]);
-            if way.done > begun {
+    fn undo(&mut self, steps: Vec<Step>) {
+        for step in steps.into_iter().rev() {
+            let way = &mut self.ways[step.thread];
+            way.entry -= usize::from(step.ends);
+            if step.takes.is_some() {
                 way.done -= 1;
                 self.locks[way.operations[way.done].0].next -= 1;
             }

@@ -37,15 +37,15 @@ struct OutsideWrites {
     /// The next turn of each lock at the beginning of the stretch: before it anybody may
     /// have been there.
     firsts: BTreeMap<LockName, u64>,
-    /// The first lock that was taken from outside during a stretch.
-    taken: Option<LockName>,
+    /// The locks that were taken from outside during a stretch.
+    taken: Vec<LockName>,
 }
 
 impl OutsideWrites {
     fn note(&mut self, operation: &Operation) {
         let first = self.firsts.get(&operation.lock).copied().unwrap_or(0);
-        if operation.turn != first {
-            self.taken.get_or_insert(operation.lock);
+        if operation.turn != first && !self.taken.contains(&operation.lock) {
+            self.taken.push(operation.lock);
         }
     }
 }
@@ -86,10 +86,11 @@ impl RunLog {
         streams[thread].clone()
     }
 
-    /// The name of the first shared value that a thread outside of the graph wrote to
-    /// while the graph was under the real clock.
-    pub(crate) fn written_from_outside(&self) -> Option<Arc<str>> {
-        lock(&self.outside).taken.map(LockName::text)
+    /// The names of the shared values that a thread outside of the graph wrote to while
+    /// the graph was under the real clock.
+    pub(crate) fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
+        let outside = lock(&self.outside);
+        outside.taken.iter().map(|name| name.text()).collect()
     }
 
     /// The bytes after `position`, each piece with the number of its thread; moves the
@@ -119,7 +120,8 @@ impl Stream {
         self.add(&entry, &[]);
     }
 
-    fn add(&self, entry: &Entry, operations: &[Operation]) {
+    /// Adds an entry of this thread with its `operations`.
+    pub(crate) fn add(&self, entry: &Entry, operations: &[Operation]) {
         if self.size.load(Ordering::Relaxed) > Log::MOST {
             return;
         }

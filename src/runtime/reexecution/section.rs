@@ -5,14 +5,16 @@ use std::collections::BTreeSet;
 use super::{
     bytes::Reader,
     entry::{Coder, End, Entry},
+    knot::{Knot, KnotOperation, Step},
     log::{Log, LogError},
-    plan::{Plan, Turns},
+    plan::{Part, Plan, Turns},
     thread::Thread,
     turns::Operation,
 };
 use crate::runtime::{
     sync::Arc,
     telemetry::{Event, EventKind},
+    time::Time,
 };
 
 /// A part of a run under the real clock.
@@ -235,6 +237,44 @@ impl SectionReader<'_> {
 }
 
 impl Stretch {
+    /// Its ticks that overlap.
+    pub(crate) fn knots(&self) -> Vec<Knot> {
+        let mut done = vec![0; self.threads.len()];
+        let knots = self.plan.parts().iter().filter_map(|planned| {
+            let steps = match &planned.part {
+                Part::Knot(steps) => steps,
+                Part::Entry(thread) => {
+                    done[*thread] += 1;
+                    return None;
+                }
+            };
+            Some(self.knot(steps, &mut done))
+        });
+        knots.collect()
+    }
+
+    /// The knot of these `steps`, after so many entries of each thread are `done`.
+    fn knot(&self, steps: &[Step], done: &mut [usize]) -> Knot {
+        let mut knot = Knot {
+            from: Time::MAX,
+            to: Time::ZERO,
+            operations: Vec::new(),
+        };
+        for step in steps {
+            let at = self.threads[step.thread].at(done[step.thread]);
+            (knot.from, knot.to) = (knot.from.min(at), knot.to.max(at));
+            let operation = step.takes.map(|(lock, turn)| KnotOperation {
+                node: step.thread.checked_sub(1),
+                at,
+                takes: lock.text(),
+                turn,
+            });
+            knot.operations.extend(operation);
+            done[step.thread] += usize::from(step.ends);
+        }
+        knot
+    }
+
     fn is_whole(&self) -> bool {
         self.end.is_some() && self.plan.is_whole()
     }

@@ -143,6 +143,10 @@ impl<T> Shared<T> {
         else {
             return self.aside();
         };
+        if watch.hold().is_on() && self.state.try_lock().is_err() {
+            // Somebody is held within this lock: both go on at once.
+            watch.hold().let_go();
+        }
         let mut turn = self.aside();
         while turn.state.turn != number && !watch.is_over() {
             if turn.state.turn > number {

@@ -143,8 +143,10 @@ pub(super) fn next(lock: LockName) -> Option<u64> {
         match expected {
             Some(operation) if operation.lock == lock => {
                 script.done += 1;
+                let turn = operation.turn;
                 script.watch.perturb();
-                Some(operation.turn)
+                script.watch.hold().pass(script.thread);
+                Some(turn)
             }
             other => {
                 let other = other.map(|operation| operation.lock.text());

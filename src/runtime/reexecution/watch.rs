@@ -5,6 +5,7 @@ use std::{
     time::Duration,
 };
 
+use super::hold::Hold;
 use crate::runtime::{
     sync::{
         Arc, Mutex,
@@ -24,6 +25,7 @@ pub struct Watch {
     over: AtomicBool,
     difference: Mutex<Option<String>>,
     perturbed: AtomicBool,
+    hold: Hold,
     /// Entries that are finished.
     finished: AtomicU64,
     threads: Vec<Seen>,
@@ -74,6 +76,7 @@ impl Watch {
             over: AtomicBool::new(false),
             difference: Mutex::default(),
             perturbed: AtomicBool::new(false),
+            hold: Hold::default(),
             finished: AtomicU64::new(0),
             threads: threads.collect(),
         }
@@ -101,10 +104,31 @@ impl Watch {
         }
     }
 
+    /// Allows the first `operations` of the knot in which the run is [held](crate::runtime::Rerun::hold).
+    pub fn allow(&self, operations: usize) {
+        self.hold.allow(operations);
+    }
+
+    /// The number of operations of that knot that are done, once its nodes are at rest.
+    pub fn held(&self) -> Option<usize> {
+        self.hold.done()
+    }
+
+    /// Ends a run that is held.
+    pub fn end(&self) {
+        self.over.store(true, Ordering::Release);
+        self.hold.end();
+    }
+
+    pub(crate) fn hold(&self) -> &Hold {
+        &self.hold
+    }
+
     /// Gives up: this is not the recorded run. The first reason counts.
     pub(crate) fn differs(&self, reason: String) {
         lock(&self.difference).get_or_insert(reason);
         self.over.store(true, Ordering::Release);
+        self.hold.let_go();
     }
 
     /// Whether the run was given up.

@@ -342,10 +342,10 @@ impl Observer {
         self.state.threads.since(position)
     }
 
-    /// The name of a topic or a [`Shared`](crate::runtime::Shared) value that a thread
+    /// The names of the topics and [`Shared`](crate::runtime::Shared) values that a thread
     /// outside of the graph wrote to while the graph was under the real clock: such a run
-    /// cannot come back.
-    pub fn written_from_outside(&self) -> Option<std::sync::Arc<str>> {
+    /// cannot come back. Each is known as soon as a node has been there next.
+    pub fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
         self.state.threads.written_from_outside()
     }
 

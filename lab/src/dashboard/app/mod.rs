@@ -249,6 +249,7 @@ impl Model for App {
         self.follow_end(Duration::ZERO)?;
         self.follow_events();
         self.follow_recordings();
+        self.notice_outside();
         let measured = self.panel.as_mut().is_some_and(ExercisePanel::poll);
         let new = measured | self.add_frame();
         self.frame = self.history.shown();
@@ -273,6 +274,7 @@ impl Model for App {
                 ..trace
             }),
             timeline: sampler::timeline(&self.session, self.panes.timeline, frame.now),
+            knot: None,
             knob_focus: self.knob_focus.clone(),
             events: self.events(frame.now).cloned().collect(),
             extra: StatusExtra {

@@ -5,10 +5,7 @@ use ratelab::runtime::{ClockKind, Command, telemetry::Event};
 
 use super::{App, LabError, restart::Next};
 use crate::dashboard::{
-    model::Model,
-    past::{Executing, Past},
-    player::Player,
-    sampler::RunSource,
+    executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
 };
 
 impl App {
@@ -21,16 +18,19 @@ impl App {
         };
         let real = self.session.config().clock == ClockKind::Real;
         let real = real || self.events.iter().any(handed_over);
-        real && self.left.is_none() && self.session.at_rest()
+        real && self.session.at_rest()
     }
 
     /// Looks back: at the run itself if it can be executed again, or else at the picture
     /// before.
     pub(super) fn look_back(&mut self) {
         if self.looking_back().is_none() && self.has_past() {
-            match Executing::of(&self.session) {
+            let Some(recording) = self.session.so_far() else {
+                return self.notify("this run is gone: r starts again");
+            };
+            match Executing::of(recording.into(), &self.setup.system) {
                 Ok(executing) => self.past = Some(Past::Executing(executing)),
-                Err(reason) => self.notify(reason),
+                Err(error) => self.notify(error.to_string()),
             }
         } else if !self.history.back() {
             self.notify("this is the oldest picture kept");
@@ -48,14 +48,14 @@ impl App {
             }
             Some(Past::Executing(executing)) => {
                 match executing.finish() {
-                    Ok((recording, at)) => {
-                        let player = Player::still(recording, &self.setup.system, at);
+                    Ok(executed) => {
                         let pace = (self.config.end, self.config.speed);
+                        let player = Player::at_the_end(executed, &self.setup.system);
                         let mut player = player.within(self.setup.clone(), pace, self.panes);
                         player.sample()?;
                         self.past = Some(Past::Playing(Box::new(player)));
                     }
-                    Err(reason) => self.notify(reason),
+                    Err(error) => self.notify(error.to_string()),
                 }
                 Ok(true)
             }

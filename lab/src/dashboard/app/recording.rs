@@ -1,7 +1,7 @@
 //! Recordings of sessions, on and off.
 
 use super::App;
-use crate::recording::{Recorder, StopReason};
+use crate::recording::{Recorder, StopReason, outside};
 
 impl App {
     /// Starts a recording, or ends it.
@@ -61,6 +61,14 @@ impl App {
                 self.record = false;
                 self.unrecorded.get_or_insert(error);
             }
+        }
+    }
+
+    /// Gives notice of what a thread outside of the graph wrote to, once for each.
+    pub(super) fn notice_outside(&mut self) {
+        let names = self.session.written_from_outside();
+        if !names.is_empty() {
+            self.notify(outside(&names.join(" and ")));
         }
     }
 

@@ -26,6 +26,8 @@ pub struct Facts<'a> {
     pub system: &'a dyn System,
     /// Its knobs in force.
     pub setup: &'a Setup,
+    /// Those of its knobs that were turned since its start.
+    pub turned: &'a Setup,
     /// Its graph and counters.
     pub graph: &'a Snapshot,
     /// The chains behind its actions.
@@ -146,8 +148,9 @@ impl Facts<'_> {
                 let (name, every) = (self.node(node), ms(explained.interval(node)));
                 let time = explained.to.since(explained.from).as_secs_f64();
                 let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
-                let cure = match self.is_set_to_take(name) {
-                    true => self.mended_by(&format!("takes {name} none")),
+                let none = format!("takes {name} none");
+                let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
+                    true => self.mended_by(&none),
                     false => "a faster one mends it".to_owned(),
                 };
                 format!(
@@ -202,12 +205,24 @@ impl Facts<'_> {
     /// time that they need.
     fn is_set_to_take(&self, node: &str) -> bool {
         let mut knobs = self.setup.iter();
-        let sets = |knob: &Knob| matches!(knob.kind(), KnobKind::Takes | KnobKind::Hang);
+        let sets = |knob: &Knob| match knob {
+            Knob::Takes { spec, .. } => !spec.draw.is_none(),
+            knob => knob.kind() == KnobKind::Hang,
+        };
         knobs.any(|knob| knob.target() == node && sets(knob))
+    }
+
+    /// Whether `knob` was turned since the start, and is in force.
+    fn was_turned(&self, knob: &str) -> bool {
+        let knob = knob.parse::<Knob>();
+        knob.is_ok_and(|knob| self.turned.iter().any(|turned| *turned == knob))
     }
 
     /// Names `knob` as the cure; where keys turn knobs, with the key of the prompt.
     fn mended_by(&self, knob: &str) -> String {
+        if self.was_turned(knob) {
+            return format!("{knob} came too late");
+        }
         let key = if self.live { ":" } else { "" };
         format!("{key}{knob} mends it")
     }
@@ -219,7 +234,11 @@ impl Facts<'_> {
             _ => explained.interval(node),
         };
         let (setting, key) = rate_setting(self.system, name);
+        let mut turned = self.turned.iter();
+        let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
+            && explained.pace(node) > self.graph.nodes[node].hz.period();
         let cure = match key.filter(|_| self.live) {
+            _ if raised => format!("{setting} was raised too late"),
             Some(key) => format!("{key} raises {setting}"),
             None => format!("raise {setting}"),
         };

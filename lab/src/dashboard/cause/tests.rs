@@ -134,12 +134,18 @@ fn run(config: &Config) -> (Summary, Snapshot, Cause) {
 
 /// The cause of a loss at the moment of `graph`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> Cause {
+    cause_after(graph, lineage, setup, &Setup::default())
+}
+
+/// The same after some knobs were `turned`.
+fn cause_after(graph: &Snapshot, lineage: &Lineage, setup: &Setup, turned: &Setup) -> Cause {
     let system = CartPole::default();
     let acts = acting(&system, graph).expect("an actuator");
     let late = latest(graph, lineage, acts);
     let facts = Facts {
         system: &system,
         setup,
+        turned,
         graph,
         lineage,
         age: age(lineage, acts, late, system.age_limits(setup)),
@@ -505,5 +511,45 @@ fn these_troubles_it_bears() {
         config.setup = setup.iter().map(|text| knob(text)).collect();
         let (summary, _, _) = run(&config);
         assert!(!summary.verdict.is_lost(), "{setup:?}: {}", summary.verdict);
+    }
+}
+
+#[test]
+fn a_knob_that_was_turned_too_late_is_no_advice() {
+    for (setup, later, cure) in [
+        (
+            "takes policy 230",
+            "takes policy 0",
+            "takes policy none came too late",
+        ),
+        (
+            "link /action delay:200",
+            "link /action none",
+            "link /action none came too late",
+        ),
+        (
+            "rate policy 4",
+            "rate policy 50",
+            "control-hz was raised too late",
+        ),
+    ] {
+        let mut config = way(OWN, &[], &[]).config(0);
+        config.setup.set(knob(setup));
+        let played = Played::of(&config);
+        let fell = played.summary.verdict.at;
+        // As it falls: nothing is saved any more.
+        config.knobs = vec![TimedKnob {
+            at: Time::ZERO + fell.since(Time::ZERO + Duration::from_millis(20)),
+            knob: knob(later),
+        }];
+        let played = Played::of(&config);
+        assert!(played.summary.verdict.is_lost(), "{setup}");
+        let turned: Setup = config
+            .knobs
+            .iter()
+            .map(|timed| timed.knob.clone())
+            .collect();
+        let cause = cause_after(&played.graph, &played.lineage, &played.setup(), &turned);
+        assert!(cause.lines[0].ends_with(cure), "{:?}", cause.lines);
     }
 }

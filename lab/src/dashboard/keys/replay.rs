@@ -20,6 +20,8 @@ pub enum ReplayAction {
     Play,
     /// Go to the next messages or ticks, or to the last ones before.
     Step(Direction),
+    /// Go to the next operation of ticks that overlap, or to the last one before.
+    Operation(Direction),
     /// Leave the run at this moment, with a knob turned.
     Branch,
     /// Go on or back by a second of run time.
@@ -48,6 +50,8 @@ pub const REPLAY: KeyTable<ReplayAction> = screen_with_panes![
     row(&[(Char(' '), Play)], "play, or stand still", Some("play")),
     row(&[(Char(','), Step(Down)), (Char('.'), Step(Up)), (LEFT, Step(Down)), (RIGHT, Step(Up))],
         "to the messages before, to the next messages", Some("step"));
+    row(&[(Char('O'), Operation(Down)), (Char('o'), Operation(Up))],
+        "where ticks overlap: to the operation before, to the next one", Some("operation")),
     row(&[(PAGE_UP, Second(Down)), (PAGE_DOWN, Second(Up))],
         "a second back, a second on", None),
     row(&[(Char('N'), Event(Down)), (Char('n'), Event(Up))],

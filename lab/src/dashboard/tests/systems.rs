@@ -5,7 +5,7 @@ use ratelab::{
     system::{BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind},
 };
 
-use super::*;
+use super::{adders::Adders, *};
 
 /// Height (m) and thrust.
 #[derive(Clone, Copy, Debug)]
@@ -301,4 +301,42 @@ fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
     assert!(app.ended(), "it began again");
     press(&mut app, "?");
     assert!(!screen(&app, &PLAIN, 160, 50).contains("other world"));
+}
+
+#[test]
+fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once() {
+    let adders = Arc::new(Adders::default());
+    let setup = Setup::new(adders.clone(), false);
+    let config = Config {
+        clock: ClockKind::Real,
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = App::new(&config, setup).expect("session");
+    let ticks = |app: &App| {
+        let screen = app.screen().expect("a frame");
+        screen
+            .frame
+            .nodes
+            .iter()
+            .map(|node| node.ticks)
+            .sum::<u64>()
+    };
+    let until = |done: &dyn Fn(&App) -> bool, app: &mut App| {
+        app.sample().expect("no fault");
+        while !done(app) {
+            app.sample().expect("no fault");
+        }
+    };
+    until(&|app| ticks(app) > 4, &mut app);
+    assert_eq!(app.notice, None);
+    adders.add(100.0);
+    until(&|app| app.notice.is_some(), &mut app);
+    let notice = app.notice.take().expect("a notice");
+    assert!(notice.contains("wrote to the number"), "{notice}");
+    adders.add(100.0);
+    let now = ticks(&app);
+    until(&|app| ticks(app) > now + 8, &mut app);
+    assert_eq!(app.notice, None, "it was noticed before");
+    app.finish().ended.expect("no fault");
 }

@@ -10,6 +10,7 @@ mod figures;
 mod graph;
 mod help;
 mod histogram;
+mod knot;
 mod layout;
 mod page;
 mod pane;
@@ -43,6 +44,7 @@ use super::{
     focus::Pane,
     frame::{FrameData, PushData, SignalTrace},
     knob_focus::KnobFocus,
+    knot::KnotView,
     timeline::Timeline,
 };
 
@@ -56,6 +58,8 @@ pub struct ScreenState<'a> {
     pub trace: Option<SignalTrace>,
     /// The recent ticks and messages, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
+    /// The operations of ticks that overlap, in its place.
+    pub knot: Option<KnotView>,
     /// The node and the topics of the knob keys.
     pub knob_focus: KnobFocus,
     /// Events up to that moment.
@@ -89,7 +93,9 @@ impl ScreenState<'_> {
             Pane::Plant => self.has_picture(),
             Pane::Signal => self.trace.is_some(),
             Pane::Graph | Pane::Figures | Pane::Events => true,
-            Pane::Timeline => self.frame.age.is_some() || self.timeline.is_some(),
+            Pane::Timeline => {
+                self.frame.age.is_some() || self.timeline.is_some() || self.knot.is_some()
+            }
         }
     }
 
@@ -286,9 +292,10 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
             }
         }
         Pane::Figures => figures::render(frame, theme, focused, area, buf),
-        Pane::Timeline => {
-            timeline::render(shown.timeline.as_ref(), theme, focused, area, buf);
-        }
+        Pane::Timeline => match &shown.knot {
+            Some(knot) => knot::render(knot, theme, focused, area, buf),
+            None => timeline::render(shown.timeline.as_ref(), theme, focused, area, buf),
+        },
         Pane::Events => {
             let (events, notice) = (&shown.events, shown.notice);
             events::render(verdict, events, notice, theme, focused, area, buf);

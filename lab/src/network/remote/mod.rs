@@ -180,6 +180,7 @@ impl RemoteRun {
             observer: gathered.observer.clone(),
             taps: gathered.relay.clone(),
             viewer: None,
+            notice: |_| {},
         }
     }
 

@@ -83,6 +83,17 @@ pub fn set_number(column: &ArrayRef, row: usize, number: u64) -> ArrayRef {
     relist(list, list.offsets().clone(), numbers)
 }
 
+/// Exchanges the numbers in two rows of a column, if it has so many.
+pub fn exchange(column: &ArrayRef, [one, other]: [usize; 2]) -> ArrayRef {
+    if column.len() <= one.max(other) {
+        return column.clone();
+    }
+    let numbers = column.as_list::<i32>().values();
+    let numbers = numbers.as_primitive::<UInt64Type>().values();
+    let (first, second) = (numbers[one], numbers[other]);
+    set_number(&set_number(column, one, second), other, first)
+}
+
 /// Leaves row `row` of a column without a value.
 pub fn empty_cell(column: &ArrayRef, row: usize) -> ArrayRef {
     let list = column.as_list::<i32>();

@@ -5,7 +5,7 @@ use std::{
     fs,
     path::PathBuf,
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -14,7 +14,8 @@ use std::{
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{ClockKind, Fields, GO_ON, Shared, Speed, Time},
+    fields,
+    runtime::{ClockKind, Command, GO_ON, Shared, Speed, Time},
     system::{BuildError, Builder, System},
 };
 
@@ -23,19 +24,10 @@ use crate::recording::{Recorded, Recorder, Source, StopReason};
 
 /// A number.
 #[derive(Clone, Copy)]
-struct Number(f64);
-
-impl Fields for Number {
-    const FIELDS: &'static [&'static str] = &["number"];
-
-    fn append_to(&self, row: &mut Vec<f64>) {
-        row.push(self.0);
-    }
-
-    fn from_row(row: &[f64]) -> Option<Self> {
-        row.first().copied().map(Self)
-    }
+struct Number {
+    number: f64,
 }
+fields!(Number { number: "number" });
 
 /// A node that publishes a number, and another one that adds to what the number is made of.
 struct Leaky(Leak);
@@ -83,7 +75,10 @@ impl System for Leaky {
         builder.node("reads", 200.0, 0, move |wiring| {
             let (number, source) = (wiring.publisher(&number), source.clone());
             move |now| {
-                number.publish(Number(source.read()), now, None);
+                let read = Number {
+                    number: source.read(),
+                };
+                number.publish(read, now, None);
                 GO_ON
             }
         })?;
@@ -97,22 +92,35 @@ impl System for Leaky {
     }
 }
 
+/// All notices of recorders.
+static NOTICES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn notices_of(name: &str) -> usize {
+    let notices = NOTICES.lock().expect("open");
+    notices.iter().filter(|text| text.contains(name)).count()
+}
+
 /// Records a run of `system`; `meanwhile` sees it tick.
 fn record(system: &Arc<dyn System>, path: &std::path::Path, meanwhile: impl FnOnce()) -> Recorded {
     let config = Config {
         clock: ClockKind::Real,
         speed: Speed::REAL_TIME,
-        end: Time::from_nanos(100_000_000),
+        end: Time::MAX,
         ..Config::default()
     };
     let experiment = Experiment::new(system.clone(), &config).expect("experiment");
-    let recorder = Recorder::from_the_start(path, &Source::of(&experiment)).expect("a recorder");
-    let observer = experiment.observer();
+    let source = Source {
+        notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
+        ..Source::of(&experiment)
+    };
+    let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
+    let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
     while observer.now() < Time::from_nanos(50_000_000) {
         thread::yield_now();
     }
     meanwhile();
+    commands.send(Command::Stop).expect("it goes on");
     recorder.end(StopReason::of(&run.join().expect("no panic")));
     recorder.finish().expect("recorded")
 }
@@ -123,7 +131,16 @@ fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     let path = folder.path().join("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
-    let recorded = record(&system, &path, || *shared.lock() += 100);
+    let recorded = record(&system, &path, || {
+        for _ in 0..2 {
+            *shared.lock() += 100;
+            // The run goes on for as long as this takes.
+            while notices_of("wrote to the number") == 0 {
+                thread::yield_now();
+            }
+        }
+    });
+    assert_eq!(notices_of("wrote to the number"), 1);
     let defect = recorded.defect().expect("it cannot come back");
     assert!(defect.contains("wrote to the number"), "{defect}");
     let error = verify_with(&read(&path), &system).expect_err("not to be had");

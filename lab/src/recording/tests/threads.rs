@@ -9,7 +9,11 @@ use ratelab::{
     system::WorldKind,
 };
 
-use super::{Dice, cases, experiment, folder, read, record, recorder, verify};
+use super::{
+    Dice,
+    altered::{alter, exchange},
+    cases, experiment, folder, read, record, recorder, verify,
+};
 use crate::recording::{Recording, StopReason};
 
 /// A short run of the real clock, set up by `setup`.
@@ -131,6 +135,20 @@ fn a_log_with_another_turn_or_time_or_without_a_piece_is_refused_or_another_run(
         // What commutes is the same run. In a file the digest finds that too.
         let _ = verify(&altered);
     }
+}
+
+#[test]
+fn an_exchange_of_two_pieces_of_the_log_is_refused_although_it_commutes() {
+    let folder = folder();
+    let path = folder.path().join("real.rrd");
+    recorded(&real("", 0.2), &path);
+    // The first pieces are of different threads: the log is the same.
+    alter(&path, "/threads", "piece", |column| {
+        exchange(column, [0, 1])
+    });
+    let error = verify(&read(&path)).expect_err("the digests differ");
+    let error = error.to_string();
+    assert!(error.contains("missing or was changed"), "{error}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
-    runtime::{BusyNode, Doing, Observer, Rerun, Speed, Time, TimedKnob, Watch, telemetry::Event},
+    runtime::{BusyNode, Doing, Knob, Observer, Rerun, Speed, Time, Watch, telemetry::Event},
     system::{BuildError, System},
 };
 
@@ -208,30 +208,24 @@ fn experiment_again(
     whole: Option<&RecordingEnd>,
 ) -> Result<Experiment, BuildError> {
     let config = with_tables(config_again(recording, whole))?;
-    let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
     let needed = Config {
-        knobs: turned.clone(),
+        knobs: recording.events.iter().filter_map(Event::knob).collect(),
         ..config.clone()
     };
     needed.resolved(&**system)?;
-    Experiment::again(system.clone(), &config, &taken(&config, turned))
-}
-
-/// The knobs that the recorded run took: those of its setup, and those that were
-/// `turned` while it ran.
-pub fn taken(config: &Config, mut turned: Vec<TimedKnob>) -> Vec<TimedKnob> {
-    let before = config.setup.iter().cloned();
-    let at = Time::ZERO;
-    turned.extend(before.map(|knob| TimedKnob { at, knob }));
-    turned
+    Experiment::again(system.clone(), &config, &recording.knobs())
 }
 
 /// `config` with the measured durations that its knobs draw from.
 pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
-    let knobs = config.setup.iter().cloned().map(with_durations);
-    let knobs = knobs.collect::<Result<_, _>>();
-    config.setup = knobs.map_err(BuildError::Setting)?;
+    config.setup = loaded(config.setup.iter().cloned())?;
     Ok(config)
+}
+
+/// `knobs` with the measured durations that they draw from.
+pub fn loaded<K: FromIterator<Knob>>(knobs: impl Iterator<Item = Knob>) -> Result<K, BuildError> {
+    let knobs = knobs.map(with_durations).collect::<Result<_, _>>();
+    knobs.map_err(BuildError::Setting)
 }
 
 /// Compares every topic and every node with what was recorded of it, each on a

@@ -7,13 +7,13 @@ use ratelab::{
     experiment::{Config, Experiment, Summary},
     runtime::{
         Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Rerun, Speed,
-        Time, TimedCommand, TimedKnob, telemetry::Event,
+        Time, TimedCommand, TimedKnob,
     },
-    system::{BuildError, System},
+    system::System,
 };
 
 use super::{VerifyError, again, events, order};
-use crate::recording::{durations::with_durations, reader::Recording};
+use crate::recording::reader::Recording;
 
 /// Run time of a branch of an endless run.
 const BRANCH: Duration = Duration::from_secs(10);
@@ -58,10 +58,7 @@ pub fn branch(
         at, knobs, speed, ..
     } = departure;
     let at = *at;
-    let knobs = knobs.iter().cloned().map(with_durations);
-    let knobs: Vec<Knob> = knobs
-        .collect::<Result<_, _>>()
-        .map_err(BuildError::Setting)?;
+    let knobs: Vec<Knob> = again::loaded(knobs.iter().cloned())?;
     let timed = knobs.into_iter().map(|knob| TimedKnob { at, knob });
     let config = again::with_tables(Config {
         knobs: timed.collect(),
@@ -69,8 +66,7 @@ pub fn branch(
         speed: *speed,
         ..recording.origin.config.clone()
     })?;
-    let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
-    let taken = again::taken(&config, turned);
+    let taken = recording.knobs();
     let timed = Experiment::again(system.clone(), &config, &taken)?;
     let clock = recording.origin.config.clock;
     let rest = rerun

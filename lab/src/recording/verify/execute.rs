@@ -4,11 +4,11 @@ use std::{sync::Arc, thread};
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{Observer, RealClock, Rerun, Speed, TimedKnob, telemetry::Event},
+    runtime::{Knot, Observer, RealClock, Rerun, Speed},
     system::System,
 };
 
-use super::{VerifyError, again, events, order};
+use super::{VerifyError, again, events, held::Held, order};
 use crate::recording::reader::Recording;
 
 /// Messages or ticks that may wait to be kept.
@@ -16,9 +16,17 @@ const BACKLOG: usize = 1024;
 
 /// A run that is to be executed again.
 pub struct Execution {
-    recording: Recording,
+    recording: Arc<Recording>,
     experiment: Experiment,
     rerun: Option<Rerun>,
+}
+
+/// A run that was executed again.
+pub struct Executed {
+    /// Its recording, with every message and tick.
+    pub recording: Arc<Recording>,
+    /// Its ticks that overlap.
+    pub knots: Vec<Knot>,
 }
 
 impl Execution {
@@ -26,7 +34,7 @@ impl Execution {
     ///
     /// # Errors
     /// [`VerifyError`] if it cannot be executed again.
-    pub fn new(recording: Recording, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
+    pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         super::refuse_foreign(&recording, system)?;
         let rerun = order::rerun(&recording, &**system)?;
         let config = again::with_tables(Config {
@@ -35,9 +43,7 @@ impl Execution {
             end: recording.until,
             ..recording.origin.config.clone()
         })?;
-        let turned: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
-        let taken = again::taken(&config, turned);
-        let mut experiment = Experiment::again(system.clone(), &config, &taken)?;
+        let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs())?;
         experiment.schedule(events::commands(&recording, &**system, rerun.as_ref())?);
         Ok(Self {
             recording,
@@ -51,16 +57,25 @@ impl Execution {
         self.experiment.observer()
     }
 
-    /// Executes the run; returns its recording with every message and tick.
+    /// Begins to execute the run up to the first `operations` of knot number `knot`, and
+    /// holds it there; `None` for a run without knots.
+    pub fn hold(self, knot: usize, operations: usize) -> Option<Held> {
+        let rerun = self.rerun?;
+        Some(Held::begin(self.experiment, rerun, (knot, operations)))
+    }
+
+    /// Executes the run.
     ///
     /// # Errors
     /// [`VerifyError`] if it is another run.
-    pub fn run(self) -> Result<Recording, VerifyError> {
+    pub fn run(self) -> Result<Executed, VerifyError> {
         let Self {
-            mut recording,
+            recording,
             experiment,
             mut rerun,
         } = self;
+        let mut recording = recording.without_rows();
+        let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
         let taps = experiment.taps();
         let ticks = taps.ticks(BACKLOG);
         let names = recording.origin.topology.topics.iter();
@@ -92,7 +107,10 @@ impl Execution {
         });
         match rerun.as_ref().and_then(Rerun::difference) {
             Some(diverged) => Err(VerifyError::Diverged(diverged)),
-            None => Ok(recording),
+            None => Ok(Executed {
+                recording: Arc::new(recording),
+                knots,
+            }),
         }
     }
 }

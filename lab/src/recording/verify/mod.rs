@@ -7,6 +7,7 @@ mod difference;
 mod end;
 mod events;
 mod execute;
+mod held;
 mod order;
 mod series;
 mod topology;
@@ -21,7 +22,8 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
-pub use self::execute::Execution;
+pub use self::execute::{Executed, Execution};
+pub use self::held::Held;
 use self::{
     again::{Outcome, run_again},
     difference::Difference,
@@ -67,8 +69,8 @@ pub enum VerifyError {
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, and its recording lacks the order in which its \
-         threads ran, as that of a branch does, and that of an early ratelab: without it the \
-         same run does not come twice, so there is nothing to verify"
+         threads ran, as that of an early ratelab does: without it the same run does not come \
+         twice, so there is nothing to verify"
     )]
     RealClock(&'static str),
     /// The order of what happened is not that of a run.
@@ -99,6 +101,25 @@ pub enum VerifyError {
     /// It cannot be run at all.
     #[error(transparent)]
     Setup(#[from] BuildError),
+}
+
+impl VerifyError {
+    /// The same in a few words.
+    pub fn brief(&self) -> &'static str {
+        match self {
+            Self::OtherSystem { .. } => "it is of another system",
+            Self::OneProcess { .. } | Self::SeveralProcesses(_) => {
+                "the run was in several processes"
+            }
+            Self::RealClock(_) => "it lacks the order of its threads",
+            Self::Order(LogError::Outside(_)) => "a thread outside of the graph wrote to it",
+            Self::Order(_) | Self::Log(_) => "the log of its threads is damaged",
+            Self::Diverged(_) | Self::Differs { .. } => "this program runs it differently",
+            Self::Nothing(_) => "too little of it was recorded",
+            Self::Stopped => "the execution was stopped",
+            Self::Setup(_) => "it cannot be set up here",
+        }
+    }
 }
 
 fn if_made_elsewhere(made: &Option<String>) -> String {

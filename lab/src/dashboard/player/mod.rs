@@ -1,5 +1,8 @@
 //! A recording in the dashboard.
 
+mod again;
+mod operations;
+
 use std::{
     sync::Arc,
     time::{Duration, Instant},
@@ -9,7 +12,7 @@ use crossterm::event::KeyEvent;
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{
-        Observer, Speed, Time,
+        Knot, Observer, Speed, Time,
         telemetry::{Event, Lineage},
     },
     system::System,
@@ -18,6 +21,7 @@ use ratelab::{
 use super::{
     branch::{self, PreparedBranch},
     error::LabError,
+    executing::Executing,
     frame::{FrameData, SignalTrace},
     keys::{REPLAY, ReplayAction, is_chord},
     knob_focus::KnobFocus,
@@ -30,7 +34,8 @@ use super::{
     session::Setup,
     view::{ScreenState, Scrubber, StatusExtra},
 };
-use crate::recording::{Recording, Replay};
+use crate::recording::{Executed, Recording, Replay};
+use operations::HeldKnot;
 
 /// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);
@@ -47,6 +52,10 @@ pub struct Player {
     pace: (Time, Speed),
     sampler: Sampler,
     frame: Option<FrameData>,
+    /// The run while it is executed again.
+    executing: Option<Executing>,
+    /// The ticks that overlap, once it was executed again.
+    knots: Vec<Knot>,
     begins: Time,
     speed: f64,
     panes: Panes,
@@ -61,6 +70,8 @@ pub struct Player {
 /// A position in a recording.
 struct Playhead {
     replay: Replay,
+    /// The run itself, held within ticks that overlap.
+    held: Option<HeldKnot>,
     observer: Observer,
     /// The chains behind all actions of the run.
     lineage: Lineage,
@@ -80,16 +91,11 @@ impl Player {
         let mut player = Self {
             setup: Setup::new(replay.system().clone(), false),
             pace: (Time::MAX, Speed::REAL_TIME),
-            playhead: Playhead {
-                observer: replay.observer(),
-                lineage: replay.recording().lineage(),
-                replay,
-                summary: None,
-                at: begins,
-                playing: Some(Instant::now()),
-            },
+            playhead: Playhead::new(replay, Some(Instant::now())),
             sampler: Sampler::default(),
             frame: None,
+            executing: None,
+            knots: Vec::new(),
             begins,
             speed: 1.0,
             panes: Panes::default(),
@@ -108,6 +114,16 @@ impl Player {
         player.playhead.playing = None;
         player.go(at);
         player
+    }
+
+    /// Creates a player paused at the end of a run that was executed again.
+    pub fn at_the_end(executed: Executed, system: &Arc<dyn System>) -> Self {
+        let Executed { recording, knots } = executed;
+        let until = recording.until;
+        Self {
+            knots,
+            ..Self::still(recording, system, until)
+        }
     }
 
     /// The same within the lab: branches have its `setup` and `pace`, and the panes stay.
@@ -135,8 +151,7 @@ impl Player {
     pub fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
         if at < self.playhead.at {
-            self.playhead.rewind();
-            self.sampler = Sampler::default();
+            self.rewind();
         }
         // What is sampled is there for the whole chart, from wherever one comes.
         let chart = Duration::from_secs_f64(TRACE_S);
@@ -148,6 +163,11 @@ impl Player {
             now = now + LOOK;
         }
         self.playhead.advance_to(at);
+    }
+
+    fn rewind(&mut self) {
+        self.playhead.rewind();
+        self.sampler = Sampler::default();
     }
 
     /// Advances by the wall time since the last call.
@@ -162,9 +182,16 @@ impl Player {
 
     fn act(&mut self, action: ReplayAction) {
         match action {
+            ReplayAction::Operation(direction) => return self.operate(direction),
+            ReplayAction::Panes(_) | ReplayAction::Speed(_) => {}
+            ReplayAction::SpeedOne | ReplayAction::Quit => {}
+            _ => self.leave_knot(),
+        }
+        match action {
             ReplayAction::Play if self.playhead.playing.is_some() => self.playhead.playing = None,
             ReplayAction::Play => self.start(),
             ReplayAction::Step(direction) => self.step(direction),
+            ReplayAction::Operation(_) => {}
             ReplayAction::Branch => {
                 self.playhead.playing = None;
                 self.prompt.open();
@@ -314,11 +341,12 @@ impl TypesKnobs for Player {
 impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
+        let moved = self.follow_execution() | self.follow_held();
         let rows = self.playhead.new_rows();
         let frame = Some(self.sampler.frame_data(&mut self.playhead, &rows));
         let new = frame != self.frame;
         self.frame = frame;
-        Ok(new || self.playhead.playing.is_some())
+        Ok(new || moved || self.playhead.playing.is_some())
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
@@ -332,6 +360,7 @@ impl Model for Player {
             frame,
             trace: self.trace(),
             timeline: sampler::timeline(&self.playhead, self.panes.timeline, self.playhead.at),
+            knot: self.knot(),
             knob_focus: KnobFocus::default(),
             events: events.cloned().collect(),
             extra: StatusExtra {
@@ -388,6 +417,19 @@ impl Model for Player {
 }
 
 impl Playhead {
+    /// The beginning of `replay`.
+    fn new(replay: Replay, playing: Option<Instant>) -> Self {
+        Self {
+            observer: replay.observer(),
+            lineage: replay.recording().lineage(),
+            at: replay.begins(),
+            replay,
+            held: None,
+            summary: None,
+            playing,
+        }
+    }
+
     fn rewind(&mut self) {
         self.at = Time::ZERO;
         self.replay.rewind();
@@ -414,7 +456,8 @@ impl RunSource for Playhead {
     }
 
     fn observer(&self) -> &Observer {
-        &self.observer
+        let there = self.held.as_ref().filter(|held| held.done.is_some());
+        there.map_or(&self.observer, |held| held.run.observer())
     }
 
     fn live(&self) -> bool {

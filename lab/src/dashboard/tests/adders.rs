@@ -1,0 +1,48 @@
+//! A system whose ticks overlap.
+
+use std::sync::{Arc, Mutex};
+
+use ratelab::{
+    runtime::{GO_ON, Shared},
+    system::{BuildError, Builder, System},
+};
+
+/// Two nodes that add to a number, and publish it: two operations each, in which they cross.
+#[derive(Default)]
+pub struct Adders(Mutex<Vec<Arc<Shared<f64>>>>);
+
+impl Adders {
+    /// Adds to the numbers of all its graphs, from outside of them.
+    pub fn add(&self, more: f64) {
+        let numbers = self.0.lock().expect("open");
+        numbers.iter().for_each(|number| *number.lock() += more);
+    }
+}
+
+impl System for Adders {
+    fn name(&self) -> &'static str {
+        "adders"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let number = Arc::new(Shared::new("the number", 0.0));
+        self.0.lock().expect("open").push(number.clone());
+        let sum = builder.internal_topic::<f64>("/sum");
+        for name in ["one", "other"] {
+            let (number, sum) = (number.clone(), sum.clone());
+            builder.node(name, 1_000.0, 0, move |wiring| {
+                let (number, sum) = (number.clone(), wiring.publisher(&sum));
+                move |now| {
+                    let added = {
+                        let mut number = number.lock();
+                        *number += 1.0;
+                        *number
+                    };
+                    sum.publish(added, now, None);
+                    GO_ON
+                }
+            })?;
+        }
+        Ok(())
+    }
+}
