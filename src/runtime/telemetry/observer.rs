@@ -60,6 +60,8 @@ pub(crate) struct NodeEntry {
     pub(crate) push_age: Option<PushAge>,
     /// Whether it runs in another process.
     pub(crate) remote: bool,
+    /// Indices of the topics that trigger it; empty for a node at a rate.
+    pub(crate) triggers: Arc<[usize]>,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -147,8 +149,11 @@ pub struct NodeView {
     pub name: Arc<str>,
     /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
-    /// The rate in force.
+    /// The rate in force; that of the messages for a node that they trigger.
     pub hz: Hz,
+    /// The topics that trigger it, as indices into [`Snapshot::topics`]; empty for a node
+    /// at a rate.
+    pub triggers: Arc<[usize]>,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped because the node was still busy.
@@ -291,10 +296,11 @@ impl Observer {
     }
 
     fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> Snapshot {
+        let nodes = self.nodes.iter().zip(self.rates());
         Snapshot {
             now,
             status: self.status(),
-            nodes: self.nodes.iter().map(|node| node.view(now, read)).collect(),
+            nodes: nodes.map(|(node, hz)| node.view(hz, now, read)).collect(),
             topics: self
                 .topics
                 .iter()
@@ -379,6 +385,7 @@ impl NodeEntry {
             meters,
             push_age,
             remote: false,
+            triggers: Arc::default(),
         };
         let recorders = TickMeters {
             lateness: lateness.0,
@@ -388,12 +395,13 @@ impl NodeEntry {
         (entry, recorders)
     }
 
-    fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
+    fn view(&self, hz: Hz, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
         let counters = &*self.counters;
         NodeView {
             name: self.name.clone(),
             priority: self.priority,
-            hz: Hz::from_micro(counters.micro_hz.load(Ordering::Relaxed)),
+            hz,
+            triggers: self.triggers.clone(),
             ticks: counters.ticks.load(Ordering::Relaxed),
             overruns: counters.overruns.load(Ordering::Relaxed),
             busy: counters.busy.load(Ordering::Relaxed),

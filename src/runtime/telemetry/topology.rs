@@ -21,8 +21,11 @@ pub struct NodeTopology {
     pub name: String,
     /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
-    /// Its rate.
+    /// Its rate; that of the messages if they trigger it.
     pub hz: Hz,
+    /// The topics that trigger it, as indices into [`Topology::topics`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub triggers: Vec<usize>,
     /// Names of its own measurements.
     pub meters: Vec<String>,
 }
@@ -43,10 +46,12 @@ pub struct TopicTopology {
 impl Observer {
     /// The current topology of the graph.
     pub fn topology(&self) -> Topology {
-        let nodes = self.nodes.iter().map(|node| NodeTopology {
+        let nodes = self.nodes.iter().zip(self.rates());
+        let nodes = nodes.map(|(node, hz)| NodeTopology {
             name: node.name.to_string(),
             priority: node.priority,
-            hz: Hz::from_micro(node.counters.micro_hz.load(Ordering::Relaxed)),
+            hz,
+            triggers: node.triggers.to_vec(),
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {
