@@ -6,8 +6,8 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 use proptest::prelude::*;
 
 use ratelab::runtime::{
-    Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Match, RealClock,
-    Time, TimedCommand, Topic, VirtualClock,
+    Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Head, Hz, Inbox, Knob, Match,
+    RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock, telemetry::Lineage,
 };
 
 /// A graph whose nodes take time, in milliseconds.
@@ -111,23 +111,15 @@ impl Bench {
 
     /// The same as node, due time, start and end (ms); the end of an unfinished one is no
     /// number.
-    fn ticks(mut self, until: f64) -> Vec<(String, f64, f64, f64)> {
-        let taps = self.graph.tap_handle().ticks(1_000_000);
-        let commands = self.knobs.iter().map(|knob| TimedCommand {
-            at: Time::ZERO,
-            command: knob.parse::<Knob>().expect(knob).into(),
-        });
-        let (_commander, mut inbox) = Inbox::new(commands.collect());
-        let end = Time::from_nanos((until * 1e6) as u64);
-        let exit = VirtualClock.run(&mut self.graph, &mut inbox, end);
-        exit.expect("no fault");
-        drop(self.graph);
+    fn ticks(self, until: f64) -> Vec<(String, f64, f64, f64)> {
+        let names = self.names.clone();
+        let ticks = self.tick_records(until);
         // To the microsecond: a rate is kept in microhertz, which knows no period of 6 ms.
         let rounded = |ms: f64| (ms * 1e3).round() / 1e3;
         let ms = |time: Time| time.as_nanos() as f64 / 1e6;
         let mut all = Vec::new();
-        for (name, tap) in self.names.iter().zip(&taps) {
-            for tick in tap.items().iter() {
+        for (name, ticks) in names.iter().zip(ticks) {
+            for tick in ticks {
                 let late = tick.lateness.unwrap_or(Duration::ZERO).as_nanos() as f64 / 1e6;
                 let start = ms(tick.at);
                 let end = tick.ends.map_or(f64::NAN, ms);
@@ -141,6 +133,22 @@ impl Bench {
         }
         all.sort_by(|a, b| a.2.total_cmp(&b.2));
         all
+    }
+
+    /// The ticks of each node that begin by run time `until` (ms).
+    fn tick_records(mut self, until: f64) -> Vec<Vec<TickRecord>> {
+        let taps = self.graph.tap_handle().ticks(4096);
+        let commands = self.knobs.iter().map(|knob| TimedCommand {
+            at: Time::ZERO,
+            command: knob.parse::<Knob>().expect(knob).into(),
+        });
+        let (_commander, mut inbox) = Inbox::new(commands.collect());
+        let end = Time::from_nanos((until * 1e6) as u64);
+        let exit = VirtualClock.run(&mut self.graph, &mut inbox, end);
+        exit.expect("no fault");
+        drop(self.graph);
+        let ticks = taps.iter().map(|tap| tap.items().iter().collect());
+        ticks.collect()
     }
 }
 
@@ -485,11 +493,11 @@ fn exact_time_needs_equal_stamps_and_forgets_older_ones() {
     bench
         .on_matching("stereo", 0, matching, &["/left", "/right"], 1.0, &[])
         .expect("a node");
-    let mut ticks = bench.run(65.0);
+    let mut ticks = bench.run(110.0);
     ticks.retain(|tick| tick.starts_with("stereo"));
     expect(
         &ticks,
-        "stereo(0) 0-1 | stereo(30) 30-31 | stereo(60) 60-61",
+        "stereo(0) 0-1 | stereo(50) 50-51 | stereo(100) 100-101",
     );
 }
 
@@ -752,4 +760,38 @@ proptest! {
         let late = ticks.iter().find(|tick| tick.3 - tick.1 > f64::from(2 * window));
         prop_assert_eq!(late, None);
     }
+}
+
+#[test]
+fn the_age_of_an_action_has_a_part_for_the_wait_for_the_executor() {
+    let mut bench = Bench::default();
+    bench.timer("sensor", 20.0, 0.0, &["/obs"]);
+    bench.timer("load", 20.0, 7.0, &[]);
+    bench.on("policy", &["/obs"], 3.0, &["/action"]);
+    bench.on("actuator", &["/action"], 0.0, &[]);
+    bench.executor("single", &["load", "policy"], &[]);
+    let (topology, names) = (bench.graph.observer().topology(), bench.names.clone());
+    let taps = bench.graph.tap_handle();
+    let heads = ["/obs", "/action"].map(|topic| taps.topic(&bench.topics[topic], 100));
+    let ticks = bench.tick_records(55.0);
+    let mut lineage = Lineage::new(topology);
+    for (index, tap) in heads.iter().enumerate() {
+        for tapped in tap.items().try_iter() {
+            lineage.message(index, &Head::of(&tapped));
+        }
+    }
+    for (node, ticks) in ticks.into_iter().enumerate() {
+        ticks.into_iter().for_each(|tick| lineage.tick(node, tick));
+    }
+    lineage.settle();
+    let actuator = names
+        .iter()
+        .position(|name| name == "actuator")
+        .expect("a node");
+    let push = lineage.push_at(actuator, Time::from_nanos(30_000_001));
+    let parts = push.expect("a push").parts(Time::from_nanos(30_000_000));
+    assert_eq!(
+        parts.sentence(lineage.topology()),
+        "this push is 10 ms old: 7 waiting for the executor of the policy + 3 thinking"
+    );
 }

@@ -30,7 +30,6 @@ pub(crate) struct Dispatcher {
 
 /// An executor of a graph.
 struct Placed {
-    kind: Executor,
     queue: Box<dyn CallbackQueue>,
     /// Whether something has changed since its last look.
     attentive: bool,
@@ -58,17 +57,8 @@ impl Dispatcher {
             self.of[*node] = Some((executor, member));
         }
         let attentive = false;
-        self.executors.push(Placed {
-            kind,
-            queue,
-            attentive,
-        });
+        self.executors.push(Placed { queue, attentive });
         Placement::Executor(executor)
-    }
-
-    /// The kind of an executor.
-    pub(crate) fn kind(&self, executor: usize) -> Executor {
-        self.executors[executor].kind
     }
 
     /// Plans the due times of all timers.

@@ -51,9 +51,11 @@ impl Graph {
             executor,
             Executor::Single | Executor::Multi { .. } | Executor::Events
         );
-        for (node, _) in members {
-            let node = &mut self.nodes[node];
+        for (index, _) in members {
+            let node = &mut self.nodes[index];
             node.placement = placement;
+            node.entry.executor = Some(executor);
+            self.control.nodes[index].executor = Some(executor);
             if by_call {
                 node.rate.skip_first();
             }
@@ -97,14 +99,8 @@ impl Graph {
 
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
-        let dispatcher = self.dispatcher.as_ref()?;
         self.nodes.iter().find_map(|node| {
-            let executor = match node.placement {
-                Placement::Executor(index) => Some(dispatcher.kind(index)),
-                Placement::Let => Some(Executor::Let),
-                Placement::Thread => None,
-            };
-            let lacks = match executor {
+            let lacks = match node.entry.executor {
                 Some(executor) => format!("the real clock has no executor {executor}"),
                 None if node.is_triggered() => {
                     "messages trigger it, which the real clock does not know".to_owned()

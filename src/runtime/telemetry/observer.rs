@@ -8,6 +8,7 @@ use super::{
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
+    executor::Executor,
     reexecution::{Log, LogPosition, RunLog},
     sync::{
         Arc, Instant, Mutex,
@@ -62,6 +63,8 @@ pub(crate) struct NodeEntry {
     pub(crate) remote: bool,
     /// Indices of the topics that trigger it; empty for a node at a rate.
     pub(crate) triggers: Arc<[usize]>,
+    /// Its executor, if it has no thread of its own.
+    pub(crate) executor: Option<Executor>,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -154,6 +157,8 @@ pub struct NodeView {
     /// The topics that trigger it, as indices into [`Snapshot::topics`]; empty for a node
     /// at a rate.
     pub triggers: Arc<[usize]>,
+    /// Its executor; `None` for a thread of its own.
+    pub executor: Option<Executor>,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped because the node was still busy.
@@ -386,6 +391,7 @@ impl NodeEntry {
             push_age,
             remote: false,
             triggers: Arc::default(),
+            executor: None,
         };
         let recorders = TickMeters {
             lateness: lateness.0,
@@ -402,6 +408,7 @@ impl NodeEntry {
             priority: self.priority,
             hz,
             triggers: self.triggers.clone(),
+            executor: self.executor,
             ticks: counters.ticks.load(Ordering::Relaxed),
             overruns: counters.overruns.load(Ordering::Relaxed),
             busy: counters.busy.load(Ordering::Relaxed),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use crate::runtime::{depth::Depth, sync::atomic::Ordering, time::Hz};
+use crate::runtime::{depth::Depth, executor::Executor, sync::atomic::Ordering, time::Hz};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +26,9 @@ pub struct NodeTopology {
     /// The topics that trigger it, as indices into [`Topology::topics`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub triggers: Vec<usize>,
+    /// Its executor, if it has no thread of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub executor: Option<Executor>,
     /// Names of its own measurements.
     pub meters: Vec<String>,
 }
@@ -52,6 +55,7 @@ impl Observer {
             priority: node.priority,
             hz,
             triggers: node.triggers.to_vec(),
+            executor: node.executor,
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {
