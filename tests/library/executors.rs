@@ -147,7 +147,7 @@ impl Bench {
         let exit = VirtualClock.run(&mut self.graph, &mut inbox, end);
         exit.expect("no fault");
         drop(self.graph);
-        let ticks = taps.iter().map(|tap| tap.items().iter().collect());
+        let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
         ticks.collect()
     }
 }

@@ -47,7 +47,7 @@ impl Place {
 
 /// An event of a node: with `Arrives` of one of the topics that trigger it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Entry {
+pub(crate) struct AgendaItem {
     pub(crate) node: usize,
     pub(crate) input: usize,
 }
@@ -55,23 +55,23 @@ pub(crate) struct Entry {
 /// The events to come.
 #[derive(Debug, Default)]
 pub(crate) struct Agenda {
-    events: BTreeMap<Place, Entry>,
+    events: BTreeMap<Place, AgendaItem>,
     added: u64,
 }
 
 impl Agenda {
     /// Adds an event of a node; returns its place.
     pub(crate) fn add(&mut self, at: Time, phase: Phase, rank: Rank, node: usize) -> Place {
-        self.insert(at, phase, rank, Entry { node, input: 0 })
+        self.insert(at, phase, rank, AgendaItem { node, input: 0 })
     }
 
     /// Adds the arrival of a message: those of the same instant in the order of
     /// publication.
     pub(crate) fn add_arrival(&mut self, at: Time, node: usize, input: usize) {
-        self.insert(at, Phase::Arrives, (0, 0), Entry { node, input });
+        self.insert(at, Phase::Arrives, (0, 0), AgendaItem { node, input });
     }
 
-    fn insert(&mut self, at: Time, phase: Phase, rank: Rank, entry: Entry) -> Place {
+    fn insert(&mut self, at: Time, phase: Phase, rank: Rank, entry: AgendaItem) -> Place {
         let number = self.added;
         self.added += 1;
         let place = Place {
@@ -101,7 +101,7 @@ impl Agenda {
     }
 
     /// Removes the first event.
-    pub(crate) fn pop(&mut self) -> Option<(Place, Entry)> {
+    pub(crate) fn pop(&mut self) -> Option<(Place, AgendaItem)> {
         self.events.pop_first()
     }
 }

@@ -2,13 +2,13 @@
 //! messages trigger, and those of executors.
 
 use super::{
-    agenda::{Agenda, Entry, Phase, Place},
+    agenda::{Agenda, AgendaItem, Phase, Place},
     callback::Callback,
-    events::Events,
+    events::EventOrder,
     kind::Executor,
     preemptive::{Preemptive, Urgency},
-    queue::{Call, CallbackQueue, Stage},
-    windows::Windows,
+    queue::{AtInstant, Call, CallbackQueue},
+    windows::WindowOrder,
 };
 use crate::runtime::{
     placement::Placement, scheduled_node::ScheduledNode, sync::Arc, time::Time, trigger::Arrivals,
@@ -100,7 +100,7 @@ impl Dispatcher {
     }
 
     /// Removes the first event of the agenda.
-    pub(crate) fn pop(&mut self) -> Option<(Place, Entry)> {
+    pub(crate) fn pop(&mut self) -> Option<(Place, AgendaItem)> {
         self.agenda.pop()
     }
 
@@ -124,14 +124,14 @@ impl Dispatcher {
         node: usize,
         now: Time,
         nodes: &mut [ScheduledNode],
-        call: impl FnOnce(&mut dyn CallbackQueue, usize, &mut Stage<'_>) -> R,
+        call: impl FnOnce(&mut dyn CallbackQueue, usize, &mut AtInstant<'_>) -> R,
     ) -> Option<R> {
         let (executor, member) = self.of.get(node).copied().flatten()?;
         let agenda = &mut self.agenda;
         let executor = &mut self.executors[executor];
         executor.attentive = true;
         self.noticed = now;
-        let mut stage = Stage { now, nodes, agenda };
+        let mut stage = AtInstant { now, nodes, agenda };
         Some(call(&mut *executor.queue, member, &mut stage))
     }
 
@@ -147,8 +147,8 @@ impl Dispatcher {
     }
 
     /// A message has arrived for a node of an executor.
-    pub(crate) fn arrived(&mut self, entry: Entry, now: Time, nodes: &mut [ScheduledNode]) {
-        let Entry { node, input } = entry;
+    pub(crate) fn arrived(&mut self, entry: AgendaItem, now: Time, nodes: &mut [ScheduledNode]) {
+        let AgendaItem { node, input } = entry;
         self.with(node, now, nodes, |queue, member, stage| {
             queue.arrived(member, input, stage);
         });
@@ -161,7 +161,7 @@ impl Dispatcher {
                 return None;
             }
             let agenda = &mut self.agenda;
-            let call = executor.queue.next(&mut Stage {
+            let call = executor.queue.next(&mut AtInstant {
                 now,
                 nodes: &mut *nodes,
                 agenda,
@@ -233,7 +233,7 @@ fn queue_of(kind: Executor, members: &[(usize, Callback)]) -> Option<Box<dyn Cal
     let nodes = members.iter().map(|(node, _)| *node).collect();
     let windows = |nodes, threads| {
         let callbacks = members.iter().map(|(_, callback)| callback);
-        Box::new(Windows::new(nodes, callbacks, threads))
+        Box::new(WindowOrder::new(nodes, callbacks, threads))
     };
     let preemptive = |urgency, cores| {
         let tasks = members.iter().map(|(node, c)| (*node, c.deadline));
@@ -242,7 +242,7 @@ fn queue_of(kind: Executor, members: &[(usize, Callback)]) -> Option<Box<dyn Cal
     Some(match kind {
         Executor::Single => windows(nodes, 1),
         Executor::Multi { threads } => windows(nodes, threads),
-        Executor::Events => Box::new(Events::new(nodes)),
+        Executor::Events => Box::new(EventOrder::new(nodes)),
         Executor::FixedPriority { cores } => preemptive(Urgency::Priority, cores),
         Executor::Edf { cores } => preemptive(Urgency::Deadline, cores),
         Executor::Let => return None,

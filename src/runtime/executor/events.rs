@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use super::queue::{Call, CallbackQueue, Stage};
+use super::queue::{AtInstant, Call, CallbackQueue};
 use crate::runtime::time::Time;
 
 /// The most entries of the queue: timers that are due beyond it are overruns.
@@ -15,12 +15,12 @@ const MOST_ENTRIES: usize = 100_000;
 
 /// An entry of the queue.
 #[derive(Clone, Copy, Debug)]
-enum Waiting {
+enum Queued {
     Timer { member: usize, due: Time },
     Message { member: usize, input: usize },
 }
 
-impl Waiting {
+impl Queued {
     fn member(self) -> usize {
         match self {
             Self::Timer { member, .. } | Self::Message { member, .. } => member,
@@ -30,15 +30,15 @@ impl Waiting {
 
 /// The callbacks of an executor that serves events in order.
 #[derive(Debug)]
-pub(super) struct Events {
+pub(super) struct EventOrder {
     /// Indices of the nodes, in the order of registration.
     nodes: Vec<usize>,
-    queue: VecDeque<Waiting>,
+    queue: VecDeque<Queued>,
     /// The node that is being executed.
     runs: Option<usize>,
 }
 
-impl Events {
+impl EventOrder {
     pub(super) fn new(nodes: Vec<usize>) -> Self {
         Self {
             nodes,
@@ -48,26 +48,26 @@ impl Events {
     }
 }
 
-impl CallbackQueue for Events {
-    fn due(&mut self, member: usize, stage: &mut Stage<'_>) -> Option<Time> {
+impl CallbackQueue for EventOrder {
+    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
         let node = &mut stage.nodes[self.nodes[member]];
         if self.queue.len() < MOST_ENTRIES {
             let due = node.rate.due();
             node.rate.advance();
-            self.queue.push_back(Waiting::Timer { member, due });
+            self.queue.push_back(Queued::Timer { member, due });
         } else {
             node.skip_timer();
         }
         Some(node.rate.due())
     }
 
-    fn arrived(&mut self, member: usize, input: usize, _: &mut Stage<'_>) {
+    fn arrived(&mut self, member: usize, input: usize, _: &mut AtInstant<'_>) {
         if self.queue.len() < MOST_ENTRIES {
-            self.queue.push_back(Waiting::Message { member, input });
+            self.queue.push_back(Queued::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut Stage<'_>) -> Option<Call> {
+    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
         if self.runs.is_some() {
             return None;
         }
@@ -76,16 +76,16 @@ impl CallbackQueue for Events {
         let node = self.nodes[member];
         self.runs = Some(member);
         Some(match next {
-            Waiting::Timer { due, .. } => Call::Timer { node, due },
-            Waiting::Message { input, .. } => Call::Message { node, input },
+            Queued::Timer { due, .. } => Call::Timer { node, due },
+            Queued::Message { input, .. } => Call::Message { node, input },
         })
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut Stage<'_>) {
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
         stage.plan_end(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, _: usize, _: &mut Stage<'_>) {
+    fn ended(&mut self, _: usize, _: &mut AtInstant<'_>) {
         self.runs = None;
     }
 

@@ -10,7 +10,7 @@ mod preemptive;
 mod queue;
 mod windows;
 
-pub(crate) use agenda::{Entry, Phase, Place};
+pub(crate) use agenda::{AgendaItem, Phase, Place};
 pub use callback::Callback;
 pub(crate) use dispatcher::Dispatcher;
 pub use kind::Executor;

@@ -12,7 +12,7 @@ use std::{
 
 use super::{
     agenda::Place,
-    queue::{Call, CallbackQueue, Stage},
+    queue::{AtInstant, Call, CallbackQueue},
 };
 use crate::runtime::time::Time;
 
@@ -93,7 +93,7 @@ impl Preemptive {
     }
 
     /// Finds the first job of a node again.
-    fn refresh(&mut self, member: usize, stage: &Stage<'_>) {
+    fn refresh(&mut self, member: usize, stage: &AtInstant<'_>) {
         let task = &self.tasks[member];
         let node = &stage.nodes[task.node];
         let next = || {
@@ -131,7 +131,7 @@ impl Preemptive {
     }
 
     /// Takes the jobs off their cores that are not among the most urgent.
-    fn preempt(&mut self, urgent: &[usize], stage: &mut Stage<'_>) {
+    fn preempt(&mut self, urgent: &[usize], stage: &mut AtInstant<'_>) {
         for (member, task) in self.tasks.iter_mut().enumerate() {
             let Some(job) = &mut task.job else { continue };
             if let Some((since, end)) = job.on_core.filter(|_| !urgent.contains(&member)) {
@@ -144,7 +144,7 @@ impl Preemptive {
     }
 
     /// Puts a job on a core; it ends there unless it is preempted.
-    fn resume(&mut self, member: usize, stage: &mut Stage<'_>) {
+    fn resume(&mut self, member: usize, stage: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
         if let Some(job) = &mut task.job {
             let ends = stage.now + job.remaining;
@@ -155,7 +155,7 @@ impl Preemptive {
 }
 
 impl CallbackQueue for Preemptive {
-    fn due(&mut self, member: usize, stage: &mut Stage<'_>) -> Option<Time> {
+    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
         let task = &mut self.tasks[member];
         let node = &mut stage.nodes[task.node];
         if task.released.len() < MOST_JOBS {
@@ -172,11 +172,11 @@ impl CallbackQueue for Preemptive {
         Some(next)
     }
 
-    fn arrived(&mut self, member: usize, _: usize, stage: &mut Stage<'_>) {
+    fn arrived(&mut self, member: usize, _: usize, stage: &mut AtInstant<'_>) {
         self.refresh(member, stage);
     }
 
-    fn next(&mut self, stage: &mut Stage<'_>) -> Option<Call> {
+    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
         let urgent = self.urgent();
         self.preempt(&urgent, stage);
         for member in urgent {
@@ -196,7 +196,7 @@ impl CallbackQueue for Preemptive {
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut Stage<'_>) {
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
         if let Some(key) = task.key {
             let remaining = ends.since(stage.now);
@@ -209,7 +209,7 @@ impl CallbackQueue for Preemptive {
         }
     }
 
-    fn ended(&mut self, member: usize, stage: &mut Stage<'_>) {
+    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
         self.tasks[member].job = None;
         self.refresh(member, stage);
     }

@@ -4,13 +4,13 @@ use super::agenda::{Agenda, Phase, Place};
 use crate::runtime::{scheduled_node::ScheduledNode, time::Time};
 
 /// The run at an instant, as an executor sees it.
-pub(crate) struct Stage<'a> {
+pub(crate) struct AtInstant<'a> {
     pub(crate) now: Time,
     pub(crate) nodes: &'a mut [ScheduledNode],
     pub(crate) agenda: &'a mut Agenda,
 }
 
-impl Stage<'_> {
+impl AtInstant<'_> {
     /// Plans the end of a node's tick.
     pub(crate) fn plan_end(&mut self, node: usize, at: Time) -> Place {
         let rank = self.nodes[node].rank(node);
@@ -43,19 +43,19 @@ impl Call {
 pub(crate) trait CallbackQueue: Send {
     /// The timer of a node is due. Returns the next run time at which it will be; `None`
     /// if that depends on the call.
-    fn due(&mut self, member: usize, stage: &mut Stage<'_>) -> Option<Time>;
+    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time>;
 
     /// A message has arrived for a node.
-    fn arrived(&mut self, member: usize, input: usize, stage: &mut Stage<'_>);
+    fn arrived(&mut self, member: usize, input: usize, stage: &mut AtInstant<'_>);
 
     /// The callback to call now, if there are one and a thread for it.
-    fn next(&mut self, stage: &mut Stage<'_>) -> Option<Call>;
+    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call>;
 
     /// A callback was called, and its node ticks until `ends`.
-    fn began(&mut self, member: usize, ends: Time, stage: &mut Stage<'_>);
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>);
 
     /// A callback was called and is over.
-    fn ended(&mut self, member: usize, stage: &mut Stage<'_>);
+    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>);
 
     /// Forgets what is due or runs of a node that crashed.
     fn forget(&mut self, member: usize);

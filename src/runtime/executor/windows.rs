@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use super::{
     callback::Callback,
     groups::Groups,
-    queue::{Call, CallbackQueue, Stage},
+    queue::{AtInstant, Call, CallbackQueue},
 };
 use crate::runtime::time::Time;
 
@@ -34,7 +34,7 @@ impl Ready {
 
 /// The callbacks of an executor with one thread or several.
 #[derive(Debug)]
-pub(super) struct Windows {
+pub(super) struct WindowOrder {
     /// Indices of the nodes, in the order of registration.
     nodes: Vec<usize>,
     groups: Groups,
@@ -48,7 +48,7 @@ pub(super) struct Windows {
     window: BTreeSet<Ready>,
 }
 
-impl Windows {
+impl WindowOrder {
     pub(super) fn new<'c>(
         nodes: Vec<usize>,
         callbacks: impl Iterator<Item = &'c Callback>,
@@ -98,20 +98,20 @@ impl Windows {
     }
 }
 
-impl CallbackQueue for Windows {
-    fn due(&mut self, member: usize, _: &mut Stage<'_>) -> Option<Time> {
+impl CallbackQueue for WindowOrder {
+    fn due(&mut self, member: usize, _: &mut AtInstant<'_>) -> Option<Time> {
         self.ready.insert(Ready::Timer { member });
         None
     }
 
-    fn arrived(&mut self, member: usize, input: usize, stage: &mut Stage<'_>) {
+    fn arrived(&mut self, member: usize, input: usize, stage: &mut AtInstant<'_>) {
         let node = &stage.nodes[self.nodes[member]];
         if node.oldest_of(input, stage.now).is_some() {
             self.ready.insert(Ready::Subscription { member, input });
         }
     }
 
-    fn next(&mut self, stage: &mut Stage<'_>) -> Option<Call> {
+    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
         if self.idle == 0 {
             return None;
         }
@@ -134,12 +134,12 @@ impl CallbackQueue for Windows {
         }
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut Stage<'_>) {
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
         self.taken(member, stage);
         stage.plan_end(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, member: usize, stage: &mut Stage<'_>) {
+    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
         self.taken(member, stage);
         self.release(member);
     }
@@ -156,7 +156,7 @@ impl CallbackQueue for Windows {
     }
 }
 
-impl Windows {
+impl WindowOrder {
     /// Frees the thread and the group of a node that was being executed.
     fn release(&mut self, member: usize) {
         if std::mem::take(&mut self.runs[member]) {
@@ -166,7 +166,7 @@ impl Windows {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, stage: &Stage<'_>) {
+    fn taken(&mut self, member: usize, stage: &AtInstant<'_>) {
         let node = &stage.nodes[self.nodes[member]];
         for input in 0..node.inputs() {
             if node.oldest_of(input, stage.now).is_none() {

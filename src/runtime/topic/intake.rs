@@ -98,12 +98,12 @@ impl<T: Payload> Topic<T> {
         });
         drop(turn);
         let bus = self.0.clone();
-        (subscription, Box::new(End { bus, mark }))
+        (subscription, Box::new(IntakeEnd { bus, mark }))
     }
 }
 
 /// The end of a topic by which its messages are taken.
-struct End<T> {
+struct IntakeEnd<T> {
     bus: Arc<Bus<T>>,
     mark: Arc<ReadMark>,
 }
@@ -123,7 +123,7 @@ impl<T> Queue<T> {
     }
 }
 
-impl<T: Payload> Intake for End<T> {
+impl<T: Payload> Intake for IntakeEnd<T> {
     fn oldest(&self, now: Time) -> Option<Time> {
         let mut turn = self.bus.queue.lock();
         let queue = &mut *turn;
@@ -166,7 +166,7 @@ impl<T: Payload> Intake for End<T> {
     }
 }
 
-impl<T> Drop for End<T> {
+impl<T> Drop for IntakeEnd<T> {
     fn drop(&mut self) {
         if let Some(triggers) = &mut self.bus.queue.lock().triggers {
             triggers

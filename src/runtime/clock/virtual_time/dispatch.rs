@@ -8,7 +8,7 @@ use super::{NodeEventKind, Scheduler};
 use crate::runtime::{
     clock::ClockExit,
     command::Command,
-    executor::{Call, Entry, Phase, Place},
+    executor::{AgendaItem, Call, Phase, Place},
     knob::Knob,
     node::{Fault, GO_ON, Tick},
     time::Time,
@@ -53,7 +53,7 @@ impl Scheduler<'_> {
     }
 
     /// Processes an event of a node.
-    fn happen(&mut self, phase: Phase, entry: Entry, now: Time) -> Tick {
+    fn happen(&mut self, phase: Phase, entry: AgendaItem, now: Time) -> Tick {
         let (graph, node) = (&mut *self.graph, entry.node);
         let Some(dispatcher) = &mut graph.dispatcher else {
             return GO_ON;
