@@ -5,7 +5,7 @@
 //! a robot or of anything else; an [`experiment`] is one run of it, configuration in and
 //! summary out, and a sweep is many of them. [`cartpole`] is the system of the course:
 //! its plant, its nodes, the [`policy`] that decides, and the [`stability`] that linear
-//! theory predicts.
+//! theory predicts. A [`graph_file`] is a system without a line of code.
 //!
 //! The library is independent of terminals and recordings: those belong to the `ratelab`
 //! command. It reads only one kind of file, the weights of a policy; [`mod@file`] reads
@@ -14,6 +14,7 @@
 pub mod cartpole;
 pub mod experiment;
 pub mod file;
+pub mod graph_file;
 pub mod runtime;
 pub mod system;
 

@@ -44,6 +44,8 @@ mod csv;
 mod dashboard;
 mod error;
 mod first_start;
+mod graph_file;
+mod graph_schema;
 mod hunt;
 mod like;
 mod metrics;
@@ -69,7 +71,7 @@ mod version;
 mod web;
 mod xml;
 
-use std::{process::ExitCode, sync::Arc};
+use std::{env, ffi::OsString, process::ExitCode, sync::Arc};
 
 use ratelab::{cartpole::CartPole, system::System};
 
@@ -120,12 +122,22 @@ fn exit_after(outcome: Result<(), Error>) -> ExitCode {
 }
 
 fn execute(program: &Program) -> Result<(), Error> {
+    let (file, args) = cli::take_graph_file(env::args_os());
+    match file {
+        Some(file) => command(&graph_file::open(program, &file)?, args),
+        None => command(program, args),
+    }
+}
+
+/// Executes the command in `args`.
+fn command(program: &Program, args: Vec<OsString>) -> Result<(), Error> {
     use cli::{Command, CourseCommand};
-    match cli::parse(program) {
+    match cli::parse(program, args) {
         Ok(Command::Lab(args)) => commands::lab(program, &args),
         Ok(Command::Run(args)) => commands::run(program, &args),
         Ok(Command::Sweep(args)) => commands::sweep(program, &args),
         Ok(Command::Hunt(args)) => commands::hunt(program, &args),
+        Ok(Command::New(args)) => commands::new(&args),
         Ok(Command::Replay(args)) => commands::replay(program, &args),
         Ok(Command::Info(args)) => commands::info(program, &args.file),
         Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),

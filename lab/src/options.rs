@@ -131,6 +131,10 @@ pub fn graph(
     if let Some(path) = &args.knobs {
         config.knobs = read_knobs(program, &config, path)?;
     }
+    let mut whole = program.system.settings();
+    whole.extend(config.setup.iter().cloned());
+    let warnings = program.system.warnings(&whole);
+    warnings.iter().for_each(|warning| note(warning));
     Ok(config)
 }
 

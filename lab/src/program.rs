@@ -4,6 +4,8 @@ use std::{env, path::Path, sync::Arc};
 
 use ratelab::system::{KnobText, System};
 
+use crate::recording::Recording;
+
 /// The command for one system.
 pub struct Program {
     /// The system.
@@ -13,6 +15,15 @@ pub struct Program {
 }
 
 impl Program {
+    /// The program for `recording`: of another system if that has a graph file.
+    pub fn of(&self, recording: &Recording) -> Self {
+        let graph = recording.graph_system(&self.system);
+        Self {
+            course: self.course && graph.is_none(),
+            system: graph.unwrap_or_else(|| self.system.clone()),
+        }
+    }
+
     /// Parses and writes knobs with the system's aliases.
     pub fn knobs(&self) -> KnobText {
         KnobText(self.system.aliases())

@@ -43,6 +43,10 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         ("verdict", verdict(system, summary, context)),
         ("topics", topics(summary)),
     ]);
+    if system.chains().is_some() {
+        let chains = system.chain_lines(summary.sim_time, &summary.chains);
+        lines.extend(chains.into_iter().map(|text| ("chain", text)));
+    }
     lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age().filter(|_| asked);
@@ -187,7 +191,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let steps = match system.state() {
+    let steps = match timing::plant(system) {
         Some(_) => format!("{} control steps in ", summary.steps),
         None => String::new(),
     };

@@ -46,11 +46,17 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
             step_ms.get()
         )),
         WorldKind::Course => {
-            system.state()?;
+            plant(system)?;
             knobs(summary).find(depends_on_the_world)?;
             Some("course: it waits for the actuator, whatever is late or lost".to_owned())
         }
     }
+}
+
+/// The topic of the states of a plant; `None` for a graph around data only.
+pub fn plant(system: &dyn System) -> Option<&'static str> {
+    let state = system.state();
+    state.filter(|state| Some(*state) != system.chains())
 }
 
 /// A world that moves by itself for a run of `system`: that of `config`, or one with the

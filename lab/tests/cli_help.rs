@@ -166,7 +166,14 @@ fn unknown_arguments_are_refused_with_a_remedy() {
     for (args, advice) in [
         (&["rum"][..], "a similar subcommand exists: 'run'"),
         (&["run", "--contol-hz", "5"], "exists: '--control-hz'"),
-        (&["run", "extra"], "see ratelab run --help"),
+        (
+            &["run", "extra"],
+            "expected a graph file, which ends in .toml",
+        ),
+        (
+            &["run", "--json", "x.toml"],
+            "the graph file stands first, or right behind the command",
+        ),
         (&["info"], "see ratelab info --help"),
         (&["keys", "--all"], "see ratelab keys --help"),
         (

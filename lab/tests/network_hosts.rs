@@ -4,11 +4,11 @@
 mod part;
 
 use std::{
-    process::{Child, Command, Stdio},
+    process::{Command, Stdio},
     sync::atomic::{AtomicU32, Ordering},
 };
 
-use part::{Part, python};
+use part::{Ended, Part, ROS_POLICY, python};
 
 /// Two machines on a cable, as network namespaces; removed when dropped.
 struct Cable([String; 2]);
@@ -115,10 +115,7 @@ fn clocks_that_differ_by_a_day_make_no_age_wrong() {
         "--duration-s",
         "2",
     ];
-    let printed = cable.start(0, &plant).printed();
-    assert!(printed.contains("BALANCED"), "{printed}");
-    let wire = "/action from policy: 0 lost on the way, 0 refused";
-    assert!(printed.contains(wire), "{printed}");
+    cable.start(0, &plant).balanced();
 }
 
 /// A router of zenoh that passes nothing between peers, as that of rmw_zenoh.
@@ -144,21 +141,9 @@ fn a_router_on_another_machine_passes_messages_to_a_process_that_connects() {
     };
     let address = "tcp/10.77.0.1:7447";
     let python = python.to_str().expect("UTF-8");
-    let mut router = cable.inside(0, python);
-    let _router = Ended(
-        router
-            .args(["-c", ROUTER, address])
-            .spawn()
-            .expect("Python starts"),
-    );
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/ros2/policy.py");
-    let mut policy = cable.inside(0, python);
-    let _policy = Ended(
-        policy
-            .args([script, address, "7"])
-            .spawn()
-            .expect("Python starts"),
-    );
+    let start = |side, args: &[&str]| Ended::start(cable.inside(side, python).args(args));
+    let _router = start(0, &["-c", ROUTER, address]);
+    let _policy = start(0, &[ROS_POLICY, address, "7"]);
     let plant = [
         "plant",
         "--connect",
@@ -169,18 +154,5 @@ fn a_router_on_another_machine_passes_messages_to_a_process_that_connects() {
         "--duration-s",
         "3",
     ];
-    let printed = cable.start(1, &plant).printed();
-    assert!(printed.contains("BALANCED"), "{printed}");
-    let wire = "/action from policy: 0 lost on the way, 0 refused";
-    assert!(printed.contains(wire), "{printed}");
-}
-
-/// A process that ends with the test.
-struct Ended(Child);
-
-impl Drop for Ended {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+    cable.start(1, &plant).balanced();
 }

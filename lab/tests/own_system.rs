@@ -1,5 +1,5 @@
-//! The program of `examples/own_plant.rs`: the whole command for a system other than the
-//! cart-pole.
+//! Systems other than the cart-pole: the program of `examples/own_plant.rs`, which is the whole
+//! command for it, and graph files.
 
 mod support;
 
@@ -96,4 +96,70 @@ fn it_has_its_own_name_and_no_parts_of_the_course() {
         let refused = complaint(&drone(args), 2);
         assert!(refused.contains("own_plant"), "{refused}");
     }
+}
+
+/// The output of `ratelab` with `args`, which must succeed.
+fn told(args: &[&str]) -> String {
+    let output = ratelab(args);
+    assert!(output.status.success(), "{args:?}: {output:?}");
+    text(&output.stdout)
+}
+
+#[test]
+fn a_recording_of_a_graph_file_needs_the_file_no_more() {
+    let folder = folder();
+    let [file, rrd, web, trace] =
+        ["robot.toml", "robot.rrd", "robot.html", "robot.pftrace"].map(|name| path(&folder, name));
+    told(&["new", &file]);
+    let run = told(&["run", &file, "--clock", "virtual", "--record", &rrd]);
+    assert!(
+        run.contains("verdict   MISSED (see-to-act older than 400 ms"),
+        "{run}"
+    );
+    let first = told(&[&file, "run", "--clock", "virtual", "--json"]);
+    assert!(first.contains("\"missed_see_to_act\""), "{first}");
+    fs::remove_file(&file).expect("the file");
+    assert!(told(&["verify", &rrd]).contains("identical"));
+    let info = told(&["info", &rrd]);
+    assert!(
+        info.contains("\nchain     see-to-act data age mean"),
+        "{info}"
+    );
+    let branch = told(&["branch", &rrd, "--at", "1", "--knob", "rate planner 15"]);
+    assert!(branch.contains("recorded  MISSED (see-to-act"), "{branch}");
+    told(&["export-web", &rrd, "-o", &web]);
+    told(&["trace", &rrd, "-o", &trace]);
+    let refused = complaint(&drone(&["run", "--like", &rrd]), 2);
+    assert!(refused.contains("of the system robot"), "{refused}");
+}
+
+#[test]
+fn a_graph_file_is_swept_and_hunted_like_a_system_in_code() {
+    let folder = folder();
+    let file = path(&folder, "pole.toml");
+    fs::write(&file, include_str!("../../graphs/camera-pole.toml")).expect("written");
+    let axis = ["--control-hz", "50", "--axis", "takes detector", "15,95"];
+    let swept = told(&[&["sweep", &file, "--seeds", "0..1"], &axis[..]].concat());
+    assert!(swept.contains("detector cost 95"), "{swept}");
+    let fault = ["--hang", "detector=500", "--topic", "/pose"];
+    let hunted = told(&[&["hunt", &file], &fault[..]].concat());
+    assert!(hunted.contains("hang detector"), "{hunted}");
+}
+
+#[test]
+fn errors_in_a_graph_file_name_the_place_and_no_file_is_replaced() {
+    let folder = folder();
+    let file = path(&folder, "wrong.toml");
+    fs::write(&file, "name = \"g\"\n[node.camera]\nrte = 30\n").expect("written");
+    let wrong = complaint(&ratelab(&["run", &file]), 2);
+    let place = "wrong.toml:3:1: unknown key \"rte\": did you mean \"rate\"?";
+    assert!(wrong.trim_end().ends_with(place), "{wrong}");
+    let kept = complaint(&ratelab(&["new", &file]), 2);
+    assert!(kept.contains("there is such a file"), "{kept}");
+    let other = complaint(&ratelab(&["new", "robot.txt"]), 2);
+    assert!(other.contains("ends in .toml"), "{other}");
+    let none = complaint(&ratelab(&["none.toml"]), 2);
+    assert!(none.contains("none.toml: No such file"), "{none}");
+    let late = complaint(&ratelab(&["run", "--json", &file]), 2);
+    assert!(late.contains("right behind the command"), "{late}");
 }

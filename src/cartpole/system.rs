@@ -210,12 +210,13 @@ impl Topics {
             plant: plant.clone(),
             observations: wiring.publisher(&observations),
         })?;
+        let observations = builder.through(&self.observations, 0)?;
         builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
             policy,
-            observations: wiring.subscription(&self.observations),
+            observations: wiring.subscription(&observations),
             actions: wiring.publisher(&self.actions),
         })?;
-        let actions = self.actions.clone();
+        let actions = builder.through(&self.actions, 1)?;
         builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
             let input = ActuatorInput::wired(wiring, &actions);
             actuator(wiring, input)

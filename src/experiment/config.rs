@@ -40,19 +40,22 @@ pub struct Config {
 }
 
 impl Config {
-    /// Returns the same run with its messages in recordable form; see
-    /// [`System::resolve`].
+    /// Returns the same run with the [settings](System::settings) of the system that it does
+    /// not replace, and with its messages in recordable form; see [`System::resolve`].
     ///
     /// # Errors
     /// [`BuildError::Setting`] if the system refuses a message.
     pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
-        for knob in self.setup.iter() {
-            let knob = resolve(system, self.seed, &self.setup, knob.clone())?;
+        let mut setup = system.settings();
+        setup.extend(self.setup.iter().cloned());
+        resolved.setup = setup.clone();
+        for knob in setup.iter() {
+            let knob = resolve(system, self.seed, &setup, knob.clone())?;
             resolved.setup.set(knob);
         }
         for timed in &mut resolved.knobs {
-            timed.knob = resolve(system, self.seed, &self.setup, timed.knob.clone())?;
+            timed.knob = resolve(system, self.seed, &setup, timed.knob.clone())?;
         }
         Ok(resolved)
     }

@@ -36,7 +36,7 @@ use crate::{
         Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Observer, RealClock,
         RecordedTopic, TimedCommand, TimedKnob, clock,
     },
-    system::{BuildError, Builder, Built, MeanCost, System},
+    system::{BuildError, Builder, Built, MeanCost, System, verdict},
 };
 
 /// The graph of a system, ready to run once.
@@ -212,24 +212,24 @@ impl Experiment {
         let began = Instant::now();
         let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall_time = began.elapsed();
-        let newest = system.state().and_then(|name| {
-            let state = recorded.iter().find(|topic| topic.name() == name);
-            state.and_then(|topic| topic.newest())
+        let [state, chains] = [system.state(), system.chains()].map(|name| {
+            let topic = recorded.iter().find(|topic| Some(topic.name()) == name);
+            RunEnd::numbers(topic.and_then(|topic| topic.newest()).as_ref())
         });
         // Taps end with the topics, which the nodes hold as well.
         drop((graph, recorded));
         let exit = end?;
-        let state = RunEnd::state(newest.as_ref());
         let sim_time = match exit {
             ClockExit::Ended { at, .. } => at,
             _ => observer.now(),
         };
-        let newest = (!state.is_empty()).then_some(&state[..]);
+        let newest = [&state, &chains].map(|row| (!row.is_empty()).then_some(&row[..]));
         let end = RunEnd {
-            verdict: system.verdict(&exit, sim_time, newest),
+            verdict: verdict(&*system, &exit, sim_time, newest),
             sim_time,
             wall_time,
             state,
+            chains,
             cost: cost.and_then(|mean| {
                 let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
                 mean.until(sim_time)

@@ -22,6 +22,8 @@ pub struct Summary {
     pub steps: u64,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
+    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
+    pub chains: Vec<f64>,
     /// The mean over run time of the system's
     /// [quadratic cost](System::quadratic_cost); of a run that was lost, until then.
     pub cost: Option<f64>,
@@ -50,6 +52,8 @@ pub struct RunEnd {
     pub wall_time: Duration,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
+    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
+    pub chains: Vec<f64>,
     /// The mean of the system's quadratic cost.
     pub cost: Option<f64>,
 }
@@ -120,6 +124,7 @@ impl Summary {
             sim_time: self.sim_time,
             wall_time: self.wall_time,
             state: self.state.clone(),
+            chains: self.chains.clone(),
             cost: self.cost,
         }
     }
@@ -158,6 +163,7 @@ impl Summary {
             verdict: end.verdict,
             steps: steps.map_or(0, |topic| topic.published),
             state: end.state,
+            chains: end.chains,
             cost: end.cost,
             sim_time: end.sim_time,
             wall_time: end.wall_time,
@@ -181,8 +187,8 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
 }
 
 impl RunEnd {
-    /// The newest row as a state.
-    pub(super) fn state(rows: Option<&Rows>) -> Vec<f64> {
+    /// The newest row.
+    pub(super) fn numbers(rows: Option<&Rows>) -> Vec<f64> {
         let newest = rows.and_then(Rows::last);
         newest.map_or_else(Vec::new, |(_, row)| row.to_vec())
     }

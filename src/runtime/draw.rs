@@ -54,6 +54,11 @@ impl Draw {
         *self == Self::NONE
     }
 
+    /// The median.
+    pub fn median(&self) -> Duration {
+        self.at(0.5)
+    }
+
     /// The quantile of `u` in 0..1.
     pub(crate) fn at(&self, u: f64) -> Duration {
         match self {

@@ -117,7 +117,7 @@ pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
 pub use reexecution::{BusyNode, Doing, Log, LogError, LogPosition, Shared, Turn, Watch};
 pub use release::Release;
-pub use rows::{RecordedTopic, RowInlet, RowTap, RowWatcher, Rows};
+pub use rows::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Copies, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};

@@ -5,6 +5,7 @@ use std::any::Any;
 
 use super::{
     fields::Fields,
+    graph::Wiring,
     head::Head,
     message::{Message, Payload},
     tap::{Tap, TapMessage},
@@ -149,7 +150,15 @@ pub trait RecordedTopic: Any + Send + Sync {
     /// Has `watcher` look at every message from now on, with the run time at which it
     /// is published. It is called by the publisher, so it has to be quick.
     fn watch(&self, watcher: RowWatcher);
+
+    /// A reading end for the node of `wiring`.
+    fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
+
+/// Reads a message at a run time, as a [`Subscription`](super::Subscription) does: replaces
+/// the row by its numbers and returns the run time of the sensing behind it, or `None` before
+/// the first.
+pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
 
 /// Publishes a row: the numbers of a message that arrived at run time `now`, was published
 /// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
@@ -169,17 +178,11 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
     }
 
     fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap {
-        RowTap {
-            width: T::FIELDS.len(),
-            tap: Box::new(tap_handle.topic(self, capacity)),
-        }
+        row_tap(self, T::FIELDS, tap_handle, capacity)
     }
 
     fn newest(&self) -> Option<Rows> {
-        let newest = self.peek()?;
-        let mut rows = Rows::new(T::FIELDS.len());
-        rows.push_message(&newest);
-        Some(rows)
+        newest_row(self, T::FIELDS)
     }
 
     fn inlet(&self) -> RowInlet {
@@ -202,6 +205,74 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
             watcher(now, &row);
         });
     }
+
+    fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        let mut subscription = wiring.subscription(self);
+        Box::new(move |now, row| {
+            let message = subscription.latest(now)?;
+            row.clear();
+            message.data.append_to(row);
+            Some(message.sensed())
+        })
+    }
+}
+
+/// A topic whose messages have as many numbers as it has names for: their type alone does
+/// not tell.
+pub struct NamedTopic<T> {
+    /// The topic.
+    pub topic: Topic<T>,
+    /// Names of the numbers in its messages.
+    pub fields: &'static [&'static str],
+}
+
+impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
+    fn name(&self) -> &str {
+        self.topic.name()
+    }
+
+    fn fields(&self) -> &'static [&'static str] {
+        self.fields
+    }
+
+    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap {
+        row_tap(&self.topic, self.fields, tap_handle, capacity)
+    }
+
+    fn newest(&self) -> Option<Rows> {
+        newest_row(&self.topic, self.fields)
+    }
+
+    fn inlet(&self) -> RowInlet {
+        self.topic.inlet()
+    }
+
+    fn watch(&self, watcher: RowWatcher) {
+        self.topic.watch(watcher);
+    }
+
+    fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        self.topic.reader(wiring)
+    }
+}
+
+fn row_tap<T: Fields + Payload>(
+    topic: &Topic<T>,
+    fields: &[&str],
+    tap_handle: &TapHandle,
+    capacity: usize,
+) -> RowTap {
+    RowTap {
+        width: fields.len(),
+        tap: Box::new(tap_handle.topic(topic, capacity)),
+    }
+}
+
+fn newest_row<T: Fields + Payload>(topic: &Topic<T>, fields: &[&str]) -> Option<Rows> {
+    let newest = topic.peek()?;
+    let mut rows = Rows::new(fields.len());
+    rows.push_message(&newest);
+    Some(rows)
 }
 
 /// A [`Tap`] that returns rows. The reader builds the rows, so the publisher pays no more

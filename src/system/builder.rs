@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{BuildError, Setup, SharedWorld, World, WorldKind};
+use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 use crate::runtime::{
-    Callback, Depth, Executor, Fields, Graph, Hz, Knob, KnobKind, Match, Node, Payload,
-    RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Wiring,
+    Callback, Depth, Executor, Fields, GO_ON, Graph, Hz, Knob, KnobKind, Match, NamedTopic, Node,
+    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Wiring, telemetry::Topology,
 };
 
 /// Name of the node of a plant that moves by itself.
@@ -24,8 +24,26 @@ pub struct Builder<'a> {
     recorded: Vec<Arc<dyn RecordedTopic>>,
     /// Nodes that were built with their configured message.
     answered: Vec<String>,
+    /// Nodes to insert before the readers of topics.
+    relays: Vec<Relay>,
+    /// The topics that were offered for that.
+    offered: Vec<String>,
     /// The nodes that run in this process; `None` for all.
     here: Option<&'a [String]>,
+}
+
+/// A node between a topic and its reader, which forwards the newest message with the time
+/// of the sensing behind it.
+#[derive(Clone, Debug)]
+pub(crate) struct Relay {
+    /// Its name.
+    pub(crate) node: String,
+    /// Its rate (Hz).
+    pub(crate) hz: f64,
+    /// Name of the topic that it reads.
+    pub(crate) from: String,
+    /// Name of the topic that it publishes.
+    pub(crate) to: String,
 }
 
 /// A finished graph.
@@ -33,6 +51,33 @@ pub(crate) struct Built {
     pub(crate) graph: Graph,
     /// The recorded topics, in the order of their creation.
     pub(crate) recorded: Vec<Arc<dyn RecordedTopic>>,
+}
+
+/// The parts of a system that a graph around it can use.
+pub(crate) struct Surroundings {
+    /// Its graph.
+    pub(crate) topology: Topology,
+    /// Its recorded topics.
+    pub(crate) recorded: Vec<String>,
+    /// The topics before whose readers nodes can be inserted.
+    pub(crate) offered: Vec<String>,
+}
+
+impl Surroundings {
+    /// The parts of `system` with `setup`.
+    ///
+    /// # Errors
+    /// [`BuildError`] if its graph cannot be built.
+    pub(crate) fn of(system: &dyn System, setup: &Setup) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(0, setup, WorldKind::Course);
+        system.build(&mut builder)?;
+        let recorded = builder.recorded.iter();
+        Ok(Self {
+            topology: builder.graph.observer().topology(),
+            recorded: recorded.map(|topic| topic.name().to_owned()).collect(),
+            offered: builder.offered,
+        })
+    }
 }
 
 impl<'a> Builder<'a> {
@@ -49,6 +94,8 @@ impl<'a> Builder<'a> {
             graph,
             recorded: Vec::new(),
             answered: Vec::new(),
+            relays: Vec::new(),
+            offered: Vec::new(),
             here: None,
         }
     }
@@ -139,6 +186,66 @@ impl<'a> Builder<'a> {
         let topic = self.internal_topic(name);
         self.recorded.push(Arc::new(topic.clone()));
         topic
+    }
+
+    /// The same for messages with as many numbers as there are `fields`.
+    pub(crate) fn named_topic<T: Fields + Payload>(
+        &mut self,
+        name: &str,
+        fields: &'static [&'static str],
+    ) -> Topic<T> {
+        let topic = self.internal_topic(name);
+        let named = NamedTopic {
+            topic: topic.clone(),
+            fields,
+        };
+        self.recorded.push(Arc::new(named));
+        topic
+    }
+
+    /// The recorded topic called `name`, if it was created before.
+    pub(crate) fn recorded(&self, name: &str) -> Option<Arc<dyn RecordedTopic>> {
+        let mut topics = self.recorded.iter();
+        topics.find(|topic| topic.name() == name).cloned()
+    }
+
+    /// Has `relays` inserted where the system offers it; see [`Builder::through`].
+    pub(crate) fn insert(&mut self, relays: Vec<Relay>) {
+        self.relays = relays;
+    }
+
+    /// The topic that a reader of `topic` is to read: the topic itself, or the last one behind
+    /// the nodes that are inserted there, such as a camera and a detector. `priority` is that
+    /// of the publisher of `topic`.
+    ///
+    /// # Errors
+    /// As of [`Builder::node`].
+    pub fn through<T: Fields + Payload>(
+        &mut self,
+        topic: &Topic<T>,
+        priority: u32,
+    ) -> Result<Topic<T>, BuildError> {
+        self.offered.push(topic.name().to_owned());
+        let mut last = topic.clone();
+        let relays = self.relays.clone().into_iter();
+        for relay in relays {
+            if relay.from != last.name() {
+                continue;
+            }
+            let (input, output) = (last, self.topic::<T>(&relay.to));
+            last = output.clone();
+            self.node(&relay.node, relay.hz, priority, move |wiring| {
+                let (mut input, output) = (wiring.subscription(&input), wiring.publisher(&output));
+                move |now| {
+                    if let Some(message) = input.latest(now) {
+                        let sensed = message.sensed();
+                        output.publish(message.data, now, Some(sensed));
+                    }
+                    GO_ON
+                }
+            })?;
+        }
+        Ok(last)
     }
 
     /// Creates a topic without a recording: its payload need not be

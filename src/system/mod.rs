@@ -64,8 +64,8 @@ use thiserror::Error;
 
 pub use age_limits::AgeLimits;
 pub use alias::Alias;
-pub(crate) use builder::Built;
 pub use builder::{Builder, WORLD};
+pub(crate) use builder::{Built, Relay, Surroundings};
 pub use joints::{JointValues, Joints};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
@@ -88,6 +88,22 @@ pub trait System: Send + Sync + 'static {
     /// may compute other bits. Recordings contain it.
     fn engine(&self) -> Option<String> {
         None
+    }
+
+    /// The text of its [graph file](crate::graph_file), if it has one. Recordings contain it.
+    fn graph_file(&self) -> Option<&str> {
+        None
+    }
+
+    /// Its settings. Those of a run replace them.
+    fn settings(&self) -> Setup {
+        Setup::default()
+    }
+
+    /// Defects of a run with `setup` that are known before it begins, each with a remedy.
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        let _ = setup;
+        Vec::new()
     }
 
     /// Adds the system's nodes and topics to an empty graph. Called once per run; builds
@@ -184,6 +200,32 @@ pub trait System: Send + Sync + 'static {
         Verdict::of_exit(exit, at)
     }
 
+    /// The topic with the data ages of its chains, if there are any: its newest message counts
+    /// in the verdict.
+    fn chains(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The verdict of a run that stopped with `exit` at run time `at`, in view of the newest
+    /// message of [`chains`](Self::chains). `verdict` is that without them.
+    fn verdict_on_chains(
+        &self,
+        verdict: Verdict,
+        exit: &ClockExit,
+        at: Time,
+        chains: Option<&[f64]>,
+    ) -> Verdict {
+        let _ = (exit, at, chains);
+        verdict
+    }
+
+    /// A line with the data age of each chain up to run time `at`, from the newest message of
+    /// [`chains`](Self::chains).
+    fn chain_lines(&self, at: Time, chains: &[f64]) -> Vec<String> {
+        let _ = (at, chains);
+        Vec::new()
+    }
+
     /// The quadratic cost of its states, if it has one: it rates runs that are not lost.
     fn quadratic_cost(&self) -> Option<QuadraticCost> {
         None
@@ -220,6 +262,18 @@ pub trait System: Send + Sync + 'static {
         let _ = state;
         None
     }
+}
+
+/// The verdict of `system` on a run that stopped with `exit` at run time `at`, from the newest
+/// messages of its [states](System::state) and of its [chains](System::chains).
+pub fn verdict(
+    system: &dyn System,
+    exit: &ClockExit,
+    at: Time,
+    [state, chains]: [Option<&[f64]>; 2],
+) -> Verdict {
+    let verdict = system.verdict(exit, at, state);
+    system.verdict_on_chains(verdict, exit, at, chains)
 }
 
 /// Nodes that share something beside topics.

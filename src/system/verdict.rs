@@ -36,7 +36,7 @@ impl VerdictKind {
     };
 
     /// The kinds that depend only on the reason for the end of a run.
-    pub(super) const OF_EXITS: &'static [&'static Self] =
+    pub(crate) const OF_EXITS: &'static [&'static Self] =
         &[&Self::COMPLETED, &Self::STOPPED, &Self::ENDED];
 }
 

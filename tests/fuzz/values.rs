@@ -182,6 +182,10 @@ fn values(name: &str) -> Values {
         "KNOB" => KNOBS,
         "LIST" => LISTS,
         "FILE" | "DIR" => FILES,
+        "GRAPH" => (
+            &["graph.toml", "new.toml"],
+            &["", "folder", "none.toml", "rows.csv", "\u{1b}.toml"],
+        ),
         "S" => DURATIONS,
         "CLOCK" => (&["virtual", "real"], &["", "Virtual", "both", "\u{8}"]),
         // At a slow speed or with long ticks a run takes long.

@@ -52,11 +52,12 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Parts of the library, each with the other parts it may import.
-const PARTS: [(&str, &[&str]); 4] = [
+const PARTS: [(&str, &[&str]); 5] = [
     ("file", &[]),
     ("runtime", &[]),
     ("system", &["runtime"]),
     ("experiment", &["runtime", "system"]),
+    ("graph_file", &["runtime", "system"]),
 ];
 
 #[test]

@@ -1,7 +1,8 @@
 //! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`,
-//! and the library needs no terminal, no command line and no recorder.
+//! the library needs no terminal, no command line and no recorder, and the network changes
+//! no crate that is built without it.
 
-use std::{collections::BTreeSet, fs};
+use std::{collections::BTreeSet, env, fs, process::Command};
 
 use toml::{Table, Value};
 
@@ -25,7 +26,15 @@ fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
 #[test]
 fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other() {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
-    let manifests = ["", "exercises/", "lab/", "wire/", "xtask/", "xtask/dist/"];
+    let manifests = [
+        "",
+        "exercises/",
+        "lab/",
+        "tests/",
+        "wire/",
+        "xtask/",
+        "xtask/dist/",
+    ];
     let manifests = manifests.map(|at| format!("{at}Cargo.toml"));
     let named: BTreeSet<_> = manifests.iter().flat_map(|at| crates(at, &kinds)).collect();
     let page = read("docs/dependencies.md");
@@ -49,6 +58,57 @@ fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
         assert!(
             !crates.contains(foreign),
             "the library depends on {foreign}"
+        );
+    }
+}
+
+/// Each crate that cargo builds with these `options`, with its features, and each crate that
+/// it is built on; `None` where they were not all fetched.
+fn built(options: &[&str]) -> Option<BTreeSet<(String, String)>> {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut tree = Command::new(cargo);
+    tree.args(["tree", "--offline", "--edges", "normal,build,dev"]);
+    tree.args(["--prefix", "depth", "--format", " {p} [{f}]"]);
+    let output = tree
+        .args(options)
+        .current_dir(crate::clone::root())
+        .output();
+    let output = output.expect("cargo");
+    if !output.status.success() {
+        return None;
+    }
+    let printed = String::from_utf8(output.stdout).expect("UTF-8");
+    let (mut above, mut built) = (Vec::<String>::new(), BTreeSet::new());
+    for line in printed.lines().filter(|line| !line.is_empty()) {
+        let (depth, name) = line.split_once(' ').expect("a depth");
+        let name = name.trim_end_matches(" (*)").replace(" (proc-macro)", "");
+        above.truncate(depth.parse().expect("a number"));
+        if let Some(user) = above.last() {
+            built.insert((user.clone(), name.clone()));
+        }
+        above.push(name);
+    }
+    Some(built)
+}
+
+#[test]
+fn with_the_network_no_crate_is_built_again() {
+    let plain = built(&[]).expect("cargo tree");
+    let users: BTreeSet<&String> = plain.iter().map(|(user, _)| user).collect();
+    assert!(users.len() > 100, "nothing was read");
+    for feature in ["ratelab-lab/network", "ratelab-lab/tls"] {
+        let Some(other) = built(&["--features", feature]) else {
+            eprintln!("skipped for {feature}: `cargo fetch` first");
+            continue;
+        };
+        let changed: Vec<_> = plain
+            .symmetric_difference(&other)
+            .filter(|(user, _)| users.contains(user) && !user.starts_with("ratelab-lab "))
+            .collect();
+        assert!(
+            changed.is_empty(),
+            "built with other features for {feature}: ask for them in lab/Cargo.toml: \
+             {changed:#?}"
         );
     }
 }

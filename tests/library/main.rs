@@ -27,13 +27,13 @@ mod expected;
 mod faults;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod golden;
+mod graph_file;
 mod hand_over;
 mod hunt;
 mod knobs;
 mod lineage;
 mod links;
 mod malformed_weights;
-mod margins;
 mod policies;
 mod quadratic_cost;
 mod rate;

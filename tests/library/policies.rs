@@ -3,6 +3,7 @@
 
 use std::{fs, path::Path, path::PathBuf};
 
+use crate::clone::root;
 use crate::support::{cart_pole, config, hz, run};
 use rand_pcg::rand_core::RngCore;
 use ratelab::{
@@ -19,10 +20,7 @@ use tempfile::TempDir;
 const OBSERVATIONS: usize = 1_000;
 
 fn fixture(name: &str) -> String {
-    format!(
-        "{}/tests/fixtures/policies/{name}",
-        env!("CARGO_MANIFEST_DIR")
-    )
+    format!("{}/fixtures/policies/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn context() -> PolicyContext {
@@ -281,7 +279,7 @@ fn the_regulator_balances_every_start() {
 
 #[test]
 fn every_policy_in_policies_balances_every_start_and_is_small() {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("policies");
+    let folder = root().join("policies");
     let files = fs::read_dir(folder)
         .expect("policies")
         .map(|entry| entry.expect("entry").path());

@@ -101,10 +101,7 @@ fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
 }
 
 fn actor() -> String {
-    format!(
-        "{}/tests/fixtures/policies/actor.pt",
-        env!("CARGO_MANIFEST_DIR")
-    )
+    format!("{}/fixtures/policies/actor.pt", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn policies(run: &RunBytes) -> Vec<String> {

@@ -1,28 +1,18 @@
 //! Two parts of a graph, connected over loopback.
 
-use std::{net::TcpListener, sync::Arc, thread};
+mod support;
+
+use std::{sync::Arc, thread};
 
 use ratelab::{
     cartpole::CartPole,
-    experiment::{Config, Experiment, Summary},
-    runtime::{Fields, GO_ON, RealClock, Snapshot, Time},
+    experiment::{Experiment, Summary},
+    fields,
+    runtime::{GO_ON, RealClock, Snapshot, Time},
     system::{BuildError, Builder, System},
 };
-use ratelab_wire::{Bridge, End, Settings};
-
-/// A port that is free.
-fn address() -> String {
-    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/{}", free.expect("a free port"))
-}
-
-fn settings(end: End) -> Settings {
-    Settings {
-        end,
-        insecure: false,
-        file: None,
-    }
-}
+use ratelab_wire::{Bridge, End};
+use support::{address, part, settings};
 
 /// The results of both parts of a run: that which listens, and the other.
 struct Both {
@@ -32,23 +22,17 @@ struct Both {
     hostile: [u64; 2],
 }
 
-/// Runs `system` for `seconds` in two parts.
-fn run(system: Arc<dyn System>, config: &Config, parts: [&[&str]; 2], seconds: f64) -> Both {
-    let address = address();
+/// Runs `system` in two parts.
+fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
+    let (system, address) = (Arc::new(system), address());
     let ends = [
         End::Listen(vec![address.clone()]),
         End::Connect(vec![address]),
     ];
-    let config = Config {
-        end: Time::from_secs_f64(seconds).expect("seconds"),
-        ..config.clone()
-    };
-    let connected = ends.into_iter().zip(parts).map(|(end, nodes)| {
-        let here: Vec<String> = nodes.iter().map(|&node| node.to_owned()).collect();
-        let part = Experiment::part(system.clone(), &config, &here).expect("a part");
-        let bridge = Bridge::start(&settings(end), &part, &here, None).expect("connected");
-        (part, bridge)
-    });
+    let connected = ends
+        .into_iter()
+        .zip(parts)
+        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None)));
     let connected: Vec<(Experiment, Bridge)> = connected.collect();
     // Until each part knows the other, nothing could arrive.
     while connected
@@ -79,9 +63,7 @@ fn run(system: Arc<dyn System>, config: &Config, parts: [&[&str]; 2], seconds: f
 
 #[test]
 fn a_policy_in_another_process_balances_and_nothing_is_lost() {
-    let system = Arc::new(CartPole::default());
-    let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
-    let both = run(system, &Config::default(), parts, 2.0);
+    let both = run(CartPole::default(), [&["sensor", "actuator"], &["policy"]]);
     let [plant, policy] = &both.summaries;
     assert_eq!(plant.verdict.name(), "balanced");
     assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
@@ -95,22 +77,11 @@ fn a_policy_in_another_process_balances_and_nothing_is_lost() {
 struct Flood;
 
 #[derive(Clone, Copy)]
-struct Number(f64);
-
-impl Fields for Number {
-    const FIELDS: &'static [&'static str] = &["number"];
-
-    fn append_to(&self, row: &mut Vec<f64>) {
-        row.push(self.0);
-    }
-
-    fn from_row(row: &[f64]) -> Option<Self> {
-        match *row {
-            [number] => Some(Self(number)),
-            _ => None,
-        }
-    }
+struct Number {
+    number: f64,
 }
+
+fields!(Number { number: "number" });
 
 impl System for Flood {
     fn name(&self) -> &'static str {
@@ -123,7 +94,8 @@ impl System for Flood {
         builder.node("source", 1000.0, 0, move |wiring| {
             let numbers = wiring.publisher(&published);
             move |now: Time| {
-                numbers.publish(Number(now.as_secs_f64()), now, None);
+                let number = now.as_secs_f64();
+                numbers.publish(Number { number }, now, None);
                 GO_ON
             }
         })?;
@@ -139,8 +111,7 @@ impl System for Flood {
 
 #[test]
 fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
-    let parts: [&[&str]; 2] = [&["source"], &["slow"]];
-    let both = run(Arc::new(Flood), &Config::default(), parts, 2.0);
+    let both = run(Flood, [&["source"], &["slow"]]);
     let numbers = both.snapshots[1].topic("/numbers").expect("read there");
     let (published, dropped) = (numbers.published, numbers.dropped());
     assert!(dropped > published / 2, "{dropped} of {published}");

@@ -1,55 +1,32 @@
 //! Strangers on the network: what they send is counted, and never obeyed.
 
+mod support;
+
 use std::{
     fs,
     io::Write,
-    net::{TcpListener, TcpStream},
+    net::TcpStream,
     path::{Path, PathBuf},
     sync::Arc,
     thread,
 };
 
-use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment},
-    runtime::Time,
-};
+use ratelab::{cartpole::CartPole, experiment::Experiment};
 use ratelab_wire::{
     Bridge, End, Refusal, Settings,
     clock::{self, ClockId},
     key::Keys,
     packet::{self, Head, Moment},
 };
+use support::{address, settings};
 use zenoh::{Session, Wait};
 
 const PLANT: [&str; 2] = ["sensor", "actuator"];
 const POLICY: [&str; 1] = ["policy"];
 
-/// A port that is free.
-fn address() -> String {
-    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/{}", free.expect("a free port"))
-}
-
-fn settings(end: End, file: Option<&Path>) -> Settings {
-    Settings {
-        end,
-        insecure: false,
-        file: file.map(Path::to_owned),
-    }
-}
-
-/// A process of a run of two seconds.
+/// A part of the cart-pole.
 fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
-    let here: Vec<String> = nodes.iter().map(|&node| node.to_owned()).collect();
-    let config = Config {
-        end: Time::from_secs_f64(2.0).expect("seconds"),
-        ..Config::default()
-    };
-    let system = Arc::new(CartPole::default());
-    let part = Experiment::part(system, &config, &here).expect("a part");
-    let bridge = Bridge::start(settings, &part, &here, None).expect("connected");
-    (part, bridge)
+    support::part(Arc::new(CartPole::default()), nodes, settings)
 }
 
 /// Where the plant's process takes actions from.

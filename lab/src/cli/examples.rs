@@ -8,7 +8,7 @@ use crate::program;
 pub const EXAMPLES: &str = "Examples:\n";
 
 /// Examples by command; the first are of the program itself.
-const OF_COMMANDS: [(&str, &str); 19] = [
+const OF_COMMANDS: [(&str, &str); 20] = [
     (
         "",
         "\
@@ -42,6 +42,14 @@ const OF_COMMANDS: [(&str, &str); 19] = [
         "\
   ratelab hunt --control-hz 15 --lose 8
   ratelab hunt --world own --hang policy=1000 --save hang.knobs --record hang.rrd",
+    ),
+    (
+        "new",
+        "\
+  ratelab new robot.toml                write an example
+  ratelab robot.toml                    open the lab on it
+  ratelab sweep robot.toml --axis \"rate planner\" 5,10,20
+  ratelab new --schema > graph.json     for the completion of editors",
     ),
     (
         "replay",

@@ -7,8 +7,10 @@ mod explain;
 mod export_web;
 mod grade;
 mod graph;
+mod graph_file;
 mod hunt;
 mod network;
+mod new;
 mod picture;
 mod recordings;
 mod run;
@@ -17,7 +19,7 @@ mod system;
 mod timing;
 mod values;
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Args, FromArgMatches, Subcommand};
 use clap_complete::Shell;
@@ -37,8 +39,10 @@ pub use self::{
     export_web::ExportWebArgs,
     grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
+    graph_file::{is_graph_file, take as take_graph_file},
     hunt::HuntArgs,
     network::{NodeArgs, UpArgs},
+    new::NewArgs,
     picture::PictureArgs,
     recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
@@ -72,6 +76,8 @@ pub enum Command {
     Sweep(SweepArgs),
     /// Find the least that has to go wrong for a run to be lost.
     Hunt(HuntArgs),
+    /// Write an example of a graph file: a graph of your own, without a line of code.
+    New(NewArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
     /// Print the content of a recording.
@@ -121,14 +127,14 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 27;
+const COURSE: usize = 29;
 
-/// Parses the command line of `program`.
+/// Parses the command line `args` of `program`.
 ///
 /// # Errors
 /// An error, or a request for output such as help; see [`explain`].
-pub fn parse(program: &Program) -> Result<Command, clap::Error> {
-    let matches = command(program).try_get_matches()?;
+pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Error> {
+    let matches = command(program).try_get_matches_from(args)?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
         Some((name, _)) if CourseCommand::has_subcommand(name) => {
@@ -155,7 +161,11 @@ pub fn command(program: &Program) -> clap::Command {
     if program.course {
         command = CourseCommand::augment_subcommands(command);
     }
+    let name = program::name();
     let command = command
+        .override_usage(format!(
+            "{name} [GRAPH.toml] [OPTIONS]\n       {name} <COMMAND>"
+        ))
         .about(about)
         .version(version::short(program))
         .long_version(version::long(program));
@@ -173,6 +183,7 @@ pub fn command(program: &Program) -> clap::Command {
             name if CourseCommand::has_subcommand(name) => Some(COURSE),
             _ => places.next(),
         };
-        examples::add(with_options(command)).display_order(place)
+        let command = graph_file::describe(with_options(command));
+        examples::add(command).display_order(place)
     }))
 }

@@ -17,6 +17,7 @@ use crate::{
 /// Prints the result of a recorded run, that of its branch, and what made the difference.
 pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let recording = Recording::read(&args.file)?;
+    let program = &program.of(&recording);
     if args.at > recording.until {
         return Err(Error::BadInput(format!(
             "--at {}: this recording ends at {}: choose an earlier moment",

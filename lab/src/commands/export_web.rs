@@ -27,6 +27,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         refuse_same("--output", &args.output, file)?;
         recordings.push(Arc::new(Recording::read(file)?));
     }
+    let program = &program.of(&recordings[0]);
     if let Some(stranger) = recordings.iter().find(|one| !one.is_of(&*program.system)) {
         let (file, system) = (stranger.path.display(), &stranger.origin.system);
         return Err(Error::BadInput(format!(

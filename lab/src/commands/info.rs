@@ -15,6 +15,7 @@ use crate::{
 /// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, file: &Path) -> Result<(), Error> {
     let recording = Arc::new(Recording::read(file)?);
+    let program = &program.of(&recording);
     print_line(&overview(program, &recording))?;
     Error::if_damaged(&recording)
 }

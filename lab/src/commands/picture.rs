@@ -31,7 +31,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         refuse_options(args)?;
         let recording = Arc::new(Recording::read(file)?);
         let at = args.at.unwrap_or(recording.until);
-        let system = &program.system;
+        let system = &program.of(&recording).system;
         let size = args.size;
         let picture = match args.animate {
             None => pictures::of_recording(recording.clone(), system, at, size, &theme),

@@ -29,6 +29,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
         Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
         read => Arc::new(read?),
     };
+    let program = &program.of(&recording);
     if args.terminal {
         need_terminal("replay --terminal needs a terminal to draw on", "info")?;
         let setup = Setup::new(program.system.clone(), program.course);

@@ -14,7 +14,7 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let recording = Recording::read(&args.file)?;
     let path = args.output.clone();
     let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
-    let system = recording.system(&program.system);
+    let system = recording.system(&program.of(&recording).system);
     let acts = system.latency().map(|(node, _)| node);
     write_whole(
         "--output",

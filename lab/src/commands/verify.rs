@@ -64,7 +64,8 @@ fn verify_one(
     let recording = Recording::read(file)?;
     let name = file.display();
     let progress = Progress::new(recording.until, asked);
-    let verified = run_again(&recording, &program.system, perturb, |look| {
+    let system = program.of(&recording).system;
+    let verified = run_again(&recording, &system, perturb, |look| {
         if let Some(node) = &look.stuck {
             give_up(file, node);
         }

@@ -12,7 +12,7 @@ use ratelab::{
         ClockExit, Head, Knob, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, Lineage, NodeView, TopicView},
     },
-    system::{Setup, Signal, System, Verdict, VerdictKind},
+    system::{Setup, Signal, System, Verdict, VerdictKind, verdict},
 };
 
 use super::{
@@ -31,7 +31,10 @@ use super::{
     settings::setting,
     timeline::{Timeline, TimelineView},
 };
-use crate::{names, timing::depends_on_the_world};
+use crate::{
+    names,
+    timing::{depends_on_the_world, plant},
+};
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -334,7 +337,11 @@ impl Sampler {
     }
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
-        let verdict = system.verdict(&ClockExit::Stopped, head.at, Some(state));
+        let (exit, at) = (&ClockExit::Stopped, head.at);
+        let verdict = match system.chains() == system.state() {
+            true => verdict(system, exit, at, [Some(state); 2]),
+            false => system.verdict(exit, at, Some(state)),
+        };
         // A lost run stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
         self.lost = verdict.is_lost().then_some(since);
@@ -500,7 +507,7 @@ fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");
     }
-    session.system().state()?;
+    plant(session.system())?;
     let asked = setup.iter().any(depends_on_the_world);
     asked.then_some("world: waits")
 }

@@ -58,6 +58,11 @@ fn check(program: &Program, recording: &Recording) -> Result<(), String> {
     let system = &*program.system;
     if !recording.is_of(system) {
         let (of, expected) = (&recording.origin.system, system.name());
+        if of == expected {
+            return Err(format!(
+                "this is a recording of another version of the graph {of}: record this one"
+            ));
+        }
         return Err(format!(
             "this is a recording of the system {of}: expected one of {expected}"
         ));

@@ -8,7 +8,7 @@ use ratelab::{
         ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
         telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
     },
-    system::{MeanCost, System},
+    system::{MeanCost, System, verdict},
 };
 use ratelab_wire::telemetry::Message;
 
@@ -39,6 +39,7 @@ pub struct GatheredRun {
     overruns: Totals,
     /// The newest state, and what the states cost if all of them came.
     state: Vec<f64>,
+    chains: Vec<f64>,
     cost: Option<MeanCost>,
 }
 
@@ -68,6 +69,7 @@ impl GatheredRun {
             messages: Numbering::default(),
             overruns: Totals::default(),
             state: Vec::new(),
+            chains: Vec::new(),
             cost: Some(MeanCost::default()),
         }
     }
@@ -142,6 +144,9 @@ impl GatheredRun {
         if name.is_some() && name == self.system.state() {
             self.add_state(&head, place.missing, &row);
         }
+        if name.is_some() && name == self.system.chains() {
+            row.clone_into(&mut self.chains);
+        }
         let place = self.new_rows.iter().position(|(known, _)| *known == topic);
         let place = place.unwrap_or_else(|| {
             self.new_rows.push((topic, Rows::new(row.len())));
@@ -204,12 +209,14 @@ impl GatheredRun {
             ClockExit::Ended { at, .. } => *at,
             _ => now,
         };
-        let state = Some(&self.state[..]).filter(|state| !state.is_empty());
+        let [state, chains] =
+            [&self.state, &self.chains].map(|row| (!row.is_empty()).then_some(&row[..]));
         let end = RunEnd {
-            verdict: self.system.verdict(exit, at, state),
+            verdict: verdict(&*self.system, exit, at, [state, chains]),
             sim_time: at,
             wall_time: Duration::from_nanos(at.as_nanos()),
             state: self.state.clone(),
+            chains: self.chains.clone(),
             cost: self.cost.as_ref().and_then(|mean| mean.until(at)),
         };
         Summary::observed(&*self.system, &self.config, end, &self.observer)

@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::{
     legacy,
     limits::check_graph,
+    printable::make_printable,
     rows,
     schema::{
         CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, THREADS, UNTIL, node_entity,
@@ -92,10 +93,16 @@ impl Content {
 
     fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
         let damaged = || "what this recording says of itself is damaged".to_owned();
-        let Some(json) = rows::json(chunk).next() else {
+        let Some(json) = rows::raw_json(chunk).next() else {
             return Ok(());
         };
-        let json = json.ok_or_else(damaged)?;
+        let mut json = json.ok_or_else(damaged)?;
+        // A graph file has lines; it is parsed, and not printed.
+        let graph_file = json.get_mut("graph_file").map(Value::take);
+        make_printable(&mut json);
+        if let Some(text) = graph_file {
+            json["graph_file"] = text;
+        }
         let origin = match json.get("format").and_then(Value::as_u64) {
             Some(format) if format > u64::from(FORMAT) => {
                 return Err(format!(

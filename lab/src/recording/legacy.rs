@@ -23,6 +23,7 @@ pub fn origin(json: Value) -> Option<Origin> {
         engine: Some(format!("MuJoCo {}", old.mujoco)),
         platform: old.platform,
         system: CartPole::default().name().to_owned(),
+        graph_file: None,
         config: old.config.config()?,
         topology: old.shape,
         processes: Vec::new(),

@@ -8,7 +8,7 @@ use ratelab::{
         ClockExit, ClockKind, Rows, TickRecord,
         telemetry::{Event, EventKind},
     },
-    system::{BuildError, System},
+    system::{BuildError, System, verdict},
 };
 
 use super::{
@@ -60,16 +60,23 @@ impl Recording {
             }
             _ => (run.config.end, Vec::new()),
         };
-        let states = system.state().and_then(|state| {
-            let index = topology.topics.iter().position(|topic| topic.name == state);
-            topics.get(index?)
+        let [states, chains] = [system.state(), system.chains()].map(|name| {
+            let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
+            topics.get(names.position(|topic| Some(topic) == name)?)
         });
-        let state = states.and_then(Rows::last).map(|(_, state)| state);
+        let newest = |rows: Option<&Rows>| rows.and_then(Rows::last).map(|(_, row)| row.to_vec());
+        let [state, chains] = [newest(states), newest(chains)];
         let end = RunEnd {
-            verdict: system.verdict(&run.exit, until, state),
+            verdict: verdict(
+                &**system,
+                &run.exit,
+                until,
+                [state.as_deref(), chains.as_deref()],
+            ),
             sim_time: until,
             wall_time: Duration::ZERO,
-            state: state.unwrap_or_default().to_vec(),
+            state: state.unwrap_or_default(),
+            chains: chains.unwrap_or_default(),
             cost: None,
         };
         let steps = states.map_or(0, Rows::len) as u64;

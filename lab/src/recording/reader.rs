@@ -8,6 +8,7 @@ use std::{
 
 use ratelab::{
     file::{self, FileError},
+    graph_file::GraphFile,
     runtime::{Fields, Message, Rows, TickRecord, Time, telemetry::Event},
     system::System,
 };
@@ -201,7 +202,19 @@ impl Recording {
 
     /// Whether it is a recording of `system`.
     pub fn is_of(&self, system: &dyn System) -> bool {
-        self.origin.system == system.name()
+        let Origin {
+            system: name,
+            graph_file,
+            ..
+        } = &self.origin;
+        name == system.name() && graph_file.as_deref() == system.graph_file()
+    }
+
+    /// The system of its graph file, which may have `system` in the middle; `None` without an
+    /// intact one.
+    pub fn graph_system(&self, system: &Arc<dyn System>) -> Option<Arc<dyn System>> {
+        let graph = GraphFile::parse(self.origin.graph_file.as_ref()?).ok()?;
+        Some(Arc::new(graph.system(std::slice::from_ref(system)).ok()?))
     }
 
     /// The system of the recording: `system` if it is the same, or else a placeholder

@@ -8,7 +8,7 @@ use ratelab::{
         ClockExit, Observer, Push, Rows, Time,
         telemetry::{EventKind, ReplayCounters, Status},
     },
-    system::{MeanCost, System},
+    system::{MeanCost, System, verdict},
 };
 
 use super::{reader::Recording, schema::RunStatus};
@@ -48,6 +48,8 @@ pub struct Replay {
     /// push.
     state: Option<usize>,
     latency: Option<usize>,
+    /// The topic with the data ages of chains.
+    chains: Option<usize>,
     /// Whether pushes are derived from states, as in old recordings of a world that waits
     /// for its actuator.
     by_states: bool,
@@ -60,8 +62,10 @@ impl Replay {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
         let (topics, nodes) = (&topology.topics, &topology.nodes);
-        let state = system.state();
-        let state = topics.iter().position(|topic| Some(&*topic.name) == state);
+        let [state, chains] = [system.state(), system.chains()].map(|name| {
+            let mut topics = topics.iter();
+            topics.position(|topic| Some(&*topic.name) == name)
+        });
         let makes = |node: &usize| state.is_some_and(|s| topics[s].publishers.contains(node));
         let latency = system.latency();
         let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
@@ -76,6 +80,7 @@ impl Replay {
             handed_out: vec![0; topics.len()],
             state,
             latency,
+            chains,
             recording,
             system,
         }
@@ -259,8 +264,9 @@ impl Replay {
                 (verdict, end.sim_time, end.wall_time)
             }
             _ => {
-                let state = Some(self.newest_state()).filter(|state| !state.is_empty());
-                let verdict = self.system.verdict(&ClockExit::Stopped, at, state);
+                let newest = [self.newest(self.state), self.newest(self.chains)];
+                let newest = newest.map(|row| (!row.is_empty()).then_some(row));
+                let verdict = verdict(&*self.system, &ClockExit::Stopped, at, newest);
                 (verdict, at, Duration::from_nanos(at.as_nanos()))
             }
         };
@@ -268,7 +274,8 @@ impl Replay {
             verdict,
             sim_time,
             wall_time,
-            state: self.newest_state().to_vec(),
+            state: self.newest(self.state).to_vec(),
+            chains: self.newest(self.chains).to_vec(),
             cost: self.cost(sim_time),
         };
         Summary::observed(&*self.system, self.config(), end, &self.observer())
@@ -290,9 +297,9 @@ impl Replay {
         outcome.map(|outcome| &outcome.end)
     }
 
-    /// The newest replayed state; empty if there is none.
-    fn newest_state(&self) -> &[f64] {
-        let newest = self.state.and_then(|topic| {
+    /// The newest replayed message of `topic`; empty if there is none.
+    fn newest(&self, topic: Option<usize>) -> &[f64] {
+        let newest = topic.and_then(|topic| {
             let newest = self.replayed[topic].checked_sub(1)?;
             Some(self.recording.topics[topic].row(newest))
         });

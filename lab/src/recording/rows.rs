@@ -131,12 +131,17 @@ pub fn pieces(chunk: &Chunk) -> Vec<Option<LogPiece>> {
 
 /// The JSON in the rows of `chunk`; `None` for an invalid row.
 pub fn json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
-    let texts = texts(chunk).into_iter();
-    texts.map(|text| {
-        let mut value = serde_json::from_str(&text?).ok()?;
+    raw_json(chunk).map(|value| {
+        let mut value = value?;
         make_printable(&mut value);
         Some(value)
     })
+}
+
+/// The same with all characters.
+pub fn raw_json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
+    let texts = texts(chunk).into_iter();
+    texts.map(|text| serde_json::from_str(&text?).ok())
 }
 
 /// The texts in the rows of `chunk`, if it has any; `None` for a damaged cell.

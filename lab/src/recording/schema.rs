@@ -123,6 +123,9 @@ pub struct Origin {
     pub platform: String,
     /// Name of the system.
     pub system: String,
+    /// The text of its graph file, if it has one; see [`System::graph_file`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub graph_file: Option<String>,
     /// The configuration at the start.
     #[serde(with = "ConfigRecord")]
     pub config: Config,
@@ -184,6 +187,7 @@ impl Origin {
             engine: system.engine(),
             platform: platform(),
             system: system.name().to_owned(),
+            graph_file: system.graph_file().map(str::to_owned),
             config,
             topology,
             processes: Vec::new(),

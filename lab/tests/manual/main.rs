@@ -115,6 +115,7 @@ manual! {
     install: "docs/install.md",
     recordings: "docs/recordings.md",
     docs_policies: "docs/policies.md",
+    graphs: "docs/graphs.md",
     your_own: "docs/your-own.md",
     hunt: "docs/hunt.md",
     theory: "docs/theory.md",

@@ -45,11 +45,12 @@ const PROGRAMS: [&str; 10] = [
 ];
 
 /// Folders that commands on the pages read, without their subfolders.
-const FOLDERS: [&str; 6] = [
+const FOLDERS: [&str; 7] = [
     "docs",
     "docs/own-crate",
     "docs/own-crate/.cargo",
     "examples",
+    "graphs",
     "policies",
     "tests/fixtures/policies",
 ];

@@ -56,6 +56,14 @@ impl Part {
         printed
     }
 
+    /// Waits for the end of the plant's process: the pole stayed up, and all actions came.
+    pub fn balanced(self) {
+        let printed = self.printed();
+        assert!(printed.contains("BALANCED"), "{printed}");
+        let wire = "/action from policy: 0 lost on the way, 0 refused";
+        assert!(printed.contains(wire), "{printed}");
+    }
+
     /// Interrupts it, as Ctrl-C does, and waits for its end.
     pub fn interrupted(mut self) {
         self.signal("-INT");
@@ -76,6 +84,25 @@ impl Drop for Part {
         let _ = self.child.wait();
     }
 }
+
+/// A process that ends with the test.
+pub struct Ended(Child);
+
+impl Ended {
+    pub fn start(command: &mut Command) -> Self {
+        Self(command.spawn().expect("it starts"))
+    }
+}
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The policy in Python, which speaks to the plant as a ROS node does.
+pub const ROS_POLICY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/ros2/policy.py");
 
 /// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.
 pub fn python() -> Result<PathBuf, &'static str> {

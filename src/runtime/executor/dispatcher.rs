@@ -19,7 +19,7 @@ use crate::runtime::{
 pub(crate) struct Dispatcher {
     agenda: Agenda,
     arrivals: Arc<Arrivals>,
-    executors: Vec<Placed>,
+    executors: Vec<ExecutorState>,
     /// The run time since which executors have something to look at.
     noticed: Time,
     /// The executor and number of each node that has one, by its index.
@@ -29,7 +29,7 @@ pub(crate) struct Dispatcher {
 }
 
 /// An executor of a graph.
-struct Placed {
+struct ExecutorState {
     queue: Box<dyn CallbackQueue>,
     /// Whether something has changed since its last look.
     attentive: bool,
@@ -57,7 +57,7 @@ impl Dispatcher {
             self.of[*node] = Some((executor, member));
         }
         let attentive = false;
-        self.executors.push(Placed { queue, attentive });
+        self.executors.push(ExecutorState { queue, attentive });
         Placement::Executor(executor)
     }
 

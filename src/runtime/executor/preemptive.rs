@@ -30,7 +30,7 @@ pub(super) enum Urgency {
 
 /// The place of a job in the order of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Key {
+struct JobKey {
     /// Priority, or deadline (ns).
     urgency: u64,
     released: Time,
@@ -40,7 +40,7 @@ struct Key {
 /// A job that has begun.
 #[derive(Clone, Copy, Debug)]
 struct Job {
-    key: Key,
+    key: JobKey,
     /// Time on a core that it still needs from `since` on.
     remaining: Duration,
     /// The run time since which it is on a core, and its planned end.
@@ -58,7 +58,7 @@ struct Task {
     released: VecDeque<(Time, Time)>,
     job: Option<Job>,
     /// The place of its first job, if it has one.
-    key: Option<Key>,
+    key: Option<JobKey>,
 }
 
 /// The nodes of a preemptive executor.
@@ -68,7 +68,7 @@ pub(super) struct Preemptive {
     cores: usize,
     tasks: Vec<Task>,
     /// The first job of each node that has one.
-    first: BTreeSet<Key>,
+    first: BTreeSet<JobKey>,
 }
 
 impl Preemptive {
@@ -106,7 +106,7 @@ impl Preemptive {
                 Urgency::Priority => node.entry.priority.into(),
                 Urgency::Deadline => deadline.as_nanos(),
             };
-            Some(Key {
+            Some(JobKey {
                 urgency,
                 released,
                 member,
@@ -116,7 +116,7 @@ impl Preemptive {
         self.set_key(member, key);
     }
 
-    fn set_key(&mut self, member: usize, key: Option<Key>) {
+    fn set_key(&mut self, member: usize, key: Option<JobKey>) {
         let before = std::mem::replace(&mut self.tasks[member].key, key);
         if before != key {
             before.map(|before| self.first.remove(&before));

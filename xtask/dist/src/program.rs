@@ -15,6 +15,9 @@ use crate::{Error, Machine, glibc, machine::said, platform::MACOS};
 /// N of 2.N: RHEL 8, Debian 10 and later.
 const GLIBC: u32 = 28;
 
+/// The program of the packages: with runs in several processes, without TLS.
+pub(crate) const PACKAGE: [&str; 4] = ["--package", "ratelab-lab", "--features", "network"];
+
 /// The linker of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Linker {
@@ -78,7 +81,8 @@ fn build(machine: &Machine, linker: Linker, folder: &PathBuf) -> Command {
     let mut command = Command::new(cargo);
     command
         .args([build, "--profile", "dist", "--locked"])
-        .args(["--package", "ratelab-lab", "--target", &target])
+        .args(PACKAGE)
+        .args(["--target", &target])
         .arg("--target-dir")
         .arg(folder)
         .current_dir(&machine.root)

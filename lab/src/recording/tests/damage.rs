@@ -74,7 +74,7 @@ fn damaged_files_come_to_nothing_worse_than_a_message() {
     let whole = fs::read(recording(&folder).path).expect("read");
     let path = folder.path().join("damaged.rrd");
     let mut refused = 0;
-    for _ in 0..cases(400) {
+    for _ in 0..cases(150) {
         let mut bytes = whole.clone();
         match dice.below(5) {
             0 => bytes.truncate(dice.below(whole.len())),
@@ -101,9 +101,9 @@ fn damaged_files_come_to_nothing_worse_than_a_message() {
         refused += usize::from(use_it(&path, &bytes).is_err());
     }
     // Most are refused, and some damage is where nothing is read.
-    let least = cases(400) / 10;
+    let least = cases(150) / 10;
     assert!(
-        (least..cases(400)).contains(&refused),
+        (least..cases(150)).contains(&refused),
         "{refused} were refused"
     );
 }

@@ -95,7 +95,7 @@ fn midway(config: Config) {
     commands.send(Command::Stop).expect("alive");
     run.join().expect("no panic").expect("no fault");
     let recording = read(&path);
-    assert!(recording.is_whole());
+    assert!(recording.is_whole(), "{:?}", recording.defect());
     assert!(
         recording.topics[0].heads()[0].seq > 0,
         "it began at the start"

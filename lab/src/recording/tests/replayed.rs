@@ -45,7 +45,7 @@ fn figures(snapshot: &Snapshot) -> String {
 #[test]
 fn a_run_told_again_shows_the_figures_that_the_run_showed() {
     let (folder, mut dice) = (folder(), Dice(3));
-    for number in 0..cases(8) {
+    for number in 0..cases(3) {
         let config = Config {
             knobs: CartPole::KNOBS.parse_list(&dice.knobs(3)).expect("knobs"),
             ..dice.config()

@@ -42,7 +42,7 @@ fn kept(rows: &Rows, keep: impl Fn(&Head) -> bool) -> Rows {
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
     let (folder, mut dice) = (folder(), Dice(1));
-    for number in 0..cases(20) {
+    for number in 0..cases(10) {
         let path = folder.path().join(format!("{number}.rrd"));
         let config = dice.config();
         let (outcome, _) = record(&config, &path);

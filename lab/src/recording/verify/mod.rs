@@ -14,7 +14,7 @@ mod topology;
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{
-    runtime::{LogError, Rows, Time},
+    runtime::{LogError, Rows, Time, telemetry::Topology},
     system::{BuildError, System},
 };
 use thiserror::Error;
@@ -46,12 +46,24 @@ pub enum VerifyError {
         /// That of this program.
         known: &'static str,
     },
-    /// Messages came from other processes, when the network brought them.
+    /// Others than its nodes wrote to its topics.
     #[error(
-        "this run was in several processes ({0}), and its messages arrived when the network \
-         delivered them: the same run does not come twice, so there is nothing to verify"
+        "this is one process of a run in several ({process}), and the network wrote to {topics} \
+         between the reads of its nodes: the log of its threads has no order for that, so it \
+         cannot be executed again"
     )]
-    Processes(String),
+    OneProcess {
+        /// The process.
+        process: String,
+        /// The topics that others publish and its nodes read.
+        topics: String,
+    },
+    /// It has what several processes sent, and the log of none.
+    #[error(
+        "this run was in several processes ({0}), and is recorded as a dashboard saw it, without \
+         the log of any thread: it cannot be executed again"
+    )]
+    SeveralProcesses(String),
     /// The order of what happened is not in the recording.
     #[error(
         "this run was {0} under the real clock, and its recording lacks the order in which its \
@@ -176,7 +188,7 @@ pub fn verify(
 }
 
 /// Only the program with its system can execute a run again; nobody can, where the network
-/// decided in which order messages arrived from other processes.
+/// decided when messages of other processes came.
 fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(), VerifyError> {
     if !recording.is_of(&**system) {
         return Err(VerifyError::OtherSystem {
@@ -184,12 +196,29 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
             known: system.name(),
         });
     }
-    let processes = recording.origin.processes.iter();
-    let processes: Vec<String> = processes.map(ToString::to_string).collect();
-    match processes.is_empty() {
-        true => Ok(()),
-        false => Err(VerifyError::Processes(processes.join("; "))),
+    match (&*recording.origin.processes, &recording.threads) {
+        ([], _) => Ok(()),
+        ([process], Some(_)) => Err(VerifyError::OneProcess {
+            process: process.to_string(),
+            topics: from_others(&recording.origin.topology, &process.nodes).join(", "),
+        }),
+        (processes, _) => {
+            let processes: Vec<_> = processes.iter().map(ToString::to_string).collect();
+            Err(VerifyError::SeveralProcesses(processes.join("; ")))
+        }
     }
+}
+
+/// The topics that a process with the nodes `here` reads, and others publish.
+fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
+    let is_here = |node: &usize| {
+        let node = graph.nodes.get(*node);
+        node.is_some_and(|node| here.contains(&node.name))
+    };
+    let topics = graph.topics.iter();
+    let topics = topics.filter(|topic| topic.readers.iter().any(is_here));
+    let topics = topics.filter(|topic| !topic.publishers.iter().all(is_here));
+    topics.map(|topic| &*topic.name).collect()
 }
 
 /// A run leaves ticks, and states if its system has such: a recording without them

@@ -12,7 +12,7 @@ use std::{
 use cargo_metadata::{Metadata, MetadataCommand, Package};
 
 use super::standard;
-use crate::{Error, Machine, machine::said, share::names};
+use crate::{Error, Machine, machine::said, program::PACKAGE, share::names};
 
 /// Depth of the search below a crate's folder: some crates contain C libraries with
 /// licences of their own.
@@ -121,7 +121,8 @@ fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
 fn tree(machine: &Machine) -> Option<String> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut tree = Command::new(cargo);
-    tree.args(["tree", "--locked", "--package", "ratelab-lab"])
+    tree.args(["tree", "--locked"])
+        .args(PACKAGE)
         .args(["--target", &machine.target, "--prefix", "none"])
         .args(["--edges", "normal,no-proc-macro"])
         .current_dir(&machine.root);

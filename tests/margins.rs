@@ -808,7 +808,7 @@ fn table() -> Vec<String> {
 
 #[test]
 fn the_figures_of_the_page_match_the_theory() {
-    let page = include_str!("../../docs/theory.md");
+    let page = include_str!("../docs/theory.md");
     let table = table().join("\n");
     assert!(page.contains(&table), "docs/theory.md should have\n{table}");
 }

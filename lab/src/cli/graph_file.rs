@@ -1,0 +1,88 @@
+//! The graph file on the command line: the first argument, or the one behind the name of a
+//! command. It is taken out before the rest is parsed, because it decides on the options.
+
+use std::{
+    ffi::{OsStr, OsString},
+    path::{Path, PathBuf},
+};
+
+use clap::{Arg, Command, ValueHint};
+
+/// The ending of graph files.
+const ENDING: &str = "toml";
+
+/// The commands that run a graph.
+const COMMANDS: [&str; 5] = ["lab", "run", "sweep", "hunt", "picture"];
+
+/// The graph file in `args`, if there is one, and the other arguments.
+pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<OsString>) {
+    let mut args: Vec<OsString> = args.into_iter().collect();
+    let is_command = |arg: &OsString| COMMANDS.iter().any(|command| arg == OsStr::new(command));
+    let place = match args.get(1).is_some_and(is_command) {
+        true => 2,
+        false => 1,
+    };
+    let file = args.get(place).is_some_and(|arg| is_graph_file(arg));
+    let file = file.then(|| args.remove(place).into());
+    (file, args)
+}
+
+/// Whether `arg` names a graph file.
+pub fn is_graph_file(arg: &OsStr) -> bool {
+    Path::new(arg).extension() == Some(OsStr::new(ENDING))
+        && !arg.to_string_lossy().starts_with('-')
+}
+
+/// Adds the graph file to the help of `command`, if it runs a graph.
+pub fn describe(command: Command) -> Command {
+    // The other argument of a picture is a recording.
+    let name = command.get_name();
+    if name == "picture" || !COMMANDS.contains(&name) {
+        return command;
+    }
+    let graph = Arg::new("graph_file")
+        .value_name("GRAPH")
+        .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
+        .value_hint(ValueHint::FilePath)
+        .value_parser(misplaced);
+    command.arg(graph)
+}
+
+/// Refuses a graph file at another place.
+fn misplaced(text: &str) -> Result<PathBuf, String> {
+    Err(match is_graph_file(OsStr::new(text)) {
+        true => "the graph file stands first, or right behind the command".to_owned(),
+        false => format!("expected a graph file, which ends in .{ENDING}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_graph_file_is_the_first_argument_or_that_behind_a_command_that_runs_a_graph() {
+        for (line, file, rest) in [
+            ("ratelab g.toml", Some("g.toml"), "ratelab"),
+            (
+                "ratelab run g.toml --json",
+                Some("g.toml"),
+                "ratelab run --json",
+            ),
+            (
+                "ratelab g.toml run --json",
+                Some("g.toml"),
+                "ratelab run --json",
+            ),
+            ("ratelab run --out g.toml", None, "ratelab run --out g.toml"),
+            ("ratelab grade g.toml", None, "ratelab grade g.toml"),
+            ("ratelab new g.toml", None, "ratelab new g.toml"),
+            ("ratelab --x.toml", None, "ratelab --x.toml"),
+            ("ratelab", None, "ratelab"),
+        ] {
+            let (found, others) = take(line.split(' ').map(OsString::from));
+            let rest: Vec<OsString> = rest.split(' ').map(OsString::from).collect();
+            assert_eq!((found, others), (file.map(PathBuf::from), rest), "{line}");
+        }
+    }
+}

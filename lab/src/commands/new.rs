@@ -1,0 +1,40 @@
+//! `ratelab new`: an example of a graph file, and the schema of such files.
+
+use std::{fs::OpenOptions, io::Write, path::Path};
+
+use crate::{
+    cli::{NewArgs, is_graph_file},
+    error::Error,
+    graph_schema::schema,
+    output::{print_line, write_error},
+    program,
+};
+
+/// The example: a graph that misses its limit.
+const EXAMPLE: &str = include_str!("../../../graphs/robot.toml");
+
+/// Writes the example, or prints the schema.
+pub fn new(args: &NewArgs) -> Result<(), Error> {
+    match &args.file {
+        Some(file) => write(file),
+        None => print_line(&format!("{:#}", schema())),
+    }
+}
+
+fn write(path: &Path) -> Result<(), Error> {
+    let file = path.display();
+    if !is_graph_file(path.as_os_str()) {
+        let why = format!("new {file}: a graph file ends in .toml: choose another name");
+        return Err(Error::BadInput(why));
+    }
+    if path.exists() {
+        let why = format!("new {file}: there is such a file: choose another name");
+        return Err(Error::BadInput(why));
+    }
+    let created = OpenOptions::new().write(true).create_new(true).open(path);
+    let mut created = created.map_err(|why| Error::unwritable("new", path, &why))?;
+    let written = created.write_all(EXAMPLE.as_bytes());
+    written.map_err(|why| write_error(path, why))?;
+    let program = program::name();
+    print_line(&format!("{file}: {program} {file} opens the lab on it"))
+}

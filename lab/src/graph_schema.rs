@@ -1,0 +1,118 @@
+//! The JSON Schema of graph files, from their table of keys.
+
+use ratelab::{
+    graph_file::format::{FileSection, Form, Key, SECTIONS},
+    runtime::{Depth, Hz, KnobKind},
+};
+use serde_json::{Map, Value, json};
+
+/// The schema.
+pub fn schema() -> Value {
+    let [top, sections @ ..] = &SECTIONS;
+    let mut schema = object(top);
+    for section in sections {
+        schema["properties"][section.name] = match section.named {
+            true => json!({ "type": "object", "additionalProperties": object(section) }),
+            false => object(section),
+        };
+    }
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("Graph file of ratelab");
+    schema
+}
+
+/// A section as an object.
+fn object(section: &FileSection) -> Value {
+    let keys = section.keys.iter();
+    let properties: Map<String, Value> = keys
+        .map(|key| (key.name.to_owned(), property(key)))
+        .collect();
+    let required = section.keys.iter().filter(|key| key.required);
+    let required: Vec<&str> = required.map(|key| key.name).collect();
+    json!({
+        "type": "object",
+        "description": section.help,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn property(key: &Key) -> Value {
+    let mut property = values(key.form);
+    property["description"] = json!(key.help);
+    property
+}
+
+/// The values of a form.
+fn values(form: Form) -> Value {
+    let texts = json!({ "type": "array", "items": { "type": "string" } });
+    match form {
+        Form::Name => json!({ "type": "string" }),
+        Form::Knob(KnobKind::Rate) => {
+            json!({ "type": "number", "minimum": Hz::MIN.get(), "maximum": Hz::MAX.get() })
+        }
+        Form::Knob(KnobKind::Depth) => {
+            json!({ "type": "integer", "minimum": 1, "maximum": Depth::MAX.get() })
+        }
+        Form::Knob(KnobKind::Read) => json!({ "enum": ["newest", "oldest"] }),
+        Form::Knob(KnobKind::Link) => json!({ "type": "string" }),
+        Form::Knob(_) => json!({ "type": ["number", "string"] }),
+        Form::Topics | Form::Path => texts,
+        Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
+        Form::Remap => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE: &str = include_str!("../../docs/graphs.md");
+
+    /// The keys of all sections as a table in Markdown.
+    fn table() -> String {
+        let mut rows = vec![
+            "| section | key | what it is |".to_owned(),
+            "|---|---|---|".to_owned(),
+        ];
+        for section in &SECTIONS {
+            let heading = match (section.name, section.named) {
+                ("", _) => String::new(),
+                (name, true) => format!("`[{name}.NAME]`"),
+                (name, false) => format!("`[{name}]`"),
+            };
+            for key in section.keys {
+                let must = if key.required { ", required" } else { "" };
+                rows.push(format!(
+                    "| {heading} | `{}` | {}{must} |",
+                    key.name, key.help
+                ));
+            }
+        }
+        rows.join("\n")
+    }
+
+    #[test]
+    fn the_page_has_the_table_of_keys() {
+        let table = table();
+        assert!(PAGE.contains(&table), "docs/graphs.md lacks:\n{table}");
+    }
+
+    #[test]
+    fn the_schema_has_every_key_and_section() {
+        let schema = schema();
+        for section in &SECTIONS[1..] {
+            let section_schema = &schema["properties"][section.name];
+            let object = match section.named {
+                true => &section_schema["additionalProperties"],
+                false => section_schema,
+            };
+            for key in section.keys {
+                assert_eq!(object["properties"][key.name]["description"], key.help);
+            }
+            assert_eq!(object["additionalProperties"], false);
+        }
+        assert_eq!(schema["required"][0], "name");
+    }
+}

@@ -1,0 +1,343 @@
+//! The run of other processes, put together from what each of them reports.
+//!
+//! Like a replay: ticks, messages and events go into counters in the order of their run
+//! times, which are those of the process that listens. They come from several processes, so
+//! each waits a moment for those before it.
+
+mod processes;
+mod shown;
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use ratelab::{
+    experiment::{Config, Experiment, Taps},
+    runtime::{
+        ClockExit, TickRecord, Time,
+        telemetry::{Event, Topology},
+    },
+    system::System,
+};
+use ratelab_wire::{
+    Answer, Follower,
+    clock::{self, Nanos},
+    telemetry::{Batch, Info, Message},
+};
+
+use self::processes::Processes;
+use super::{gathered::GatheredRun, recordings::Recordings, relay::Relay};
+use crate::recording::{Source, StopReason, schema::Origin};
+
+/// How long an item waits for earlier ones of other processes.
+const HOLD: Duration = Duration::from_millis(150);
+
+/// The most items that wait.
+const MOST_PENDING: usize = 100_000;
+
+/// The most reports that wait for their process to be known: seconds.
+const MOST_EARLY: usize = 256;
+
+/// A run of other processes.
+pub struct RemoteRun {
+    follower: Follower,
+    system: Arc<dyn System>,
+    processes: Processes,
+    /// Reports of processes that are not known yet.
+    early: Vec<(u64, Batch)>,
+    gathered: GatheredRun,
+    /// The topics of the system.
+    known: Taps,
+    recordings: Arc<Mutex<Recordings>>,
+    pending: BTreeMap<(Time, u64), Item>,
+    items: u64,
+    /// When messages arrived, by topic, sender and number.
+    arrivals: HashMap<(usize, u64, u64), Time>,
+    /// The run time from which on all processes report.
+    complete: Option<Time>,
+    lost_batches: u64,
+    began: Instant,
+    answers: (Sender<Answer>, Receiver<Answer>),
+}
+
+/// Something that happened.
+enum Item {
+    Event(Event),
+    Tick(u64, usize, TickRecord),
+    Message(u64, Message),
+}
+
+impl RemoteRun {
+    /// Follows the run that `follower` is connected to. `experiment` has its graph until
+    /// the processes send theirs.
+    pub fn new(
+        follower: Follower,
+        experiment: &Experiment,
+        recordings: Arc<Mutex<Recordings>>,
+    ) -> Self {
+        let (system, known) = (experiment.system(), experiment.taps());
+        let (config, graph) = (experiment.config(), experiment.observer().topology());
+        Self {
+            follower,
+            system: system.clone(),
+            processes: Processes::default(),
+            early: Vec::new(),
+            gathered: gathered(system, config, &graph, &known),
+            known,
+            recordings,
+            pending: BTreeMap::new(),
+            items: 0,
+            arrivals: HashMap::new(),
+            complete: None,
+            lost_batches: 0,
+            began: Instant::now(),
+            answers: unbounded(),
+        }
+    }
+
+    /// Notes who is there; returns whether another run began.
+    fn meet(&mut self) -> bool {
+        let mut infos = self.follower.processes();
+        infos.retain(|info| self.follower.estimate(info.clock).is_some());
+        // The others' times are those of its run.
+        infos.sort_by_key(|info| !info.is_hub);
+        let mut new_run = false;
+        for info in infos {
+            let old = self.processes.hub().map(|hub| hub.incarnation);
+            if info.is_hub && old != Some(info.incarnation) {
+                self.begin(&info);
+                new_run = true;
+            }
+            if !self.processes.know(info.incarnation) {
+                let new = info.incarnation;
+                self.add(info);
+                let reports = self.early.extract_if(.., |(from, _)| *from == new);
+                let reports: Vec<_> = reports.collect();
+                reports
+                    .into_iter()
+                    .for_each(|(from, batch)| self.take(from, batch));
+            }
+        }
+        new_run
+    }
+
+    /// Adds a process with its events so far.
+    fn add(&mut self, mut info: Info) {
+        let (from, zero) = (info.incarnation, info.zero);
+        let events = std::mem::take(&mut info.events);
+        self.processes.add(info);
+        if let Some((shift, _)) = zero.and_then(|zero| self.shift(from, zero)) {
+            self.take_events(from, 0, &events, shift);
+        }
+    }
+
+    /// Begins the picture of another run.
+    fn begin(&mut self, hub: &Info) {
+        self.complete_last();
+        self.gathered = gathered(&self.system, &hub.config, &hub.topology, &self.known);
+        self.processes.begin(hub);
+        self.pending.clear();
+        self.arrivals.clear();
+        self.complete = None;
+        self.began = Instant::now();
+    }
+
+    /// Adds what still waits of the last run, and ends its recording.
+    fn complete_last(&mut self) {
+        if self.processes.hub().is_none() {
+            return;
+        }
+        self.gather_until(Time::MAX);
+        let end = self.gathered.end();
+        let seen = match &end {
+            StopReason::Run(summary) => ((**summary).clone(), true),
+            _ => (self.gathered.summary(&ClockExit::Stopped), false),
+        };
+        let mut recordings = self.recordings();
+        recordings.last = Some(seen);
+        recordings.end(end);
+    }
+
+    fn recordings(&self) -> MutexGuard<'_, Recordings> {
+        self.recordings
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The run for a recorder.
+    fn source(&self) -> Source {
+        let (system, gathered) = (self.system.clone(), &self.gathered);
+        let (config, topology) = (gathered.config.clone(), gathered.topology.clone());
+        let mut origin = Origin::new(&*system, config, topology);
+        origin.processes = self.processes.records();
+        Source {
+            system,
+            origin,
+            start: gathered.start.clone(),
+            observer: gathered.observer.clone(),
+            taps: gathered.relay.clone(),
+            viewer: None,
+        }
+    }
+
+    /// Takes the reports that have come.
+    fn hear(&mut self) {
+        let batches: Vec<(u64, Batch)> = self.follower.batches().collect();
+        for (from, batch) in batches {
+            if self.processes.know(from) {
+                self.take(from, batch);
+            } else if self.early.len() < MOST_EARLY {
+                self.early.push((from, batch));
+            }
+        }
+    }
+
+    fn take(&mut self, from: u64, batch: Batch) {
+        self.processes.note_zero(from, batch.zero);
+        let Some((shift, bound)) = self.shift(from, batch.zero) else {
+            return;
+        };
+        self.lost_batches += self.processes.report(from, &batch, bound);
+        self.take_events(from, batch.first_event, &batch.events, shift);
+        let time = |time| shifted(time, shift);
+        for (node, tick) in batch.ticks {
+            let tick = tick.record(time);
+            self.hold(tick.at, Item::Tick(from, node, tick));
+        }
+        for message in batch.sent {
+            let (at, origin) = (time(message.at), message.origin.map(time));
+            let message = Message {
+                at,
+                origin,
+                ..message
+            };
+            self.hold(at, Item::Message(from, message));
+        }
+        for arrival in batch.arrived {
+            let key = (arrival.topic, arrival.incarnation, arrival.seq);
+            self.arrivals.insert(key, time(arrival.at));
+        }
+    }
+
+    /// What is to be added to run times of a process (ns), and the greatest error of that;
+    /// `None` while unknown.
+    fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
+        let clocks = |clock| self.follower.estimate(clock);
+        self.processes.shift(from, zero, &clocks)
+    }
+
+    /// Takes the events that are new, and to be shown.
+    fn take_events(&mut self, from: u64, first: usize, events: &[Event], shift: Nanos) {
+        for event in self.processes.new_events(from, first, events) {
+            let at = shifted(event.at, shift);
+            let what = event.what.clone();
+            self.hold(at, Item::Event(Event { at, what }));
+        }
+    }
+
+    fn hold(&mut self, at: Time, item: Item) {
+        if self.pending.len() < MOST_PENDING {
+            self.items += 1;
+            self.pending.insert((at, self.items), item);
+        }
+    }
+
+    /// The run time now, less what is held back; `None` before the run.
+    fn ripe(&self) -> Option<Time> {
+        let clocks = |clock| self.follower.estimate(clock);
+        let (zero, _) = self.processes.zero(&clocks)?;
+        let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
+        let passed = clock::now() - zero - hold;
+        Some(Time::from_nanos(u64::try_from(passed).unwrap_or(0)))
+    }
+
+    /// Puts everything together that happened before the moment that is shown.
+    fn advance(&mut self) {
+        let Some(ripe) = self.ripe() else {
+            return;
+        };
+        let mut nodes = self.gathered.topology.nodes.iter();
+        if self.complete.is_none() && nodes.all(|node| self.processes.have_heard(&node.name)) {
+            self.complete = Some(ripe + HOLD);
+        }
+        self.gather_until(ripe);
+        if !self.processes.lack_hub() {
+            self.gathered.set_now(ripe);
+        }
+        self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
+    }
+
+    /// Puts together what happened before run time `until`.
+    fn gather_until(&mut self, until: Time) {
+        let later = self.pending.split_off(&(until, 0));
+        let due = std::mem::replace(&mut self.pending, later);
+        if !due.is_empty() && self.recordings().is_waiting() {
+            let source = self.source();
+            self.recordings().begin_of_run(source);
+        }
+        for item in due.into_values() {
+            match item {
+                Item::Event(event) => self.gathered.event(&event),
+                Item::Tick(from, node, tick) => self.gathered.tick(from, node, tick),
+                Item::Message(from, message) => {
+                    let arrives = self.arrives(from, &message);
+                    let dropped = self.processes.dropped(message.topic);
+                    self.gathered.message(from, message, arrives, dropped);
+                }
+            }
+        }
+        self.gathered.settle();
+    }
+
+    /// When a message reached its reader; `None` if it did not. Within a process it is at
+    /// once.
+    fn arrives(&mut self, from: u64, message: &Message) -> Option<Time> {
+        let topic = self.gathered.topology.topics.get(message.topic)?;
+        let mut readers = topic.readers.iter();
+        let near = |node: &usize| {
+            let node = self.gathered.topology.nodes.get(*node);
+            node.is_none_or(|node| self.processes.runs(from, &node.name))
+        };
+        if readers.all(near) {
+            return Some(message.at);
+        }
+        let arrived = self.arrivals.remove(&(message.topic, from, message.seq));
+        match arrived {
+            Some(arrived) => Some(arrived.max(message.at)),
+            // Its arrival was reported to nobody.
+            None if self.complete.is_none_or(|since| message.at < since) => Some(message.at),
+            None => None,
+        }
+    }
+}
+
+impl Drop for RemoteRun {
+    fn drop(&mut self) {
+        self.complete_last();
+    }
+}
+
+/// The beginning of a run with this configuration and graph.
+fn gathered(
+    system: &Arc<dyn System>,
+    config: &Config,
+    graph: &Topology,
+    known: &Taps,
+) -> GatheredRun {
+    let fields = |name: &str| {
+        let mut topics = known.topics().iter();
+        let topic = topics.find(|topic| topic.name() == name)?;
+        Some(topic.fields())
+    };
+    let relay = Relay::new(graph, fields);
+    GatheredRun::new(system, config.clone(), graph.clone(), relay)
+}
+
+/// Run time `time`, `shift` ns later.
+fn shifted(time: Time, shift: Nanos) -> Time {
+    let at = i128::from(time.as_nanos()) + i128::from(shift);
+    Time::from_nanos(u64::try_from(at.max(0)).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,373 @@
+//! The processes of a run: what runs where, by which clock, and whether it still reports.
+
+use std::{
+    collections::HashMap,
+    time::{Duration, Instant},
+};
+
+use ratelab::runtime::{
+    Command,
+    telemetry::{Event, EventKind},
+};
+use ratelab_wire::{
+    clock::{ClockId, Nanos},
+    offset::Estimate,
+    telemetry::{Batch, Counts, Info},
+};
+
+use crate::{dashboard::Place, recording::ProcessRecord};
+
+/// Time without a report after which a process counts as gone.
+const GONE: Duration = Duration::from_millis(500);
+
+/// All processes that were there, without those that were replaced.
+#[derive(Default)]
+pub struct Processes {
+    /// The one that listens, and how its run began.
+    hub: Option<Info>,
+    all: HashMap<u64, Process>,
+    /// Messages lost unread in processes that were replaced, by topic.
+    dropped_before: HashMap<usize, u64>,
+}
+
+/// A process and its reports.
+struct Process {
+    info: Info,
+    /// Number of its last report.
+    batch: u64,
+    heard: Instant,
+    counts: Vec<Counts>,
+    /// Greatest error of its times in the run time of the one that listens; `None` while
+    /// unknown.
+    bound: Option<Nanos>,
+    /// Number of its events so far.
+    events: usize,
+}
+
+impl Process {
+    fn runs(&self, node: &str) -> bool {
+        self.info.nodes.iter().any(|name| name == node)
+    }
+
+    fn is_gone(&self) -> bool {
+        self.heard.elapsed() > GONE
+    }
+}
+
+/// The estimate of a clock, if there is one.
+pub type Clocks<'a> = &'a dyn Fn(ClockId) -> Option<Estimate>;
+
+impl Processes {
+    /// The process that listens.
+    pub fn hub(&self) -> Option<&Info> {
+        self.hub.as_ref()
+    }
+
+    /// Begins another run, that of `hub`.
+    pub fn begin(&mut self, hub: &Info) {
+        self.hub = Some(hub.clone());
+        self.dropped_before.clear();
+    }
+
+    /// Whether a process is known.
+    pub fn know(&self, incarnation: u64) -> bool {
+        self.all.contains_key(&incarnation)
+    }
+
+    /// Adds a process in place of one that ran the same nodes.
+    pub fn add(&mut self, info: Info) {
+        let same = |other: &Process| info.nodes.iter().any(|node| other.runs(node));
+        let replaced = self.all.extract_if(|_, other| same(other));
+        for counts in replaced.flat_map(|(_, process)| process.counts) {
+            *self.dropped_before.entry(counts.topic).or_default() += counts.dropped;
+        }
+        let process = Process {
+            batch: 0,
+            heard: Instant::now(),
+            counts: Vec::new(),
+            bound: None,
+            events: 0,
+            info,
+        };
+        self.all.insert(process.info.incarnation, process);
+    }
+
+    /// Notes a report of process `from`, whose times have at most the error `bound`; returns
+    /// the number of reports missing before it.
+    pub fn report(&mut self, from: u64, batch: &Batch, bound: Nanos) -> u64 {
+        let Some(process) = self.all.get_mut(&from) else {
+            return 0;
+        };
+        let missed = match process.batch {
+            0 => 0,
+            last => batch.number.saturating_sub(last + 1),
+        };
+        process.batch = batch.number;
+        process.heard = Instant::now();
+        process.counts.clone_from(&batch.topics);
+        process.bound = Some(bound);
+        missed
+    }
+
+    /// Notes when the run began in the process that listens, if that is `from`.
+    pub fn note_zero(&mut self, from: u64, zero: Nanos) {
+        let hub = self.hub.as_mut().filter(|hub| hub.incarnation == from);
+        if let Some(hub) = hub {
+            hub.zero.get_or_insert(zero);
+        }
+    }
+
+    /// Run time zero by our clock, with its error; `None` before the run.
+    pub fn zero(&self, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
+        let hub = self.hub.as_ref()?;
+        moment(hub, hub.zero?, clocks)
+    }
+
+    /// What is to be added to run times (ns) of process `from`, whose run began at `zero`, and
+    /// the greatest error of that; `None` while unknown.
+    pub fn shift(&self, from: u64, zero: Nanos, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
+        let (hub, process) = (self.hub.as_ref()?, &self.all.get(&from)?.info);
+        let hub_zero = hub.zero?;
+        if process.clock == hub.clock {
+            return Some((zero - hub_zero, 0));
+        }
+        let (of_hub, error) = moment(hub, hub_zero, clocks)?;
+        let (of_process, more) = moment(process, zero, clocks)?;
+        Some((of_process.saturating_sub(of_hub), error + more))
+    }
+
+    /// Those of the `events` of process `from` that are new, and to be shown: topics are in
+    /// several processes, and one log of each is enough. The first has number `first`.
+    pub fn new_events<'a>(
+        &mut self,
+        from: u64,
+        first: usize,
+        events: &'a [Event],
+    ) -> Vec<&'a Event> {
+        let own = self.hub.as_ref().is_some_and(|hub| hub.incarnation == from);
+        let Some(process) = self.all.get_mut(&from) else {
+            return Vec::new();
+        };
+        let skip = process.events.saturating_sub(first);
+        process.events = process.events.max(first + events.len());
+        let process = &*process;
+        let is_shown = |event: &&Event| own || is_of_node(event, |node| process.runs(node));
+        events.iter().skip(skip).filter(is_shown).collect()
+    }
+
+    /// Messages of a topic lost unread so far, in all processes.
+    pub fn dropped(&self, topic: usize) -> u64 {
+        let counts = self.counts().filter(|counts| counts.topic == topic);
+        let now: u64 = counts.map(|counts| counts.dropped).sum();
+        now + self.dropped_before.get(&topic).unwrap_or(&0)
+    }
+
+    /// Whether process `incarnation` runs `node`.
+    pub fn runs(&self, incarnation: u64, node: &str) -> bool {
+        let process = self.all.get(&incarnation);
+        process.is_none_or(|process| process.runs(node))
+    }
+
+    /// Whether the process of `node` has reported.
+    pub fn have_heard(&self, node: &str) -> bool {
+        self.of(node).is_some_and(|process| process.batch > 0)
+    }
+
+    /// Whether the process that listens is gone.
+    pub fn lack_hub(&self) -> bool {
+        let hub = self.hub.as_ref();
+        let hub = hub.and_then(|hub| self.all.get(&hub.incarnation));
+        hub.is_none_or(Process::is_gone)
+    }
+
+    /// All of them for a recording.
+    pub fn records(&self) -> Vec<ProcessRecord> {
+        let records = self.all.values().map(|process| ProcessRecord {
+            host: process.info.host.clone(),
+            pid: process.info.pid,
+            nodes: process.info.nodes.clone(),
+            error_ns: process.bound.and_then(|bound| u64::try_from(bound).ok()),
+        });
+        let mut records: Vec<_> = records.collect();
+        records.sort_by_key(|process| process.pid);
+        records
+    }
+
+    /// Where `node` runs.
+    pub fn place(&self, node: &str) -> Place {
+        match self.of(node) {
+            None => Place {
+                text: "nowhere".to_owned(),
+                gone: true,
+            },
+            Some(process) => Place {
+                text: format!("{}@{}", process.info.pid, process.info.host),
+                gone: process.is_gone(),
+            },
+        }
+    }
+
+    /// What is wrong, if something is.
+    pub fn trouble(&self) -> Option<String> {
+        if self.hub.is_none() {
+            return Some("waiting for the process that listens".to_owned());
+        }
+        let gone = self.all.values().filter(|process| process.is_gone());
+        let gone = gone.map(|process| {
+            let names = process.info.nodes.join(" and ");
+            (names, process.heard.elapsed().as_secs_f64())
+        });
+        let mut gone: Vec<(String, f64)> = gone.collect();
+        gone.sort_by(|one, other| one.0.cmp(&other.0));
+        if let (Some((_, seconds)), true) = (gone.first(), gone.len() == self.all.len()) {
+            return Some(format!("all nodes gone for {seconds:.1} s"));
+        }
+        let gone = gone.iter();
+        let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
+        let refused: u64 = self.counts().map(|counts| counts.refused).sum();
+        let refused = (refused > 0).then(|| format!("{refused} messages refused"));
+        let trouble: Vec<String> = gone.chain(refused).collect();
+        (!trouble.is_empty()).then(|| trouble.join(", "))
+    }
+
+    /// How exact ages between them are; `None` where they share a clock.
+    pub fn exactness(&self) -> Option<String> {
+        let others = self.all.values().filter(|process| !process.info.is_hub);
+        let bounds: Option<Vec<Nanos>> = others.map(|process| process.bound).collect();
+        let Some(bounds) = bounds else {
+            return Some("ages ?".to_owned());
+        };
+        let worst = bounds.into_iter().max().filter(|bound| *bound > 0)?;
+        Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
+    }
+
+    fn counts(&self) -> impl Iterator<Item = &Counts> {
+        self.all.values().flat_map(|process| &process.counts)
+    }
+
+    /// The process that runs `node`.
+    fn of(&self, node: &str) -> Option<&Process> {
+        self.all.values().find(|process| process.runs(node))
+    }
+}
+
+/// `moment` of the clock of `process` by our clock, with its error.
+fn moment(process: &Info, moment: Nanos, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
+    let estimate = clocks(process.clock)?;
+    Some((estimate.ours(moment), estimate.bound))
+}
+
+/// Whether an event is about a node that is `here`, or about the whole run.
+fn is_of_node(event: &Event, here: impl Fn(&str) -> bool) -> bool {
+    match &event.what {
+        EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => match command {
+            Command::Set(knob) => !knob.kind().is_of_topic() && here(knob.target()),
+            _ => false,
+        },
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+        EventKind::Presence { .. } => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratelab::{
+        experiment::Config,
+        runtime::{Time, telemetry::Topology},
+    };
+
+    /// A process with one node, whose run began at `zero` (ns) of its clock.
+    fn info(incarnation: u64, node: &str, clock: u64, zero: Nanos) -> Info {
+        Info {
+            ratelab: String::new(),
+            incarnation,
+            host: "robot".to_owned(),
+            pid: 1,
+            is_hub: node == "plant",
+            nodes: vec![node.to_owned()],
+            clock: ClockId(clock),
+            zero: Some(zero),
+            config: Config::default(),
+            topology: Topology {
+                nodes: Vec::new(),
+                topics: Vec::new(),
+            },
+            events: Vec::new(),
+        }
+    }
+
+    fn with_hub() -> Processes {
+        let (mut processes, hub) = (Processes::default(), info(1, "plant", 1, 500));
+        processes.begin(&hub);
+        processes.add(hub);
+        processes
+    }
+
+    /// Clock 2 is 1000 ns ahead of ours.
+    fn estimate(clock: ClockId) -> Option<Estimate> {
+        match clock {
+            ClockId(1) => Some(Estimate::SAME),
+            ClockId(2) => Some(Estimate {
+                ahead: 1000,
+                bound: 30,
+            }),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn run_times_of_all_become_those_of_the_process_that_listens() {
+        let mut processes = with_hub();
+        processes.add(info(2, "near", 1, 600));
+        processes.add(info(3, "far", 2, 1600));
+        processes.add(info(4, "unknown", 3, 0));
+        let shift = |from, zero| processes.shift(from, zero, &estimate);
+        assert_eq!(shift(2, 600), Some((100, 0)));
+        assert_eq!(shift(3, 1600), Some((100, 30)));
+        assert_eq!(shift(4, 0), None);
+        assert_eq!(processes.exactness().as_deref(), Some("ages ?"));
+    }
+
+    #[test]
+    fn a_restart_keeps_the_drops_so_far_and_lacks_no_reports() {
+        let mut processes = with_hub();
+        let batch = |number, dropped| Batch {
+            number,
+            topics: vec![Counts {
+                topic: 7,
+                dropped,
+                ..Counts::default()
+            }],
+            ..Batch::default()
+        };
+        processes.add(info(2, "policy", 1, 0));
+        assert_eq!(processes.report(2, &batch(40, 3), 0), 0);
+        assert_eq!(processes.report(2, &batch(43, 5), 0), 2);
+        processes.add(info(3, "policy", 1, 0));
+        assert_eq!(processes.report(3, &batch(1, 1), 0), 0);
+        assert_eq!(processes.dropped(7), 6);
+        assert!(!processes.know(2) && processes.know(3));
+    }
+
+    #[test]
+    fn only_the_process_of_a_node_shows_its_knobs() {
+        let mut processes = with_hub();
+        processes.add(info(2, "policy", 1, 0));
+        let knob = |text: &str| Event {
+            at: Time::ZERO,
+            what: EventKind::Applied {
+                command: Command::Set(text.parse().expect("a knob")),
+                was: None,
+            },
+        };
+        let events = ["rate policy 20", "rate plant 20"].map(knob);
+        let shown = |processes: &mut Processes, from| {
+            let new = processes.new_events(from, 0, &events);
+            new.into_iter().cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(shown(&mut processes, 1), events);
+        assert_eq!(shown(&mut processes, 2), events[..1]);
+        assert_eq!(shown(&mut processes, 2), []);
+    }
+}

@@ -1,0 +1,104 @@
+//! The run of other processes as a dashboard shows it and turns its knobs.
+
+use std::{sync::Arc, thread, time::Duration};
+
+use ratelab::{
+    experiment::{Config, Summary},
+    runtime::{Knob, Observer, telemetry::Lineage},
+    system::System,
+};
+
+use super::RemoteRun;
+use crate::dashboard::{Place, Remote, RunSource, WatchedRows, watched};
+
+impl RunSource for RemoteRun {
+    fn shared_system(&self) -> &Arc<dyn System> {
+        &self.system
+    }
+
+    fn config(&self) -> &Config {
+        &self.gathered.config
+    }
+
+    fn observer(&self) -> &Observer {
+        &self.gathered.observer
+    }
+
+    fn wall_time(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    fn lineage(&mut self) -> &Lineage {
+        self.gathered.lineage()
+    }
+
+    fn known_lineage(&self) -> &Lineage {
+        self.gathered.lineage()
+    }
+
+    fn new_rows(&mut self) -> Vec<WatchedRows> {
+        let new = self.gathered.take_rows();
+        let topics = &self.gathered.topology.topics;
+        let names: Vec<&'static str> = watched(&*self.system).collect();
+        let new = new.into_iter().filter_map(|(topic, rows)| {
+            let name = &topics.get(topic)?.name;
+            let watched = names.iter().find(|watched| *watched == name)?;
+            Some((*watched, rows))
+        });
+        new.collect()
+    }
+
+    fn lost(&self) -> u64 {
+        self.lost_batches
+    }
+
+    fn summary(&self) -> Option<&Summary> {
+        None
+    }
+
+    fn place(&self, node: &str) -> Option<Place> {
+        Some(self.processes.place(node))
+    }
+}
+
+impl Remote for RemoteRun {
+    fn update(&mut self) -> bool {
+        let new = self.meet();
+        self.hear();
+        self.advance();
+        new
+    }
+
+    fn turn(&mut self, knob: Knob) {
+        let (order, answers) = (self.follower.commander(), self.answers.0.clone());
+        // The answer may take a second.
+        thread::spawn(move || {
+            let _ = answers.send(order(knob.into()));
+        });
+    }
+
+    fn record(&mut self) -> String {
+        if self.processes.hub().is_none() {
+            return "there is no run yet".to_owned();
+        }
+        let source = self.source();
+        self.recordings().toggle(source)
+    }
+
+    fn recording(&self) -> Option<u64> {
+        self.recordings().lost()
+    }
+
+    fn refusal(&mut self) -> Option<String> {
+        let answers = self.answers.1.try_iter();
+        answers.filter_map(Result::err).last()
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.processes.trouble()
+    }
+
+    fn clocks(&self) -> Option<String> {
+        self.processes.exactness()
+    }
+}

@@ -1,0 +1,55 @@
+//! Errors in graph files.
+
+use thiserror::Error;
+
+/// An error in a graph file, with its place.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("line {line}, column {column}: {what}")]
+pub struct GraphFileError {
+    /// Line, counted from one.
+    pub line: usize,
+    /// Column (characters), counted from one.
+    pub column: usize,
+    /// The error, with the accepted values.
+    pub what: String,
+}
+
+impl GraphFileError {
+    /// An error at byte `offset` of `text`.
+    pub(super) fn at(text: &str, offset: usize, what: impl Into<String>) -> Self {
+        let before = text.get(..offset).unwrap_or(text);
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        Self {
+            line: 1 + before.matches('\n').count(),
+            column: 1 + line.chars().count(),
+            what: what.into(),
+        }
+    }
+}
+
+/// The word of `known` that is most like `word`, if one is; all of them otherwise.
+pub(super) fn instead<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let likeness = |other: &&&str| strsim::jaro_winkler(word, other);
+    let nearest = known
+        .iter()
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    match nearest.filter(|nearest| likeness(nearest) > 0.7) {
+        Some(nearest) => format!("did you mean {nearest:?}?"),
+        None if known.is_empty() => "there are none".to_owned(),
+        None => format!("expected {}", listed(&known)),
+    }
+}
+
+/// The most names in an error.
+const LISTED: usize = 12;
+
+/// The names as a list.
+fn listed(names: &[&str]) -> String {
+    let (shown, rest) = names.split_at(names.len().min(LISTED));
+    match (shown, rest) {
+        ([only], []) => (*only).to_owned(),
+        ([others @ .., last], []) => format!("{} or {last}", others.join(", ")),
+        _ => format!("one of {}, ...", shown.join(", ")),
+    }
+}

@@ -1,0 +1,181 @@
+//! The keys of a graph file, for its parser, its schema and its manual.
+
+use crate::runtime::KnobKind;
+
+/// A kind of section, such as `[node.NAME]`.
+#[derive(Clone, Copy, Debug)]
+pub struct FileSection {
+    /// Its first word; empty for the keys before all sections.
+    pub name: &'static str,
+    /// Whether each section has a name of its own.
+    pub named: bool,
+    /// Its keys.
+    pub keys: &'static [Key],
+    /// Description.
+    pub help: &'static str,
+}
+
+/// A key with its values.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// Name.
+    pub name: &'static str,
+    /// The form of its value.
+    pub form: Form,
+    /// Whether it must be there.
+    pub required: bool,
+    /// Description.
+    pub help: &'static str,
+}
+
+/// The form of a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A name.
+    Name,
+    /// The value of a knob, as a number or as the text that `--knob` takes.
+    Knob(KnobKind),
+    /// A list of topics.
+    Topics,
+    /// A list of nodes and topics in turn.
+    Path,
+    /// A number above zero, up to this one.
+    Number(f64),
+    /// A table from topics to topics.
+    Remap,
+}
+
+impl Form {
+    /// The expected values, for errors.
+    pub fn expected(self) -> String {
+        match self {
+            Self::Name => "a name in quotes".to_owned(),
+            Self::Knob(kind) => format!("a number or a text, as of {}", kind.usage()),
+            Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
+            Self::Path => {
+                r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#.to_owned()
+            }
+            Self::Number(most) => format!("a number above 0, up to {most}"),
+            Self::Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
+        }
+    }
+}
+
+/// The longest limit of an age (ms).
+const LONGEST_MS: f64 = 1e9;
+
+const fn optional(name: &'static str, form: Form, help: &'static str) -> Key {
+    Key {
+        name,
+        form,
+        required: false,
+        help,
+    }
+}
+
+const fn required(name: &'static str, form: Form, help: &'static str) -> Key {
+    Key {
+        required: true,
+        ..optional(name, form, help)
+    }
+}
+
+/// All sections. The first holds the keys at the beginning of the file.
+pub const SECTIONS: [FileSection; 5] = [
+    FileSection {
+        name: "",
+        named: false,
+        keys: &[required("name", Form::Name, "Name of the graph")],
+        help: "The graph",
+    },
+    FileSection {
+        name: "node",
+        named: true,
+        keys: &[
+            required("rate", Form::Knob(KnobKind::Rate), "Ticks per second (Hz)"),
+            optional(
+                "takes",
+                Form::Knob(KnobKind::Takes),
+                "Duration of a tick (ms): 30, 60..110, lognormal:30,90; \"busy 30\" keeps a core busy",
+            ),
+            optional(
+                "offset",
+                Form::Knob(KnobKind::Offset),
+                "Due time of the first tick (ms)",
+            ),
+            optional(
+                "wakes",
+                Form::Knob(KnobKind::Wakes),
+                "Lateness of its ticks in virtual time (ms), as of takes",
+            ),
+            optional(
+                "reads",
+                Form::Topics,
+                "The topics that it reads at the beginning of a tick",
+            ),
+            optional(
+                "publishes",
+                Form::Topics,
+                "The topics that get a message at the end of a tick",
+            ),
+        ],
+        help: "A node. Nodes that are due together tick in the order of the file",
+    },
+    FileSection {
+        name: "topic",
+        named: true,
+        keys: &[
+            optional(
+                "depth",
+                Form::Knob(KnobKind::Depth),
+                "Number of messages that it keeps [default: 1]",
+            ),
+            optional(
+                "link",
+                Form::Knob(KnobKind::Link),
+                "Way of a message to its readers: delay:30, delay:5..40, loss:0.1, in-order, ...",
+            ),
+            optional(
+                "read",
+                Form::Knob(KnobKind::Read),
+                "The message that is read: newest or oldest [default: newest]",
+            ),
+        ],
+        help: "A topic with settings; others need no section",
+    },
+    FileSection {
+        name: "chain",
+        named: true,
+        keys: &[
+            required(
+                "path",
+                Form::Path,
+                "The way of the data: node, topic, node, topic and so on",
+            ),
+            optional(
+                "age_ms",
+                Form::Number(LONGEST_MS),
+                "Limit of the age of the data at the end of the path (ms)",
+            ),
+            optional(
+                "share",
+                Form::Number(1.0),
+                "Share of the time for which the limit holds [default: 1]",
+            ),
+        ],
+        help: "A chain of nodes and topics, whose data age is measured",
+    },
+    FileSection {
+        name: "system",
+        named: false,
+        keys: &[
+            required("name", Form::Name, "Name of the system, such as cart-pole"),
+            optional(
+                "remap",
+                Form::Remap,
+                "Topics of the system, each with the topic that is read in its place",
+            ),
+        ],
+        help: "A system in the middle of the graph",
+    },
+];
