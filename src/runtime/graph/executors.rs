@@ -15,7 +15,7 @@ impl Graph {
     ///
     /// ```
     /// use ratelab::runtime::{
-    ///     Callback, Clock, Cost, GO_ON, Graph, Hz, Inbox, Knob, Time, VirtualClock,
+    ///     Callback, Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock,
     /// };
     ///
     /// let mut graph = Graph::new();
