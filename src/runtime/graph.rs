@@ -3,17 +3,21 @@
 //! A graph is built by giving nodes the ends of topics, and thereby learns its own
 //! structure: publishers and readers of each topic, and the rate of each node.
 
+mod executors;
+mod triggers;
+
 use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
+    executor::{Dispatcher, Executor},
     knob::{Knob, KnobKind},
     message::Payload,
     millis,
     node::{GO_ON, Node},
     outbox::Outbox,
-    rate::Rate,
     reexecution::RunLog,
+    release::Release,
     scheduled_node::{Again, Fixed, ScheduledNode, Wired},
     sync::{
         Arc, Mutex,
@@ -26,8 +30,9 @@ use super::{
         EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, RunState, Status,
         SubscriptionEntry, TopicCounters, TopicEntry,
     },
-    time::{Hz, Time},
+    time::Time,
     topic::{Publisher, Subscription, Topic},
+    trigger::Arrivals,
 };
 
 /// An error while building a graph.
@@ -41,6 +46,24 @@ pub enum GraphError {
         "there is another topic {0:?} already: use that one, or give this one a name of its own"
     )]
     DuplicateTopic(String),
+    /// Messages are to trigger a node, but no topic does.
+    #[error("no topic triggers {0:?}: take one with Wiring::trigger, or give the node a rate")]
+    NoTrigger(String),
+    /// A topic is to trigger a node at a rate.
+    #[error("{0:?} ticks at a rate, and a topic is to trigger it: choose one of the two")]
+    TriggerAtRate(String),
+    /// Nodes trigger each other without end.
+    #[error("nodes trigger each other in a circle: {0}; let one of them tick at a rate")]
+    TriggerCycle(String),
+    /// An executor is to have a node that the graph lacks.
+    #[error("there is no node {0:?} for the executor {1}: add the node first")]
+    UnknownCallback(String, Executor),
+    /// An executor is to have a node of another executor.
+    #[error("{0:?} has an executor already: give each node one")]
+    SecondExecutor(String),
+    /// A node that messages trigger is to have a rule that needs a period.
+    #[error("messages trigger {0:?}, so it has no period for {1}: {2}")]
+    NoPeriod(String, Executor, &'static str),
 }
 
 /// Nodes, the topics between them, and the progress of their run.
@@ -68,6 +91,9 @@ pub enum GraphError {
 pub struct Graph {
     pub(crate) nodes: Vec<ScheduledNode>,
     pub(crate) control: ControlPlane,
+    arrivals: Arc<Arrivals>,
+    /// The triggered nodes and those of executors, if there are any.
+    pub(crate) dispatcher: Option<Box<Dispatcher>>,
 }
 
 /// The part of a graph that commands change and observers read: everything except the
@@ -146,25 +172,27 @@ impl Graph {
                 backpressure: Backpressure::default(),
                 seed: 0,
             },
+            arrivals: Arc::default(),
+            dispatcher: None,
         }
     }
 
-    /// Adds a node that ticks at `hz`. Among nodes that are due at the same instant of
-    /// virtual time the one with the lowest `priority` runs first, and of equals the one
-    /// added first. `build` receives the [`Wiring`] from which the node takes its ends of
+    /// Adds a node that ticks at a rate, or on messages; see [`Release`]. Among nodes that
+    /// are due at the same instant of virtual time the one with the lowest `priority` runs
+    /// first, and of equals the one added first. `build` receives the [`Wiring`] from which the node takes its ends of
     /// topics.
     ///
     /// # Errors
-    /// [`GraphError`] if the name is taken, or if two different topics share a name. The
-    /// graph is then unchanged.
+    /// [`GraphError`] if the name is taken, if two different topics share a name, or if
+    /// nodes would trigger each other in a circle. The graph is then unchanged.
     pub fn node<N: Node + 'static>(
         &mut self,
         name: &str,
-        hz: Hz,
+        release: impl Into<Release>,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
-        self.add(name, hz, priority, build).map(drop)
+        self.add(name, release, priority, build).map(drop)
     }
 
     /// The same for a node that `build` can build once more, which is what a restart
@@ -175,12 +203,12 @@ impl Graph {
     pub(crate) fn restartable_node<N: Node + 'static>(
         &mut self,
         name: &str,
-        hz: Hz,
+        release: impl Into<Release>,
         priority: u32,
         mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
         message: Option<&str>,
     ) -> Result<(), GraphError> {
-        let ends = self.add(name, hz, priority, &mut build)?;
+        let ends = self.add(name, release, priority, &mut build)?;
         if let Some(node) = self.nodes.last_mut() {
             node.again = Some(Again {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
@@ -198,7 +226,7 @@ impl Graph {
     pub(crate) fn remote_node<N: Node + 'static>(
         &mut self,
         name: &str,
-        hz: Hz,
+        release: impl Into<Release>,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
@@ -207,7 +235,7 @@ impl Graph {
             drop(build(wiring));
             |_: Time| GO_ON
         };
-        self.add(name, hz, priority, wire)?;
+        self.add(name, release, priority, wire)?;
         let added = (self.control.nodes.last_mut(), self.nodes.last_mut());
         if let (Some(entry), Some(node)) = added {
             entry.remote = true;
@@ -220,14 +248,16 @@ impl Graph {
     fn add<N: Node + 'static>(
         &mut self,
         name: &str,
-        hz: Hz,
+        release: impl Into<Release>,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<Ends, GraphError> {
         if self.control.nodes.iter().any(|node| &*node.name == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
-        let mut wiring = Wiring::new(&self.control.topics, self.nodes.len());
+        let release = release.into();
+        let (arrivals, index) = (&self.arrivals, self.nodes.len());
+        let mut wiring = Wiring::new(&self.control.topics, arrivals, index);
         let node = Box::new(build(&mut wiring));
         let Wiring {
             endpoints,
@@ -241,10 +271,14 @@ impl Graph {
             push_age: wired.push_age.clone(),
             outbox: wired.outbox.clone(),
         };
+        let triggers = triggers::check(name, release, &endpoints, &self.control)?;
         self.control.connect(endpoints)?;
-        let rate = Rate::new(hz, self.now());
-        let mut node = ScheduledNode::new(name, priority, rate, node, wired);
+        let mut node = ScheduledNode::new(name, priority, release, self.now(), node, wired);
+        node.entry.triggers = triggers.into();
         node.seed = self.control.seed;
+        if node.is_triggered() {
+            self.dispatcher();
+        }
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
         Ok(ends)
@@ -484,6 +518,7 @@ pub struct Wiring<'g> {
     subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
     /// What the node took that is built once more.
     former: Option<Ends>,
+    arrivals: Option<&'g Arc<Arrivals>>,
 }
 
 /// What a node took when it was built.
@@ -502,6 +537,8 @@ struct Endpoint {
     topic: usize,
     new_topic: Option<WiredTopic>,
     kind: EndpointKind,
+    /// Whether its messages trigger the node.
+    triggers: bool,
 }
 
 enum EndpointKind {
@@ -510,7 +547,14 @@ enum EndpointKind {
 }
 
 impl<'g> Wiring<'g> {
-    fn new(known: &'g [WiredTopic], node: usize) -> Self {
+    fn new(known: &'g [WiredTopic], arrivals: &'g Arc<Arrivals>, node: usize) -> Self {
+        Self {
+            arrivals: Some(arrivals),
+            ..Self::empty(known, node)
+        }
+    }
+
+    fn empty(known: &'g [WiredTopic], node: usize) -> Self {
         Self {
             known,
             node,
@@ -518,6 +562,7 @@ impl<'g> Wiring<'g> {
             wired: Wired::default(),
             subscriptions: Vec::new(),
             former: None,
+            arrivals: None,
         }
     }
 
@@ -525,7 +570,7 @@ impl<'g> Wiring<'g> {
     fn again(former: Ends) -> Self {
         Self {
             former: Some(former),
-            ..Self::new(&[], 0)
+            ..Self::empty(&[], 0)
         }
     }
 
@@ -545,6 +590,45 @@ impl<'g> Wiring<'g> {
             return topic.subscribe_again(mark, ages);
         }
         let subscription = topic.subscribe();
+        self.subscribe(topic, &subscription);
+        subscription
+    }
+
+    /// Connects the node as a reader of `topic`, whose messages trigger it; see
+    /// [`Release::On`]. Each message counts once: in a tick the subscription reads the one
+    /// that the tick is for, whatever the read order of the topic.
+    ///
+    /// ```
+    /// use ratelab::runtime::{Depth, GO_ON, Graph, Match, Topic};
+    ///
+    /// let (left, right) = (Topic::new("/left", Depth::ONE), Topic::new("/right", Depth::ONE));
+    /// let mut graph = Graph::new();
+    /// graph.node("stereo", "exact:10".parse::<Match>()?, 0, |wiring| {
+    ///     let mut left = wiring.trigger::<u64>(&left);
+    ///     let mut right = wiring.trigger::<u64>(&right);
+    ///     move |now| {
+    ///         let (left, right) = (left.latest(now), right.latest(now));
+    ///         assert_eq!(left.map(|left| left.stamp), right.map(|right| right.stamp));
+    ///         GO_ON
+    ///     }
+    /// })?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn trigger<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        let Some(arrivals) = self.arrivals else {
+            return self.subscription(topic);
+        };
+        let input = self.wired.intakes.len();
+        let (subscription, intake) = topic.trigger(self.node, input, arrivals);
+        self.wired.intakes.push(intake);
+        self.subscribe(topic, &subscription);
+        if let Some(endpoint) = self.endpoints.last_mut() {
+            endpoint.triggers = true;
+        }
+        subscription
+    }
+
+    fn subscribe<T: Payload>(&mut self, topic: &Topic<T>, subscription: &Subscription<T>) {
         let entry = SubscriptionEntry {
             node: self.node,
             mark: subscription.mark(),
@@ -553,7 +637,6 @@ impl<'g> Wiring<'g> {
         let kept = (topic.counters(), entry.clone());
         self.subscriptions.push(kept);
         self.add_endpoint(topic, EndpointKind::Subscription(entry));
-        subscription
     }
 
     /// Adds a duration that the node measures, shown to observers under `name`.
@@ -618,6 +701,7 @@ impl<'g> Wiring<'g> {
             topic: position.unwrap_or(count),
             new_topic,
             kind,
+            triggers: false,
         });
     }
 }

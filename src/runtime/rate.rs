@@ -45,6 +45,8 @@ pub struct Rate {
     /// Due time of the next tick, as the clock shows it.
     shown: Time,
     last: Option<Time>,
+    /// Number of the first tick.
+    first: u64,
     /// The clock of the anchor and the last due time, if it has an error.
     clock: Option<LocalClock>,
 }
@@ -60,8 +62,15 @@ impl Rate {
             due: first,
             shown: first,
             last: None,
+            first: 0,
             clock: None,
         }
+    }
+
+    /// Has the first tick due one period later, as a timer of ROS.
+    pub(crate) fn skip_first(&mut self) {
+        self.first = 1;
+        self.schedule(self.next.max(self.first));
     }
 
     /// The rate in force.
@@ -110,7 +119,7 @@ impl Rate {
         self.hz = hz;
         self.period = Period::of(hz);
         self.anchor = self.last.unwrap_or(self.anchor);
-        let earliest = u64::from(self.last.is_some());
+        let earliest = u64::from(self.last.is_some()).max(self.first);
         let next = self.first_at_or_after(now).max(earliest);
         if let Some(before) = next.checked_sub(1) {
             self.last = Some(self.period.due(self.anchor, before));
@@ -146,8 +155,8 @@ impl Rate {
     fn first_at_or_after(&self, time: Time) -> u64 {
         let time = self.clock.map_or(time, |clock| clock.shows_first(time));
         let elapsed = time.since(self.anchor);
-        self.period
-            .ticks_until(u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX))
+        let elapsed = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
+        self.period.ticks_until(elapsed).max(self.first)
     }
 
     fn schedule(&mut self, tick: u64) {

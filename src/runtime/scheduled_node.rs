@@ -14,18 +14,24 @@ use super::{
     millis,
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
+    placement::Placement,
     rate::Rate,
+    release::Release,
     sync::{Arc, atomic::Ordering, bump},
     tap::{Copies, TickRecord},
     telemetry::{Meter, NodeEntry, PushAge, TickMeters},
     time::{Hz, Time},
     timing::{Running, TickTiming, Waiting},
+    trigger::{Intake, Trigger},
 };
 
 /// A node with its schedule and its measurements.
 pub(crate) struct ScheduledNode {
     pub(crate) entry: NodeEntry,
     pub(crate) rate: Rate,
+    /// The topics that trigger it; it has no use for its rate then.
+    trigger: Option<Box<Trigger>>,
+    pub(crate) placement: Placement,
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
     pub(crate) again: Option<Again>,
@@ -63,21 +69,33 @@ pub(crate) struct Wired {
     pub(crate) push_age: Option<PushAge>,
     pub(crate) outbox: Arc<Outbox>,
     pub(crate) fixed: Fixed,
+    /// The ends of the topics that trigger it.
+    pub(crate) intakes: Vec<Box<dyn Intake>>,
 }
 
 impl ScheduledNode {
     pub(crate) fn new(
         name: &str,
         priority: u32,
-        rate: Rate,
+        release: Release,
+        now: Time,
         node: Box<dyn Node>,
         wired: Wired,
     ) -> Self {
+        let (rate, trigger) = match release {
+            Release::Every(hz) => (Rate::new(hz, now), None),
+            Release::On(matching) => {
+                let trigger = Trigger::new(matching, wired.intakes);
+                (Rate::new(Hz::MIN, now), Some(Box::new(trigger)))
+            }
+        };
         let (entry, meters) =
             NodeEntry::new(name, priority, rate.hz(), wired.meters, wired.push_age);
         Self {
             entry,
             rate,
+            trigger,
+            placement: Placement::Thread,
             node,
             again: None,
             panicked: None,
@@ -150,6 +168,9 @@ impl ScheduledNode {
         }
         self.panicked = None;
         self.rate.resume(at);
+        if let Some(trigger) = &mut self.trigger {
+            trigger.reset();
+        }
         self.entry.counters.crashed.store(false, Ordering::Relaxed);
         Ok(was)
     }
@@ -188,6 +209,18 @@ impl ScheduledNode {
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         if self.fixed.kinds.contains(&knob.kind()) {
             return Err(self.fixed.reason.to_owned());
+        }
+        if self.is_triggered() && matches!(knob.kind(), KnobKind::Rate | KnobKind::Offset) {
+            let name = &self.entry.name;
+            return Err(format!(
+                "messages trigger {name}: choose a node that ticks at a rate"
+            ));
+        }
+        if self.placement != Placement::Thread && knob.kind() == KnobKind::Wakes {
+            let name = &self.entry.name;
+            return Err(format!(
+                "{name} has no thread of its own: its executor decides when it starts"
+            ));
         }
         match knob.draw().and_then(|draw| draw.missing()) {
             Some(recorded) => Err(format!(
@@ -238,8 +271,87 @@ impl ScheduledNode {
     /// until `at`.
     fn free_at(&mut self, at: Time) -> Time {
         self.overrun_before(at);
-        let occupied = self.timing.as_ref().and_then(|t| t.occupied_until());
-        occupied.map_or(at, |free| free.max(at))
+        self.occupied_until().map_or(at, |free| free.max(at))
+    }
+
+    /// Time until which no tick at its rate can start; `None` if it is free, and for a
+    /// node whose ticks wait instead of being skipped.
+    fn occupied_until(&self) -> Option<Time> {
+        let timing = self.timing.as_ref();
+        timing.filter(|_| self.skips_ticks())?.occupied_until()
+    }
+
+    /// Whether messages trigger it.
+    pub(crate) fn is_triggered(&self) -> bool {
+        self.trigger.is_some()
+    }
+
+    /// Whether it skips ticks that are due while it is busy: it ticks at a rate on a
+    /// thread of its own.
+    pub(crate) fn skips_ticks(&self) -> bool {
+        self.trigger.is_none() && self.has_thread()
+    }
+
+    /// Whether it ticks on a thread of its own.
+    pub(crate) fn has_thread(&self) -> bool {
+        !matches!(self.placement, Placement::Executor(_))
+    }
+
+    /// Its place among nodes in the same phase of an instant; `index` is that in the
+    /// graph.
+    pub(crate) fn rank(&self, index: usize) -> (u32, usize) {
+        (self.entry.priority, index)
+    }
+
+    /// Number of the topics that trigger it.
+    pub(crate) fn inputs(&self) -> usize {
+        self.trigger.as_ref().map_or(0, |trigger| trigger.inputs())
+    }
+
+    /// Run time of the delivery of the oldest message that it has not yet taken.
+    pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
+        self.trigger.as_ref()?.oldest(now)
+    }
+
+    /// The same for one of the topics that trigger it.
+    pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
+        self.trigger.as_ref()?.oldest_of(input, now)
+    }
+
+    /// Takes messages until a set is complete; returns when it became due.
+    pub(crate) fn take(&mut self, now: Time) -> Option<Time> {
+        self.trigger.as_mut()?.take(now)
+    }
+
+    /// Takes a message of one topic; returns when the set became due that it completes.
+    pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
+        self.trigger.as_mut()?.take_from(input, now)
+    }
+
+    /// Due time of the timer that an executor calls now. The instants that have passed,
+    /// `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
+    pub(crate) fn call_timer(&mut self, now: Time) -> Time {
+        let due = self.rate.due();
+        self.advance_past(now + Time::TICK);
+        due
+    }
+
+    /// Skips a tick: too many wait already.
+    pub(crate) fn skip_timer(&mut self) {
+        self.rate.advance();
+        self.count_overruns(1);
+    }
+
+    /// Takes the running tick off its core.
+    pub(crate) fn suspend(&mut self) {
+        self.resume(Time::MAX);
+    }
+
+    /// Puts the running tick on a core again, where it is over at `ends`.
+    pub(crate) fn resume(&mut self, ends: Time) {
+        if let Some(running) = self.timing().running.as_mut() {
+            running.ends = ends;
+        }
     }
 
     /// Runs a tick that takes no time.
@@ -275,8 +387,9 @@ impl ScheduledNode {
 
     /// Lateness of a tick that starts at `now`, if a lateness is set.
     pub(crate) fn lateness(&self, due: Time, now: Time) -> Option<Duration> {
-        let timing = self.timing.as_ref()?;
-        (now > due || !timing.wakes.is_none()).then(|| now.since(due))
+        let timing = self.timing.as_ref();
+        let wakes = || timing.is_some_and(|t| now > due || !t.wakes.is_none());
+        (!self.skips_ticks() || wakes()).then(|| now.since(due))
     }
 
     /// Delays a tick that is due now by its lateness; returns its start, or `None` if it
@@ -289,10 +402,31 @@ impl ScheduledNode {
         timing.waiting.map(|waiting| waiting.starts)
     }
 
+    /// Plans the start of the tick for a message that waits at `now`; a thread that was
+    /// `asleep` wakes up late.
+    pub(crate) fn plan_start(&mut self, now: Time, asleep: bool) -> Time {
+        let due = now;
+        let late = asleep.then(|| self.wait(due, now)).flatten();
+        let starts = late.unwrap_or(now);
+        self.timing().waiting = Some(Waiting { due, starts });
+        starts
+    }
+
     /// Due time of the delayed tick that starts now.
     pub(crate) fn waited(&mut self) -> Option<Time> {
         let waiting = self.timing.as_mut()?.waiting.take();
         waiting.map(|waiting| waiting.due)
+    }
+
+    /// Duration of the tick that starts at `now`, if it takes time: its `cost`, or, with
+    /// logical execution time, until the end of the period in which that is spent.
+    pub(crate) fn duration(&self, now: Time, cost: Option<Duration>) -> Option<Duration> {
+        if self.placement != Placement::Let {
+            return cost.filter(|cost| !cost.is_zero());
+        }
+        let mut rate = self.rate.clone();
+        rate.resume(rate.due().max(now + cost.unwrap_or_default()));
+        Some(rate.due().since(now))
     }
 
     /// Starts a tick of duration `cost` at `now`; returns its end. Its messages are
@@ -352,7 +486,7 @@ impl ScheduledNode {
 
     /// Due time of the next tick; [`Time::MAX`] after a crash.
     pub(crate) fn due(&self) -> Time {
-        match self.is_crashed() {
+        match self.is_crashed() || self.is_triggered() {
             true => Time::MAX,
             false => self.rate.due(),
         }
@@ -376,14 +510,14 @@ impl ScheduledNode {
 
     /// Counts the due times before `end` that pass during the current tick.
     pub(crate) fn overrun_before(&mut self, end: Time) {
-        let occupied = self.timing.as_ref().and_then(|t| t.occupied_until());
+        let occupied = self.occupied_until();
         self.overrun_until(occupied.map_or(Time::ZERO, |free| free.min(end)));
     }
 
     /// Moves on to the first tick that is due at `now` or later, and counts the missed
     /// ones.
     pub(crate) fn overrun_until(&mut self, now: Time) {
-        if self.rate.due() < now {
+        if self.rate.due() < now && self.skips_ticks() {
             self.overrun(now);
         }
     }

@@ -19,13 +19,18 @@
 //! | queue made shallower while running | the oldest go; those unread count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
 //! | read order oldest | the oldest unread message; the last one again if there is none |
+//! | the topic triggers the reader | the message that the tick is for, whatever the read order |
 //! | a link | messages enter the queue on delivery; drops and reads happen there |
 //! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
 //! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
 //! Each row is a test in `tests/library/topic.rs`.
 
+mod intake;
+
 use std::{collections::VecDeque, fmt, time::Duration};
+
+use self::intake::Triggers;
 
 use super::{
     depth::Depth,
@@ -78,6 +83,8 @@ struct Queue<T> {
     order: ReadOrder,
     /// Messages in flight, once the topic has had a link.
     transit: Option<Box<Transit<T>>>,
+    /// What the nodes need that its messages trigger, if there are any.
+    triggers: Option<Box<Triggers<T>>>,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
     watcher: Option<Watcher<T>>,
@@ -110,6 +117,7 @@ impl<T: Payload> Topic<T> {
             next_seq: 0,
             order: ReadOrder::Newest,
             transit: None,
+            triggers: None,
             marks: Vec::new(),
             taps: Vec::new(),
             watcher: None,
@@ -158,9 +166,12 @@ impl<T: Payload> Topic<T> {
     /// Creates a subscription with the read position `mark` and the meter `age_meter` of
     /// a previous one.
     pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
-        self.0.queue.lock().marks.push(mark.clone());
+        let mut queue = self.0.queue.lock();
+        queue.marks.push(mark.clone());
+        let triggers = queue.triggers.as_ref();
         Subscription {
             bus: self.0.clone(),
+            triggers: triggers.is_some_and(|triggers| triggers.knows(&mark)),
             mark,
             ages: age_meter.recorder(),
             age_meter,
@@ -306,15 +317,18 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Sends `message`, released at run time `now`, through the link, if there is one.
+    /// Sends `message`, released at run time `now`, through the link; returns when it
+    /// arrives.
     #[cold]
-    fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) {
+    fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) -> Option<Time> {
         let transit = self.transit.as_mut();
+        let arrives = transit.and_then(|transit| transit.send(message, now));
         counters.fly(Flight {
             released: now,
-            arrives: transit.and_then(|transit| transit.send(message, now)),
+            arrives,
         });
         self.deliver(now, counters);
+        arrives
     }
 
     /// Delivers the messages that arrive before `now`.
@@ -369,6 +383,9 @@ impl<T> Queue<T> {
             self.evict_oldest(now);
         }
         self.messages.push_back(message);
+        if let Some(triggers) = &mut self.triggers {
+            triggers.push(now);
+        }
     }
 
     /// The message that a subscription with read position `mark` reads next.
@@ -387,6 +404,9 @@ impl<T> Queue<T> {
     /// Evicts the oldest message at run time `now`.
     fn evict_oldest(&mut self, now: Time) {
         if let Some(evicted) = self.messages.pop_front() {
+            if let Some(triggers) = &mut self.triggers {
+                triggers.evict();
+            }
             for mark in &self.marks {
                 if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
                     bump(&mark.dropped);
@@ -466,9 +486,15 @@ impl<T: Payload> Bus<T> {
             seq,
             origin,
         };
-        match queue.transit {
-            None => queue.push(message, now),
+        let arrives = match queue.transit {
+            None => {
+                queue.push(message, now);
+                Some(now)
+            }
             Some(_) => queue.send(message, now, &self.counters),
+        };
+        if let Some((triggers, arrives)) = queue.triggers.as_ref().zip(arrives) {
+            triggers.announce(arrives);
         }
         queue.offer_newest(now);
         bump(&self.counters.published);
@@ -496,6 +522,8 @@ impl<T: Payload> Bus<T> {
 pub struct Subscription<T> {
     bus: Arc<Bus<T>>,
     mark: Arc<ReadMark>,
+    /// Whether its messages trigger the node, which then reads those of its set.
+    triggers: bool,
     ages: MeterRecorder,
     age_meter: Meter,
 }
@@ -504,11 +532,17 @@ impl<T: Payload> Subscription<T> {
     /// Returns the newest message, or `None` before the first. Older messages count as
     /// seen. `now` is the run time of reading, from which the message's age is measured.
     ///
-    /// With [`ReadOrder::Oldest`] it returns the oldest unread message instead.
+    /// With [`ReadOrder::Oldest`] it returns the oldest unread message instead. If its
+    /// messages trigger the node, it returns the one that this tick is for.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
         let message = {
             let mut turn = self.bus.queue.lock();
             let queue = &mut *turn;
+            if self.triggers {
+                let chosen = queue.triggers.as_ref()?.chosen(&self.mark)?.clone();
+                self.ages.record(now.since(chosen.stamp));
+                return Some(chosen);
+            }
             if queue.transit.is_some() {
                 queue.deliver(now, &self.bus.counters);
             }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 use crate::runtime::{
-    Depth, Fields, GO_ON, Graph, Hz, Knob, KnobKind, NamedTopic, Node, Payload, RecordedTopic,
-    Tick, Time, TimedKnob, Topic, Wiring, telemetry::Topology,
+    Callback, Depth, Executor, Fields, GO_ON, Graph, Hz, Knob, KnobKind, Match, NamedTopic, Node,
+    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Wiring, telemetry::Topology,
 };
 
 /// Name of the node of a plant that moves by itself.
@@ -287,13 +287,51 @@ impl<'a> Builder<'a> {
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
+        self.restartable_node(name, hz.into(), priority, build)
+    }
+
+    /// The same for a node that ticks on messages; see
+    /// [`Release::On`](crate::runtime::Release::On).
+    ///
+    /// # Errors
+    /// [`BuildError`] as of [`Builder::node`], and if nodes would trigger each other in a
+    /// circle.
+    pub fn triggered_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        matching: Match,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        self.restartable_node(name, matching.into(), priority, build)
+    }
+
+    fn restartable_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        release: Release,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
         if !self.is_here(name) {
-            return Ok(self.graph.remote_node(name, hz, priority, build)?);
+            return Ok(self.graph.remote_node(name, release, priority, build)?);
         }
         let answered = self.answered.iter().any(|known| known == name);
         let message = self.setup.message(name).filter(|_| !answered);
         let graph = &mut self.graph;
-        Ok(graph.restartable_node(name, hz, priority, build, message)?)
+        Ok(graph.restartable_node(name, release, priority, build, message)?)
+    }
+
+    /// Has an executor run these nodes; see [`Graph::executor`].
+    ///
+    /// # Errors
+    /// [`BuildError`] if the executor cannot have one of them.
+    pub fn executor(
+        &mut self,
+        executor: Executor,
+        callbacks: impl IntoIterator<Item = Callback>,
+    ) -> Result<(), BuildError> {
+        Ok(self.graph.executor(executor, callbacks)?)
     }
 
     /// The same for a node that holds what there is only once. A restart is up to

@@ -22,6 +22,7 @@ mod architecture;
 mod commands;
 mod costs;
 mod dependencies;
+mod executors;
 mod expected;
 mod faults;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]

@@ -302,7 +302,10 @@ impl PartKind {
     /// The kind of `stage`.
     pub fn of(stage: Stage) -> Self {
         match stage {
-            Stage::Wait { .. } | Stage::Queue { .. } | Stage::Reuse { .. } => Self::Waited,
+            Stage::Wait { .. }
+            | Stage::Executor { .. }
+            | Stage::Queue { .. }
+            | Stage::Reuse { .. } => Self::Waited,
             Stage::Cost { .. } => Self::Worked,
             Stage::Link { .. } => Self::Travelled,
             Stage::Held { .. } | Stage::Kept { .. } => Self::Held,

@@ -55,11 +55,13 @@ impl TickSchedule {
             timed: setup
                 .iter()
                 .chain(turned.clone())
-                .any(|knob| of_time(&knob)),
-            wrong: setup
-                .iter()
-                .chain(turned)
-                .any(|knob| of_node(&knob) && is_clock(knob)),
+                .any(|knob| of_time(&knob))
+                || node.executor.is_some(),
+            wrong: !node.triggers.is_empty()
+                || setup
+                    .iter()
+                    .chain(turned)
+                    .any(|knob| of_node(&knob) && is_clock(knob)),
         }
     }
 
@@ -141,6 +143,8 @@ mod tests {
             priority: 1,
             hz: hz(50.0),
             meters: Vec::new(),
+            triggers: Vec::new(),
+            executor: None,
         };
         let what = EventKind::Applied {
             command: Knob::Rate {

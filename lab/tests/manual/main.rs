@@ -120,6 +120,7 @@ manual! {
     hunt: "docs/hunt.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
+    executors: "docs/executors.md",
     faults: "docs/faults.md",
     costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",

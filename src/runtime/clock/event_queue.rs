@@ -12,7 +12,9 @@ use crate::runtime::{scheduled_node::ScheduledNode, time::Time};
 /// Nodes with the same rate stay due together, so they are ordered once, and only their
 /// cohorts are reordered on each tick. A thousand nodes mostly share a handful of rates.
 ///
-/// Late ticks and ticks that take time are rare; they wait in a separate queue.
+/// Late ticks and ticks that take time are rare; they wait in a separate queue. Triggered
+/// nodes and those of executors are not here, but with the
+/// [`Dispatcher`](crate::runtime::executor::Dispatcher).
 #[derive(Debug)]
 pub(crate) struct EventQueue {
     heap: BinaryHeap<Reverse<NextDue>>,
@@ -86,7 +88,7 @@ impl EventQueue {
         let mut known = HashMap::new();
         for (rank, index) in order.into_iter().enumerate() {
             queue.ranks[index] = rank;
-            if nodes[index].is_crashed() {
+            if nodes[index].is_crashed() || !nodes[index].skips_ticks() {
                 continue;
             }
             let rate = &nodes[index].rate;
@@ -96,7 +98,8 @@ impl EventQueue {
             };
             queue.cohorts[cohort].members.push(Member { rank, index });
         }
-        for (index, node) in nodes.iter().enumerate() {
+        let nodes = nodes.iter().enumerate();
+        for (index, node) in nodes.filter(|(_, node)| node.skips_ticks()) {
             queue.add_pending(index, node);
         }
         queue

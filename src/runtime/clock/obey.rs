@@ -81,5 +81,12 @@ pub(super) fn obey_at_rest(
         let event = graph.control.log().answered(at, command, answer);
         return Obeyed { event, exit: None };
     }
-    obey(&mut graph.control, kind, command, at)
+    let refusal = match command {
+        Command::HandOver(clock) => graph.refusal_of(*clock),
+        _ => None,
+    };
+    match refusal {
+        Some(reason) => refuse(&graph.control, command, at, &reason),
+        None => obey(&mut graph.control, kind, command, at),
+    }
 }

@@ -130,7 +130,7 @@ impl<'a> Players<'a> {
             count.map_or(0, |(_, count)| *count)
         };
         let own = count(0);
-        let Graph { nodes, control } = graph;
+        let Graph { nodes, control, .. } = graph;
         let (events, watch, state) = (self.events, self.watch, self.state.clone());
         let (supervisor, players) = self.threads.split_at_mut(1);
         let mut exit = self.exit.take();

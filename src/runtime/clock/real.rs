@@ -72,6 +72,9 @@ impl Clock for RealClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<ClockExit, Fault> {
+        if let Some((node, why)) = graph.needs_virtual_time() {
+            return Err(node.fault(graph.now(), why.into()));
+        }
         graph.set_clock(ClockKind::Real);
         let end = loop {
             let end = if graph.control.status.paused {

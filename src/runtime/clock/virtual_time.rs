@@ -1,5 +1,7 @@
 //! Discrete-event time: one thread, bit-for-bit reproducible.
 
+mod dispatch;
+
 use std::ops::ControlFlow;
 
 use super::{
@@ -90,10 +92,14 @@ enum NextStep {
 impl<'a> Scheduler<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let late = graph.nodes.iter().any(|node| node.due() < now);
+        let mut nodes = graph.nodes.iter();
+        let late = nodes.any(|node| node.due() < now && node.skips_ticks());
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now, so this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
+        if let Some(dispatcher) = &mut graph.dispatcher {
+            dispatcher.prepare(&graph.nodes);
+        }
         Self {
             queue: EventQueue::new(&graph.nodes),
             pacer: Pacer::new(graph.control.status.speed, now),
@@ -144,10 +150,18 @@ impl<'a> Scheduler<'a> {
         }
     }
 
+    /// Time of the next event of a node.
+    fn next_at(&self) -> Time {
+        let next = self.queue.next_at();
+        match &self.graph.dispatcher {
+            None => next,
+            Some(dispatcher) => dispatcher.next().map_or(next, |place| next.min(place.at)),
+        }
+    }
+
     /// Whether nodes have yet to tick in the instant of the last tick.
     fn mid_instant(&self) -> bool {
-        self.last_tick
-            .is_some_and(|last| self.queue.next_at() <= last)
+        self.last_tick.is_some_and(|last| self.next_at() <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take effect
@@ -158,7 +172,7 @@ impl<'a> Scheduler<'a> {
 
     /// Time of the next tick or timed command, or the end.
     fn next_event(&self) -> Time {
-        let next = self.queue.next_at();
+        let next = self.next_at();
         next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
@@ -199,6 +213,7 @@ impl<'a> Scheduler<'a> {
             self.steps += 1;
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
+        self.tell_dispatcher(command, at);
         match command {
             // Knobs that change a node's due time.
             Command::Set(
@@ -220,7 +235,7 @@ impl<'a> Scheduler<'a> {
 
     /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let next = self.queue.next_at();
+        let next = self.next_at();
         if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
@@ -242,6 +257,9 @@ impl<'a> Scheduler<'a> {
 
     /// Processes the next event of a node: a tick that is due, starts late, or ends.
     fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
+        if let Some(place) = self.dispatched() {
+            return self.dispatch(place);
+        }
         let Some(event) = self.queue.next() else {
             return Ok(None);
         };
@@ -261,7 +279,20 @@ impl<'a> Scheduler<'a> {
                 self.graph.nodes[event.node].finish(now, now)
             }
         };
-        let node = &self.graph.nodes[event.node];
+        self.conclude(event.node, now, outcome)
+    }
+
+    /// What an event of a node at `now` means for the run.
+    fn conclude(
+        &mut self,
+        node: usize,
+        now: Time,
+        outcome: Tick,
+    ) -> Result<Option<ClockExit>, Fault> {
+        if let Some(dispatcher) = &mut self.graph.dispatcher {
+            dispatcher.collect();
+        }
+        let node = &self.graph.nodes[node];
         match outcome {
             Ok(ControlFlow::Continue(())) => Ok(None),
             Ok(ControlFlow::Break(())) => Ok(Some(ClockExit::Ended {
@@ -302,9 +333,12 @@ impl<'a> Scheduler<'a> {
         self.started += 1;
         let node = &mut self.graph.nodes[index];
         let (lateness, cost) = (node.lateness(due, now), node.cost());
-        if let Some(cost) = cost.filter(|cost| !cost.is_zero()) {
-            let ends = node.start(now, cost, lateness)?;
-            self.queue.add(index, ends, NodeEventKind::Ends);
+        if let Some(duration) = node.duration(now, cost) {
+            let ends = node.start(now, duration, lateness)?;
+            match node.skips_ticks() {
+                true => self.queue.add(index, ends, NodeEventKind::Ends),
+                false => self.began(index, ends, now),
+            }
             return GO_ON;
         }
         let began = self.pacer.is_paced().then(Instant::now);

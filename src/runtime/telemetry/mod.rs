@@ -11,6 +11,7 @@ mod lineage;
 mod meter;
 mod observer;
 mod push_age;
+mod rates;
 mod replay_counters;
 mod topology;
 mod window;

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::runtime::{
     command::{ClockKind, Speed},
+    executor::Executor,
     reexecution::{Log, LogPosition, RunLog},
     sync::{
         Arc, Instant, Mutex,
@@ -60,6 +61,10 @@ pub(crate) struct NodeEntry {
     pub(crate) push_age: Option<PushAge>,
     /// Whether it runs in another process.
     pub(crate) remote: bool,
+    /// Indices of the topics that trigger it; empty for a node at a rate.
+    pub(crate) triggers: Arc<[usize]>,
+    /// Its executor, if it has no thread of its own.
+    pub(crate) executor: Option<Executor>,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -147,8 +152,13 @@ pub struct NodeView {
     pub name: Arc<str>,
     /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
-    /// The rate in force.
+    /// The rate in force; that of the messages for a node that they trigger.
     pub hz: Hz,
+    /// The topics that trigger it, as indices into [`Snapshot::topics`]; empty for a node
+    /// at a rate.
+    pub triggers: Arc<[usize]>,
+    /// Its executor; `None` for a thread of its own.
+    pub executor: Option<Executor>,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped because the node was still busy.
@@ -291,10 +301,11 @@ impl Observer {
     }
 
     fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> Snapshot {
+        let nodes = self.nodes.iter().zip(self.rates());
         Snapshot {
             now,
             status: self.status(),
-            nodes: self.nodes.iter().map(|node| node.view(now, read)).collect(),
+            nodes: nodes.map(|(node, hz)| node.view(hz, now, read)).collect(),
             topics: self
                 .topics
                 .iter()
@@ -379,6 +390,8 @@ impl NodeEntry {
             meters,
             push_age,
             remote: false,
+            triggers: Arc::default(),
+            executor: None,
         };
         let recorders = TickMeters {
             lateness: lateness.0,
@@ -388,12 +401,14 @@ impl NodeEntry {
         (entry, recorders)
     }
 
-    fn view(&self, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
+    fn view(&self, hz: Hz, now: Time, read: fn(&Meter) -> Distribution) -> NodeView {
         let counters = &*self.counters;
         NodeView {
             name: self.name.clone(),
             priority: self.priority,
-            hz: Hz::from_micro(counters.micro_hz.load(Ordering::Relaxed)),
+            hz,
+            triggers: self.triggers.clone(),
+            executor: self.executor,
             ticks: counters.ticks.load(Ordering::Relaxed),
             overruns: counters.overruns.load(Ordering::Relaxed),
             busy: counters.busy.load(Ordering::Relaxed),

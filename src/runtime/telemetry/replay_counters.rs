@@ -197,13 +197,15 @@ impl ReplayNode {
         let (entries, meters) = meters
             .map(|(name, (recorder, meter))| ((name.clone(), meter), recorder))
             .unzip();
-        let (entry, tick_meters) = NodeEntry::new(
+        let (mut entry, tick_meters) = NodeEntry::new(
             &topology.name,
             topology.priority,
             topology.hz,
             entries,
             Some(PushAge::default()),
         );
+        entry.triggers = topology.triggers.as_slice().into();
+        entry.executor = topology.executor;
         Self {
             entry,
             tick_meters,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use crate::runtime::{depth::Depth, sync::atomic::Ordering, time::Hz};
+use crate::runtime::{depth::Depth, executor::Executor, sync::atomic::Ordering, time::Hz};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,8 +21,14 @@ pub struct NodeTopology {
     pub name: String,
     /// Priority among nodes that are due at the same instant, lowest first.
     pub priority: u32,
-    /// Its rate.
+    /// Its rate; that of the messages if they trigger it.
     pub hz: Hz,
+    /// The topics that trigger it, as indices into [`Topology::topics`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub triggers: Vec<usize>,
+    /// Its executor, if it has no thread of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub executor: Option<Executor>,
     /// Names of its own measurements.
     pub meters: Vec<String>,
 }
@@ -43,10 +49,13 @@ pub struct TopicTopology {
 impl Observer {
     /// The current topology of the graph.
     pub fn topology(&self) -> Topology {
-        let nodes = self.nodes.iter().map(|node| NodeTopology {
+        let nodes = self.nodes.iter().zip(self.rates());
+        let nodes = nodes.map(|(node, hz)| NodeTopology {
             name: node.name.to_string(),
             priority: node.priority,
-            hz: Hz::from_micro(node.counters.micro_hz.load(Ordering::Relaxed)),
+            hz,
+            triggers: node.triggers.to_vec(),
+            executor: node.executor,
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {

@@ -68,6 +68,7 @@ impl Explained<'_> {
         match stage {
             Stage::Cost { node } => Owner::Cost(node),
             Stage::Link { topic } => Owner::Link(topic),
+            Stage::Executor { node } => Owner::Late(node),
             Stage::Queue { topic, .. } => Owner::Order(topic),
             Stage::Wait { node, .. } | Stage::Kept { node, .. } => self.slow(node, true),
             Stage::Reuse { topic, .. } | Stage::Held { topic, .. } => self.silent(topic, ns),

@@ -20,9 +20,16 @@ fn node(node: &NodeTopology) -> String {
         name,
         priority,
         hz,
+        triggers,
+        executor,
         meters,
     } = node;
-    format!("{name} at {hz}, priority {priority}, meters {meters:?}")
+    let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));
+    let release = match triggers.is_empty() {
+        true => format!("at {hz}"),
+        false => format!("triggered by topics {triggers:?}"),
+    };
+    format!("{name} {release}{executor}, priority {priority}, meters {meters:?}")
 }
 
 fn topic(topic: &TopicTopology) -> String {

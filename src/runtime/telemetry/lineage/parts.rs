@@ -18,6 +18,11 @@ pub enum Stage {
         /// The reader.
         node: usize,
     },
+    /// From the release of a tick to its start, while the executor was busy.
+    Executor {
+        /// The node.
+        node: usize,
+    },
     /// Behind older messages, in a queue with read order oldest.
     Queue {
         /// The topic.
@@ -157,6 +162,9 @@ impl Stage {
         let topic_name = |topic: usize| &topology.topics[topic].name;
         match self {
             Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
+            Self::Executor { node } => {
+                format!("waiting for the executor of the {}", node_name(node))
+            }
             Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
             Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
             Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
@@ -272,9 +280,21 @@ impl Lineage {
         let first = ticks.partition_point(|worked| worked.tick.at < arrives);
         let could = (first..first_read).find(|&index| self.is_seen(topic, sent, node, at(index)));
         let could = could.unwrap_or(first_read);
-        parts.add(Stage::Wait { topic, node }, arrives, at(could));
+        let released = self
+            .released(node, could)
+            .clamp(arrives, at(could).max(arrives));
+        parts.add(Stage::Wait { topic, node }, arrives, released);
+        parts.add(Stage::Executor { node }, released, at(could));
         parts.add(Stage::Queue { topic, node }, at(could), at(first_read));
         parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
+    }
+
+    /// The release of a tick: before its start where the node has an executor.
+    fn released(&self, node: usize, index: usize) -> Time {
+        let tick = &self.nodes[node].ticks[index].tick;
+        let waits = self.topology.nodes[node].executor.is_some();
+        let late = tick.lateness.filter(|_| waits).unwrap_or_default();
+        Time::ZERO + tick.at.since(Time::ZERO + late)
     }
 
     /// The first tick of a node in the unbroken series of reads of this message that ends

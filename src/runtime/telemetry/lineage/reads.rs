@@ -78,7 +78,11 @@ impl Lineage {
         let mut news = record
             .after(last, at)
             .filter(|sent| self.is_seen(topic, sent, node, at));
-        let next = match record.order(at) {
+        let order = match self.topology.nodes[node].triggers[..] {
+            [only] if only == topic => ReadOrder::Oldest,
+            _ => record.order(at),
+        };
+        let next = match order {
             ReadOrder::Newest => news.next_back().map(|sent| sent.seq),
             ReadOrder::Oldest => {
                 let mut queue: Vec<&Sent> = Vec::new();
@@ -101,10 +105,19 @@ impl Lineage {
     /// Whether a tick of `node` at run time `at` finds `sent` delivered.
     pub(super) fn is_seen(&self, topic: usize, sent: &Sent, node: usize, at: Time) -> bool {
         match sent.arrives {
-            Some(arrives) if arrives == at && sent.released == at => !self.follows(topic, node, at),
+            Some(arrives) if arrives == at && sent.released == at => {
+                self.is_last(node) || !self.follows(topic, node, at)
+            }
             Some(arrives) => arrives <= at,
             None => false,
         }
+    }
+
+    /// Whether a node begins after all else at an instant: messages trigger it, or its
+    /// executor picks it.
+    fn is_last(&self, node: usize) -> bool {
+        let node = &self.topology.nodes[node];
+        !node.triggers.is_empty() || node.executor.is_some()
     }
 
     /// Whether a message published to a topic at run time `at` is from a tick after that

@@ -1,0 +1,98 @@
+//! Execution in the order of the events, as in rclcpp's `EventsExecutor`.
+//!
+//! One thread and one queue (`events_executor.cpp`, rclcpp `a0a2a06`): a timer joins it
+//! when it is due, a message when it arrives, and each is served in turn. A timer whose
+//! callback takes longer than its period piles up (`timers_manager.cpp:206-294`); the entry
+//! of a message that was dropped since takes nothing.
+
+use std::collections::VecDeque;
+
+use super::queue::{AtInstant, Call, CallbackQueue};
+use crate::runtime::time::Time;
+
+/// The most entries of the queue: timers that are due beyond it are overruns.
+const MOST_ENTRIES: usize = 100_000;
+
+/// An entry of the queue.
+#[derive(Clone, Copy, Debug)]
+enum Queued {
+    Timer { member: usize, due: Time },
+    Message { member: usize, input: usize },
+}
+
+impl Queued {
+    fn member(self) -> usize {
+        match self {
+            Self::Timer { member, .. } | Self::Message { member, .. } => member,
+        }
+    }
+}
+
+/// The callbacks of an executor that serves events in order.
+#[derive(Debug)]
+pub(super) struct EventOrder {
+    /// Indices of the nodes, in the order of registration.
+    nodes: Vec<usize>,
+    queue: VecDeque<Queued>,
+    /// The node that is being executed.
+    runs: Option<usize>,
+}
+
+impl EventOrder {
+    pub(super) fn new(nodes: Vec<usize>) -> Self {
+        Self {
+            nodes,
+            queue: VecDeque::new(),
+            runs: None,
+        }
+    }
+}
+
+impl CallbackQueue for EventOrder {
+    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
+        let node = &mut stage.nodes[self.nodes[member]];
+        if self.queue.len() < MOST_ENTRIES {
+            let due = node.rate.due();
+            node.rate.advance();
+            self.queue.push_back(Queued::Timer { member, due });
+        } else {
+            node.skip_timer();
+        }
+        Some(node.rate.due())
+    }
+
+    fn arrived(&mut self, member: usize, input: usize, _: &mut AtInstant<'_>) {
+        if self.queue.len() < MOST_ENTRIES {
+            self.queue.push_back(Queued::Message { member, input });
+        }
+    }
+
+    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
+        if self.runs.is_some() {
+            return None;
+        }
+        let next = self.queue.pop_front()?;
+        let member = next.member();
+        let node = self.nodes[member];
+        self.runs = Some(member);
+        Some(match next {
+            Queued::Timer { due, .. } => Call::Timer { node, due },
+            Queued::Message { input, .. } => Call::Message { node, input },
+        })
+    }
+
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+        stage.plan_end(self.nodes[member], ends);
+    }
+
+    fn ended(&mut self, _: usize, _: &mut AtInstant<'_>) {
+        self.runs = None;
+    }
+
+    fn forget(&mut self, member: usize) {
+        self.queue.retain(|waiting| waiting.member() != member);
+        self.runs.take_if(|runs| *runs == member);
+    }
+
+    fn reschedule(&mut self, _: usize) {}
+}

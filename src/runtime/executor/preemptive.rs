@@ -1,0 +1,225 @@
+//! Preemptive execution on virtual cores, by fixed priorities or by deadlines.
+//!
+//! As in the kernel of TrueTime (`63ae017`, `ttkernel.cpp:323-344`): jobs of a node that are
+//! released while the one before is unfinished queue up with their release and deadline,
+//! and of equals the first released comes first. A job reads when it begins, and publishes
+//! when it has had its time on a core.
+
+use std::{
+    collections::{BTreeSet, VecDeque},
+    time::Duration,
+};
+
+use super::{
+    agenda::Place,
+    queue::{AtInstant, Call, CallbackQueue},
+};
+use crate::runtime::time::Time;
+
+/// The most unfinished jobs of a node: what is released beyond them is an overrun.
+const MOST_JOBS: usize = 100_000;
+
+/// What decides between jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Urgency {
+    /// The priority of the node, lowest number first.
+    Priority,
+    /// The absolute deadline, earliest first.
+    Deadline,
+}
+
+/// The place of a job in the order of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct JobKey {
+    /// Priority, or deadline (ns).
+    urgency: u64,
+    released: Time,
+    member: usize,
+}
+
+/// A job that has begun.
+#[derive(Clone, Copy, Debug)]
+struct Job {
+    key: JobKey,
+    /// Time on a core that it still needs from `since` on.
+    remaining: Duration,
+    /// The run time since which it is on a core, and its planned end.
+    on_core: Option<(Time, Place)>,
+}
+
+/// A node with its jobs.
+#[derive(Debug)]
+struct Task {
+    /// Index of the node.
+    node: usize,
+    /// Deadline relative to the release, if not that of its period.
+    deadline: Option<Duration>,
+    /// Releases of its timer that have not begun, each with the deadline.
+    released: VecDeque<(Time, Time)>,
+    job: Option<Job>,
+    /// The place of its first job, if it has one.
+    key: Option<JobKey>,
+}
+
+/// The nodes of a preemptive executor.
+#[derive(Debug)]
+pub(super) struct Preemptive {
+    urgency: Urgency,
+    cores: usize,
+    tasks: Vec<Task>,
+    /// The first job of each node that has one.
+    first: BTreeSet<JobKey>,
+}
+
+impl Preemptive {
+    pub(super) fn new(
+        urgency: Urgency,
+        cores: usize,
+        tasks: impl Iterator<Item = (usize, Option<Duration>)>,
+    ) -> Self {
+        let tasks = tasks.map(|(node, deadline)| Task {
+            node,
+            deadline,
+            released: VecDeque::new(),
+            job: None,
+            key: None,
+        });
+        Self {
+            urgency,
+            cores,
+            tasks: tasks.collect(),
+            first: BTreeSet::new(),
+        }
+    }
+
+    /// Finds the first job of a node again.
+    fn refresh(&mut self, member: usize, stage: &AtInstant<'_>) {
+        let task = &self.tasks[member];
+        let node = &stage.nodes[task.node];
+        let next = || {
+            let arrived = || {
+                let released = node.oldest(stage.now)?;
+                Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
+            };
+            let (released, deadline) = task.released.front().copied().or_else(arrived)?;
+            let urgency = match self.urgency {
+                Urgency::Priority => node.entry.priority.into(),
+                Urgency::Deadline => deadline.as_nanos(),
+            };
+            Some(JobKey {
+                urgency,
+                released,
+                member,
+            })
+        };
+        let key = task.job.map(|job| job.key).or_else(next);
+        self.set_key(member, key);
+    }
+
+    fn set_key(&mut self, member: usize, key: Option<JobKey>) {
+        let before = std::mem::replace(&mut self.tasks[member].key, key);
+        if before != key {
+            before.map(|before| self.first.remove(&before));
+            key.map(|key| self.first.insert(key));
+        }
+    }
+
+    /// The nodes with the most urgent jobs, one for each core.
+    fn urgent(&self) -> Vec<usize> {
+        let first = self.first.iter().take(self.cores);
+        first.map(|key| key.member).collect()
+    }
+
+    /// Takes the jobs off their cores that are not among the most urgent.
+    fn preempt(&mut self, urgent: &[usize], stage: &mut AtInstant<'_>) {
+        for (member, task) in self.tasks.iter_mut().enumerate() {
+            let Some(job) = &mut task.job else { continue };
+            if let Some((since, end)) = job.on_core.filter(|_| !urgent.contains(&member)) {
+                stage.agenda.remove(end);
+                job.remaining = job.remaining.saturating_sub(stage.now.since(since));
+                job.on_core = None;
+                stage.nodes[task.node].suspend();
+            }
+        }
+    }
+
+    /// Puts a job on a core; it ends there unless it is preempted.
+    fn resume(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+        let task = &mut self.tasks[member];
+        if let Some(job) = &mut task.job {
+            let ends = stage.now + job.remaining;
+            job.on_core = Some((stage.now, stage.plan_end(task.node, ends)));
+            stage.nodes[task.node].resume(ends);
+        }
+    }
+}
+
+impl CallbackQueue for Preemptive {
+    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
+        let task = &mut self.tasks[member];
+        let node = &mut stage.nodes[task.node];
+        if task.released.len() < MOST_JOBS {
+            let released = node.rate.due();
+            node.rate.advance();
+            let deadline = task.deadline.map(|deadline| released + deadline);
+            let deadline = deadline.unwrap_or_else(|| node.rate.due());
+            task.released.push_back((released, deadline));
+        } else {
+            node.skip_timer();
+        }
+        let next = node.rate.due();
+        self.refresh(member, stage);
+        Some(next)
+    }
+
+    fn arrived(&mut self, member: usize, _: usize, stage: &mut AtInstant<'_>) {
+        self.refresh(member, stage);
+    }
+
+    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
+        let urgent = self.urgent();
+        self.preempt(&urgent, stage);
+        for member in urgent {
+            match self.tasks[member].job {
+                Some(job) if job.on_core.is_some() => {}
+                Some(_) => self.resume(member, stage),
+                None => {
+                    let task = &mut self.tasks[member];
+                    let node = task.node;
+                    return Some(match task.released.pop_front() {
+                        Some((due, _)) => Call::Timer { node, due },
+                        None => Call::Messages { node },
+                    });
+                }
+            }
+        }
+        None
+    }
+
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+        let task = &mut self.tasks[member];
+        if let Some(key) = task.key {
+            let remaining = ends.since(stage.now);
+            task.job = Some(Job {
+                key,
+                remaining,
+                on_core: None,
+            });
+            self.resume(member, stage);
+        }
+    }
+
+    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+        self.tasks[member].job = None;
+        self.refresh(member, stage);
+    }
+
+    fn forget(&mut self, member: usize) {
+        let task = &mut self.tasks[member];
+        task.job = None;
+        task.released.clear();
+        self.set_key(member, None);
+    }
+
+    fn reschedule(&mut self, _: usize) {}
+}

@@ -1,0 +1,177 @@
+//! Execution by windows, as in rclcpp's single- and multi-threaded executors.
+//!
+//! The model of `MultiThreadedExecutor` (rclcpp `a0a2a06`, `multi_threaded_executor.cpp`
+//! 82-118, `executor.cpp` 774-914): the threads share one window. A free thread takes the
+//! first timer in it whose group is free; else the first other callback whose group is
+//! free, and deletes those of busy groups that it passes; else it looks up anew all that
+//! is ready in free groups, and tries once more. With one thread this is
+//! `SingleThreadedExecutor`.
+
+use std::collections::BTreeSet;
+
+use super::{
+    callback::Callback,
+    groups::Groups,
+    queue::{AtInstant, Call, CallbackQueue},
+};
+use crate::runtime::time::Time;
+
+/// A callback by its place in a window: timers before subscriptions, in the order of
+/// registration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Ready {
+    Timer { member: usize },
+    Subscription { member: usize, input: usize },
+}
+
+impl Ready {
+    fn member(self) -> usize {
+        match self {
+            Self::Timer { member } | Self::Subscription { member, .. } => member,
+        }
+    }
+}
+
+/// The callbacks of an executor with one thread or several.
+#[derive(Debug)]
+pub(super) struct WindowOrder {
+    /// Indices of the nodes, in the order of registration.
+    nodes: Vec<usize>,
+    groups: Groups,
+    /// Number of threads that execute nothing.
+    idle: usize,
+    /// Whether each node is being executed.
+    runs: Vec<bool>,
+    /// The callbacks that are ready now.
+    ready: BTreeSet<Ready>,
+    /// Those that were ready at the last look, and were not yet served.
+    window: BTreeSet<Ready>,
+}
+
+impl WindowOrder {
+    pub(super) fn new<'c>(
+        nodes: Vec<usize>,
+        callbacks: impl Iterator<Item = &'c Callback>,
+        threads: usize,
+    ) -> Self {
+        Self {
+            groups: Groups::new(callbacks),
+            idle: threads,
+            runs: vec![false; nodes.len()],
+            nodes,
+            ready: BTreeSet::new(),
+            window: BTreeSet::new(),
+        }
+    }
+
+    /// The next callback of the window.
+    fn take(&mut self) -> Option<Ready> {
+        let timers = self.window.iter();
+        let mut timers = timers.take_while(|ready| matches!(ready, Ready::Timer { .. }));
+        let timer = timers
+            .find(|timer| self.groups.is_free(timer.member()))
+            .copied();
+        if let Some(timer) = timer {
+            self.window.remove(&timer);
+            return Some(timer);
+        }
+        let first = Ready::Subscription {
+            member: 0,
+            input: 0,
+        };
+        let mut others = self.window.split_off(&first);
+        let next = loop {
+            match others.pop_first() {
+                Some(next) if !self.groups.is_free(next.member()) => {}
+                next => break next,
+            }
+        };
+        self.window.append(&mut others);
+        next
+    }
+
+    /// Looks up what is ready in free groups.
+    fn look(&mut self) {
+        let ready = self.ready.iter().copied();
+        let free = ready.filter(|ready| self.groups.is_free(ready.member()));
+        self.window = free.collect();
+    }
+}
+
+impl CallbackQueue for WindowOrder {
+    fn due(&mut self, member: usize, _: &mut AtInstant<'_>) -> Option<Time> {
+        self.ready.insert(Ready::Timer { member });
+        None
+    }
+
+    fn arrived(&mut self, member: usize, input: usize, stage: &mut AtInstant<'_>) {
+        let node = &stage.nodes[self.nodes[member]];
+        if node.oldest_of(input, stage.now).is_some() {
+            self.ready.insert(Ready::Subscription { member, input });
+        }
+    }
+
+    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
+        if self.idle == 0 {
+            return None;
+        }
+        let ready = self.take().or_else(|| {
+            self.look();
+            self.take()
+        })?;
+        let member = ready.member();
+        let node = self.nodes[member];
+        self.idle -= 1;
+        self.runs[member] = true;
+        self.groups.set_busy(member, true);
+        match ready {
+            Ready::Timer { .. } => {
+                self.ready.remove(&ready);
+                let due = stage.nodes[node].call_timer(stage.now);
+                Some(Call::Timer { node, due })
+            }
+            Ready::Subscription { input, .. } => Some(Call::Message { node, input }),
+        }
+    }
+
+    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+        self.taken(member, stage);
+        stage.plan_end(self.nodes[member], ends);
+    }
+
+    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+        self.taken(member, stage);
+        self.release(member);
+    }
+
+    fn forget(&mut self, member: usize) {
+        self.ready.retain(|ready| ready.member() != member);
+        self.window.retain(|ready| ready.member() != member);
+        self.release(member);
+    }
+
+    fn reschedule(&mut self, member: usize) {
+        self.ready.remove(&Ready::Timer { member });
+        self.window.remove(&Ready::Timer { member });
+    }
+}
+
+impl WindowOrder {
+    /// Frees the thread and the group of a node that was being executed.
+    fn release(&mut self, member: usize) {
+        if std::mem::take(&mut self.runs[member]) {
+            self.idle += 1;
+            self.groups.set_busy(member, false);
+        }
+    }
+
+    /// A subscription whose last message was taken is ready no more.
+    fn taken(&mut self, member: usize, stage: &AtInstant<'_>) {
+        let node = &stage.nodes[self.nodes[member]];
+        for input in 0..node.inputs() {
+            if node.oldest_of(input, stage.now).is_none() {
+                self.ready.remove(&Ready::Subscription { member, input });
+            }
+        }
+    }
+}

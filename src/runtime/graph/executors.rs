@@ -1,0 +1,113 @@
+//! Executors of a graph.
+
+use super::{Graph, GraphError};
+use crate::runtime::{
+    command::ClockKind,
+    executor::{Callback, Dispatcher, Executor},
+    placement::Placement,
+    scheduled_node::ScheduledNode,
+    sync::Arc,
+};
+
+impl Graph {
+    /// Has an executor run these nodes, which were added before, in the order of their
+    /// registration. Each executor has threads of its own. Virtual clock only.
+    ///
+    /// ```
+    /// use ratelab::runtime::{
+    ///     Callback, Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock,
+    /// };
+    ///
+    /// let mut graph = Graph::new();
+    /// for node in ["lidar", "planner"] {
+    ///     graph.node(node, Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
+    /// }
+    /// graph.executor("single".parse()?, ["lidar", "planner"].map(Callback::of))?;
+    /// // No tick at 0: a timer of ROS is due one period later for the first time.
+    /// let end = Time::from_secs_f64(1.0)?;
+    /// VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+    /// assert_eq!(graph.observer().snapshot().nodes[0].ticks, 10);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GraphError`] for a node that is unknown, that has an executor already, or that
+    /// lacks the period that the executor needs.
+    pub fn executor(
+        &mut self,
+        executor: Executor,
+        callbacks: impl IntoIterator<Item = Callback>,
+    ) -> Result<(), GraphError> {
+        let mut members: Vec<(usize, Callback)> = Vec::new();
+        for callback in callbacks {
+            let node = self.index_for(executor, &callback)?;
+            if members.iter().any(|(known, _)| *known == node) {
+                return Err(GraphError::SecondExecutor(callback.node));
+            }
+            members.push((node, callback));
+        }
+        let placement = self.dispatcher().add(executor, &members);
+        let by_call = matches!(
+            executor,
+            Executor::Single | Executor::Multi { .. } | Executor::Events
+        );
+        for (index, _) in members {
+            let node = &mut self.nodes[index];
+            node.placement = placement;
+            node.entry.executor = Some(executor);
+            self.control.nodes[index].executor = Some(executor);
+            if by_call {
+                node.rate.skip_first();
+            }
+        }
+        Ok(())
+    }
+
+    /// The index of the node of a callback, if the executor can have it.
+    fn index_for(&self, executor: Executor, callback: &Callback) -> Result<usize, GraphError> {
+        let name = || callback.node.clone();
+        let mut nodes = self.nodes.iter();
+        let known = nodes.position(|node| *node.entry.name == *callback.node);
+        let index = known.ok_or_else(|| GraphError::UnknownCallback(name(), executor))?;
+        let node = &self.nodes[index];
+        if node.placement != Placement::Thread {
+            return Err(GraphError::SecondExecutor(name()));
+        }
+        let remedy = match executor {
+            Executor::Let => Some("give it a rate"),
+            Executor::Edf { .. } if callback.deadline.is_none() => Some("give it a deadline"),
+            _ => None,
+        };
+        match remedy.filter(|_| node.is_triggered()) {
+            Some(remedy) => Err(GraphError::NoPeriod(name(), executor, remedy)),
+            None => Ok(index),
+        }
+    }
+
+    /// The triggered nodes and those of executors.
+    pub(super) fn dispatcher(&mut self) -> &mut Dispatcher {
+        let arrivals = &self.arrivals;
+        self.dispatcher
+            .get_or_insert_with(|| Box::new(Dispatcher::new(Arc::clone(arrivals))))
+    }
+
+    /// Why the graph cannot run under this clock, with the remedy.
+    pub(crate) fn refusal_of(&self, clock: ClockKind) -> Option<String> {
+        let (node, why) = self.needs_virtual_time()?;
+        (clock == ClockKind::Real).then(|| format!("{}: {why}", node.entry.name))
+    }
+
+    /// The node that the real clock cannot run, with the reason and the remedy.
+    pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
+        self.nodes.iter().find_map(|node| {
+            let lacks = match node.entry.executor {
+                Some(executor) => format!("the real clock has no executor {executor}"),
+                None if node.is_triggered() => {
+                    "messages trigger it, which the real clock does not know".to_owned()
+                }
+                None => return None,
+            };
+            Some((node, format!("{lacks}: choose the virtual clock")))
+        })
+    }
+}

@@ -1,0 +1,13 @@
+//! Where a node ticks.
+
+/// Where a node ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Placement {
+    /// On a thread of its own.
+    #[default]
+    Thread,
+    /// The same, with its outputs at the end of the period.
+    Let,
+    /// On the threads of the executor with this index.
+    Executor(usize),
+}
