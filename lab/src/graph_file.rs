@@ -1,6 +1,6 @@
 //! Graph files as programs.
 
-use std::{path::Path, sync::Arc};
+use std::{path::Path, slice, sync::Arc};
 
 use ratelab::{
     file::{self, FileError},
@@ -26,7 +26,8 @@ pub fn open(program: &Program, path: &Path) -> Result<Program, Error> {
     })?;
     let text = String::from_utf8(content);
     let text = text.map_err(|_| refused("expected a text file in UTF-8".to_owned()))?;
-    let system = GraphFile::parse(&text).and_then(|graph| graph.system(&[program.system.clone()]));
+    let system =
+        GraphFile::parse(&text).and_then(|graph| graph.system(slice::from_ref(&program.system)));
     let system = system.map_err(|GraphFileError { line, column, what }| {
         Error::BadInput(format!("{name}:{line}:{column}: {what}"))
     })?;

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 use ratelab::{
     experiment::{Config, Experiment, RunEnd},
     runtime::{
-        ClockExit, ClockKind, Rows, TickRecord,
+        ClockExit, ClockKind, Rows, TickRecord, Time,
         telemetry::{Event, EventKind},
     },
     system::{BuildError, System, verdict},
@@ -60,25 +60,17 @@ impl Recording {
             }
             _ => (run.config.end, Vec::new()),
         };
-        let [states, chains] = [system.state(), system.chains()].map(|name| {
+        let named = |name: Option<&str>| {
             let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
             topics.get(names.position(|topic| Some(topic) == name)?)
-        });
-        let newest = |rows: Option<&Rows>| rows.and_then(Rows::last).map(|(_, row)| row.to_vec());
-        let [state, chains] = [newest(states), newest(chains)];
-        let end = RunEnd {
-            verdict: verdict(
-                &**system,
-                &run.exit,
-                until,
-                [state.as_deref(), chains.as_deref()],
-            ),
-            sim_time: until,
-            wall_time: Duration::ZERO,
-            state: state.unwrap_or_default(),
-            chains: chains.unwrap_or_default(),
-            cost: None,
         };
+        let states = named(system.state());
+        let end = end(
+            &**system,
+            &run.exit,
+            until,
+            [states, named(system.chains())],
+        );
         let steps = states.map_or(0, Rows::len) as u64;
         let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
         let outcome = RecordingEnd {
@@ -103,5 +95,19 @@ impl Recording {
             outcome: Some(outcome),
             damage: None,
         })
+    }
+}
+
+/// The end of a run that stopped with `exit` at run time `until`, from its states and the ages
+/// of its chains.
+fn end(system: &dyn System, exit: &ClockExit, until: Time, rows: [Option<&Rows>; 2]) -> RunEnd {
+    let [state, chains] = rows.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row.to_vec()));
+    RunEnd {
+        verdict: verdict(system, exit, until, [state.as_deref(), chains.as_deref()]),
+        sim_time: until,
+        wall_time: Duration::ZERO,
+        state: state.unwrap_or_default(),
+        chains: chains.unwrap_or_default(),
+        cost: None,
     }
 }

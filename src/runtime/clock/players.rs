@@ -214,19 +214,7 @@ impl<'a> Players<'a> {
                 Some(Err(Fault { node, at, cause }))
             }
         };
-        let others = outcomes.into_iter().flatten();
-        let outweighs = match end {
-            Some(End::Failed { .. } | End::NoThread { .. }) => None,
-            Some(End::Ended { .. }) => others.filter_map(Result::err).next().map(|f| f.to_string()),
-            _ => others
-                .map(|o| {
-                    o.map_or_else(
-                        |f| f.to_string(),
-                        |at| format!("a node ended the run at {at}"),
-                    )
-                })
-                .next(),
-        };
+        let outweighs = another(end, outcomes.into_iter().flatten());
         match (recorded, outweighs) {
             (Some(end), None) => end,
             (_, Some(outcome)) => {
@@ -238,6 +226,21 @@ impl<'a> Players<'a> {
                 Ok(Some(ClockExit::Stopped))
             }
         }
+    }
+}
+
+/// The first of the `others` that the recorded `end` does not explain.
+fn another(
+    end: Option<End>,
+    mut others: impl Iterator<Item = Result<Time, Fault>>,
+) -> Option<String> {
+    match end {
+        Some(End::Failed { .. } | End::NoThread { .. }) => None,
+        Some(End::Ended { .. }) => others.find_map(|outcome| Some(outcome.err()?.to_string())),
+        _ => others.next().map(|outcome| match outcome {
+            Ok(at) => format!("a node ended the run at {at}"),
+            Err(fault) => fault.to_string(),
+        }),
     }
 }
 
