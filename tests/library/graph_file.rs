@@ -284,6 +284,7 @@ fn after_a_node(more: &str) -> String {
 }
 
 #[test]
+#[allow(clippy::too_many_lines)] // A table.
 fn errors_have_a_place_and_a_remedy() {
     for (text, place, what) in [
         (

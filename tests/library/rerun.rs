@@ -687,10 +687,10 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
     };
     let observer = with_a_knot(build);
     let knots = rerun_of(&observer).knots();
-    for number in 0..knots.len().min(20) {
+    for (number, knot) in knots.iter().enumerate().take(20) {
         let mut last = 0;
         held_in(build(), rerun_of(&observer), number, |done| last = done);
-        assert_eq!(last, knots[number].operations.len());
+        assert_eq!(last, knot.operations.len());
     }
 }
 
