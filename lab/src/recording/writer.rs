@@ -447,14 +447,15 @@ fn write_events(
     events: &[Event],
     progress: &PlantSteps<'_>,
 ) -> RecordingStreamResult<()> {
-    if events.is_empty() {
-        return Ok(());
+    // A chunk sorts its rows by time, and events of different threads may be out of order.
+    for ordered in events.chunk_by(|before, after| before.at <= after.at) {
+        let stamps = progress.stamps_of(ordered.iter().map(|event| event.at));
+        let texts = ordered
+            .iter()
+            .map(|event| serde_json::to_string(event).unwrap_or_default());
+        rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])?;
     }
-    let stamps = progress.stamps_of(events.iter().map(|event| event.at));
-    let texts = events
-        .iter()
-        .map(|event| serde_json::to_string(event).unwrap_or_default());
-    rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])
+    Ok(())
 }
 
 fn moves_the_wall(event: &Event) -> bool {
@@ -462,4 +463,45 @@ fn moves_the_wall(event: &Event) -> bool {
         event.applied(),
         Some(Command::Resume | Command::HandOver(_))
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab::runtime::telemetry::EventKind;
+    use rerun::{
+        RecordingStreamBuilder,
+        log::{Chunk, LogMsg},
+    };
+
+    use super::*;
+    use crate::recording::rows;
+
+    #[test]
+    fn events_of_different_threads_keep_their_order() {
+        let (rec, storage) = RecordingStreamBuilder::new("events")
+            .memory()
+            .expect("memory");
+        let event = |at| Event {
+            at: Time::from_nanos(at),
+            what: EventKind::Ended {
+                node: "actuator".to_owned(),
+            },
+        };
+        let events = [3, 5, 4, 4, 9, 1].map(event);
+        let progress = PlantSteps {
+            epoch: None,
+            before: 0,
+            steps: &[],
+        };
+        write_events(&rec, &events, &progress).expect("written");
+        let mut read: Vec<Event> = Vec::new();
+        for message in storage.take() {
+            if let LogMsg::ArrowMsg(_, data) = message {
+                let chunk = Chunk::from_arrow_msg(&data).expect("a chunk");
+                let json = rows::json(&chunk).map(|json| json.expect("JSON"));
+                read.extend(json.map(|json| serde_json::from_value(json).expect("an event")));
+            }
+        }
+        assert_eq!(read, events);
+    }
 }
