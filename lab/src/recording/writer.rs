@@ -198,19 +198,30 @@ impl RecordingWriter {
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
         if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
-            // All items before the newest have arrived when all taps are drained once more.
-            let newest = self.taps.newest();
-            self.drain();
-            let until = newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1));
-            self.batch(Time::from_nanos(until))?;
+            let until = self.drain_before_newest();
+            self.batch(until)?;
         }
         Ok(fullest > BACKLOG / 8)
+    }
+
+    /// Empties the taps while the run goes on; returns the run time up to which all items have
+    /// arrived. A tick arrives after its messages, and all items before the newest have arrived
+    /// when all taps are drained once more.
+    fn drain_before_newest(&mut self) -> Time {
+        let newest = self.taps.newest();
+        self.drain();
+        Time::from_nanos(newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1)))
     }
 
     /// Writes the remaining data, and the end.
     pub fn complete(mut self, reason: &StopReason) -> io::Result<Recorded> {
         self.drain();
-        self.batch(Time::MAX)?;
+        let goes_on = matches!(reason, StopReason::Off) && !self.observer.status().paused;
+        let until = match goes_on {
+            true => self.drain_before_newest(),
+            false => Time::MAX,
+        };
+        self.batch(until)?;
         let observer = &self.observer;
         let outcome = RecordingEnd {
             at: observer
