@@ -141,10 +141,12 @@ impl GatheredRun {
         let row: Vec<f64> = row.map(|number| number.unwrap_or(f64::NAN)).collect();
         self.relay.message(topic, head, &row, place.missing);
         let name = self.topology.topics.get(topic).map(|topic| &*topic.name);
-        if name.is_some() && name == self.system.state() {
+        let is = |other: Option<&str>| name.is_some() && name == other;
+        let (is_state, is_chains) = (is(self.system.state()), is(self.system.chains()));
+        if is_state {
             self.add_state(&head, place.missing, &row);
         }
-        if name.is_some() && name == self.system.chains() {
+        if is_chains {
             row.clone_into(&mut self.chains);
         }
         let place = self.new_rows.iter().position(|(known, _)| *known == topic);
