@@ -1,6 +1,7 @@
 //! A terminal with ratelab in it, controlled by a test.
 #![allow(dead_code)] // Each test uses its own part.
 
+#[allow(clippy::duplicate_mod)] // Some programs have the other helpers, too.
 #[path = "outside.rs"]
 mod outside;
 
