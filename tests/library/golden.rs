@@ -7,9 +7,9 @@
 
 use std::collections::HashMap;
 
-use crate::support::{config, knobs, run, run_bytes, step_bytes};
+use crate::support::{config, knobs, run, run_bytes, step_bytes, traffic};
 use ratelab::{
-    cartpole::{ACTION, OBS, Plant, verdict},
+    cartpole::{OBS, Plant, verdict},
     experiment::Config,
     runtime::Time,
     system::VerdictKind,
@@ -64,22 +64,11 @@ fn every_reference_run_is_reproduced_to_the_bit() {
             (golden_config(&fields(lines[0])), fields(lines[1]), lines[2]);
         let run = run_bytes(&config);
         let summary = &run.summary;
-        let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
-        let got = [
-            ("steps", summary.steps.to_string()),
-            ("obs_published", obs.published.to_string()),
-            ("obs_dropped", obs.dropped.to_string()),
-            ("action_published", action.published.to_string()),
-            ("action_dropped", action.dropped.to_string()),
-            ("latency_count", summary.latency.count().to_string()),
-            (
-                "latency_sum_ns",
-                summary.latency.sum().as_nanos().to_string(),
-            ),
+        let own = [
             ("verdict", reference_name(summary.verdict.kind).to_owned()),
             ("sim_time_ns", summary.sim_time.as_nanos().to_string()),
         ];
-        for (key, value) in got {
+        for (key, value) in traffic(summary).into_iter().chain(own) {
             assert_eq!(value, expected[key], "{key} of {}", lines[0]);
         }
         let steps: Vec<u8> = run.steps.iter().flat_map(step_bytes).collect();

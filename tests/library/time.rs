@@ -4,6 +4,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
+use crate::support::traffic;
 use ratelab::{
     cartpole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE},
     experiment::{Config, Experiment, Summary},
@@ -152,23 +153,12 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
         let nodes = robot.map(|name| figure(summary.node(name).expect("a node")).to_string());
         nodes.join(",")
     };
-    let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
     let verdict = match summary.verdict.name() {
         "pole_fell" => "fell",
         other => other,
     };
     let first = push_age.map(|age| age.first.as_nanos().to_string());
-    vec![
-        ("steps", summary.steps.to_string()),
-        ("obs_published", obs.published.to_string()),
-        ("obs_dropped", obs.dropped.to_string()),
-        ("action_published", action.published.to_string()),
-        ("action_dropped", action.dropped.to_string()),
-        ("latency_count", summary.latency.count().to_string()),
-        (
-            "latency_sum_ns",
-            summary.latency.sum().as_nanos().to_string(),
-        ),
+    let own = [
         ("push_first_ns", first.unwrap_or_else(|| "none".to_owned())),
         ("ticks", of_nodes(|node| node.ticks)),
         ("overruns", of_nodes(|node| node.overruns)),
@@ -178,7 +168,8 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
         ),
         ("verdict", verdict.to_owned()),
         ("sim_time_ns", summary.sim_time.as_nanos().to_string()),
-    ]
+    ];
+    traffic(summary).into_iter().chain(own).collect()
 }
 
 /// The effect of a link on the messages of a topic.

@@ -283,3 +283,18 @@ pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
     bytes.extend(step.qvel.map(f64::to_le_bytes).as_flattened());
     bytes
 }
+
+/// The figures of the messages of a run, with their names in the reference data.
+pub fn traffic(summary: &Summary) -> [(&'static str, String); 7] {
+    let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
+    let latency = &summary.latency;
+    [
+        ("steps", summary.steps.to_string()),
+        ("obs_published", obs.published.to_string()),
+        ("obs_dropped", obs.dropped.to_string()),
+        ("action_published", action.published.to_string()),
+        ("action_dropped", action.dropped.to_string()),
+        ("latency_count", latency.count().to_string()),
+        ("latency_sum_ns", latency.sum().as_nanos().to_string()),
+    ]
+}

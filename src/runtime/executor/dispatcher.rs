@@ -88,15 +88,9 @@ impl Dispatcher {
 
     /// The first event; at the end of an instant, executors look for something to start.
     pub(crate) fn next(&self) -> Option<Place> {
-        let executors = || self.executors.iter().filter(|executor| executor.attentive);
-        let picks = executors()
-            .next()
-            .map(|_| Place::after(self.noticed, Phase::Picks, (0, 0)));
-        let first = self.agenda.first();
-        match (first, picks) {
-            (Some(first), Some(picks)) => Some(first.min(picks)),
-            (first, picks) => first.or(picks),
-        }
+        let attentive = self.executors.iter().any(|executor| executor.attentive);
+        let picks = attentive.then(|| Place::after(self.noticed, Phase::Picks, (0, 0)));
+        self.agenda.first().into_iter().chain(picks).min()
     }
 
     /// Removes the first event of the agenda.
@@ -189,8 +183,8 @@ impl Dispatcher {
             queue.began(member, ends, stage);
         });
         if known.is_none() {
-            let rank = nodes[node].rank(node);
-            self.agenda.add(ends, Phase::Ends, rank, node);
+            let agenda = &mut self.agenda;
+            AtInstant { now, nodes, agenda }.plan_end(node, ends);
         }
     }
 
