@@ -1,25 +1,31 @@
 //! Turns, logs and gates: a run on threads comes back in any schedule.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use ratelab::runtime::{
     Clock, GO_ON, Graph, Inbox, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
 };
-use shuttle::sync::Arc;
+use shuttle::{sync::Arc, thread};
 
 use crate::{
     SOME, explore,
     support::{depth, hz, set_depth, set_rate},
 };
 
-/// Two nodes that add to a shared number and publish the sum, and one that reads it.
+/// Two nodes that count their ticks, add to a shared number and publish the sum, and one that
+/// reads it.
 fn graph() -> (Graph, Topic<u64>) {
     let mut graph = Graph::new();
+    let ticks = Arc::new(Shared::new("ticks", 0));
     let total = Arc::new(Shared::new("total", 0));
     let topic = Topic::new("/sum", depth(2));
     for (name, rate) in [("a", 100.0), ("b", 50.0)] {
-        let total = total.clone();
+        let (ticks, total) = (ticks.clone(), total.clone());
         let added = graph.node(name, hz(rate), 0, |wiring| {
             let sum = wiring.publisher(&topic);
             move |now| {
+                // Another thread may come between this and the rest.
+                *ticks.lock() += 1;
                 let mut total = total.lock();
                 *total += 1;
                 // One lock within the other.
@@ -81,4 +87,39 @@ fn a_run_comes_back_by_its_plan_in_every_schedule() {
 #[test]
 fn a_run_comes_back_by_its_gates_in_every_schedule() {
     comes_back(true);
+}
+
+#[test]
+fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule() {
+    static KNOTS: AtomicUsize = AtomicUsize::new(0);
+    explore(SOME, || {
+        let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
+        let observer = first.observer();
+        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let mut rerun = rerun.expect("a log");
+        let Some(last) = rerun.knots().len().checked_sub(1) else {
+            return;
+        };
+        KNOTS.fetch_add(1, Ordering::Relaxed);
+        let operations = rerun.knots()[last].operations.len();
+        rerun.hold(last, 0);
+        let watch = rerun.watch();
+        let again = thread::spawn(move || run(&mut rerun, Vec::new()).1);
+        for allowed in (0..operations).step_by(2).chain([operations]) {
+            watch.allow(allowed);
+            let done = loop {
+                match watch.held() {
+                    Some(done) => break done,
+                    None => thread::yield_now(),
+                }
+            };
+            // All of it, where a node is held within a lock that another one needs.
+            assert!(done == allowed || done == operations, "{done} of {allowed}");
+        }
+        watch.end();
+        let again = again.join().expect("no panic");
+        assert_eq!(watch.difference(), None);
+        assert_eq!(messages.get(..again.len()), Some(&again[..]));
+    });
+    assert!(KNOTS.load(Ordering::Relaxed) > 0, "no schedule had a knot");
 }
