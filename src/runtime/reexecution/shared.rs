@@ -9,6 +9,7 @@ use std::{
 use super::{
     lock_name::LockName,
     turns::{self, Mode, Operation},
+    watch::Watch,
 };
 use crate::runtime::sync::{
     Mutex, MutexGuard,
@@ -136,6 +137,19 @@ impl<T> Shared<T> {
         name
     }
 
+    /// Locks the value as [`Self::aside`] does. Where another thread is held within this lock,
+    /// both go on at once.
+    fn past_held(&self, watch: &Watch) -> Turn<'_, T> {
+        if watch.hold().is_on() {
+            if let Ok(state) = self.state.try_lock() {
+                let hands_on = false;
+                return Turn { state, hands_on };
+            }
+            watch.hold().let_go();
+        }
+        self.aside()
+    }
+
     /// Waits for the turn that this thread had in the recorded run.
     #[cold]
     fn in_turn(&self) -> Turn<'_, T> {
@@ -143,11 +157,7 @@ impl<T> Shared<T> {
         else {
             return self.aside();
         };
-        if watch.hold().is_on() && self.state.try_lock().is_err() {
-            // Somebody is held within this lock: both go on at once.
-            watch.hold().let_go();
-        }
-        let mut turn = self.aside();
+        let mut turn = self.past_held(&watch);
         while turn.state.turn != number && !watch.is_over() {
             if turn.state.turn > number {
                 let name = self.name();
@@ -159,7 +169,7 @@ impl<T> Shared<T> {
             watch.waits(thread, true);
             thread::park_timeout(LOOK);
             watch.waits(thread, false);
-            turn = self.aside();
+            turn = self.past_held(&watch);
             turn.state.waiting.retain(|(waits, _)| *waits != number);
         }
         turn.state.turn = number + 1;
