@@ -67,6 +67,24 @@ fn a_real_clock_recording_is_verified_however_its_threads_are_scheduled() {
 }
 
 #[test]
+fn a_command_that_is_carried_out_after_the_end_of_the_run_is_a_part_of_the_recording() {
+    let folder = folder();
+    let knobs = path(&folder, "late.knobs");
+    // Due just before the end: a thread is awake for it only after the end.
+    let late = ["takes policy 1", "queue-depth 3", "sensor-hz 30"];
+    let late = late.map(|knob| format!("0.0999999 {knob}\n"));
+    fs::write(&knobs, late.concat()).expect("written");
+    for name in ["a.rrd", "b.rrd", "c.rrd"] {
+        let file = path(&folder, name);
+        let run = ["--duration-s", "0.1", "--knobs", &knobs, "--record", &file];
+        let output = ratelab(&[&["run"][..], &run].concat());
+        assert!(output.status.success(), "{output:?}");
+        let output = ratelab(&["verify", &file]);
+        assert!(output.status.success(), "{output:?}");
+    }
+}
+
+#[test]
 fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
     let folder = folder();
     let file = path(&folder, "fall.rrd");

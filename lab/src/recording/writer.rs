@@ -139,9 +139,9 @@ pub struct RecordingWriter {
     made: u64,
     /// Run time of the newest tick written.
     newest: Option<Time>,
-    /// Run time of the newest message written: under the real clock it may be later than
-    /// the end of the run.
-    published: Time,
+    /// Run time of the newest message or event written: under the real clock it may be later
+    /// than the end of the run.
+    latest: Time,
     last_batch: Instant,
     lost: Arc<AtomicU64>,
     notice: fn(&str),
@@ -180,7 +180,7 @@ impl RecordingWriter {
             events: 0,
             made: 0,
             newest: None,
-            published: Time::ZERO,
+            latest: Time::ZERO,
             last_batch: Instant::now(),
             lost,
             notice,
@@ -227,7 +227,7 @@ impl RecordingWriter {
             at: observer
                 .now()
                 .max(self.newest.unwrap_or(Time::ZERO))
-                .max(self.published),
+                .max(self.latest),
             clock: observer.status().clock,
             end: reason.status(&*self.system),
             messages: self.messages(),
@@ -288,6 +288,8 @@ impl RecordingWriter {
         let threads = self.threads.take(&self.observer);
         let events = self.observer.events(self.events);
         self.events += events.len();
+        let times = events.iter().map(|event| event.at);
+        self.latest = times.fold(self.latest, Time::max);
         self.write_parts(until, &events)
             .and_then(|()| self.write_threads(&threads))
             .and_then(|()| self.checkpoint())
@@ -354,7 +356,7 @@ impl RecordingWriter {
         for (track, (_, rows)) in taps.topics.iter().zip(&topics) {
             track.write(rec, rows, &progress.stamps_of_messages(rows.heads()))?;
             let last = rows.heads().last().map(|head| head.at);
-            self.published = self.published.max(last.unwrap_or_default());
+            self.latest = self.latest.max(last.unwrap_or_default());
         }
         for track in &mut taps.nodes {
             let ticks = track.take(until);

@@ -146,15 +146,16 @@ pub fn run_again(
     Ok(result)
 }
 
-/// Run time of the last tick or message: under the real clock it may be late, and come after
-/// the end.
+/// Run time of the last tick, message or event: under the real clock it may be late, and come
+/// after the end.
 fn newest_item(recording: &Recording) -> Time {
     let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
     let topics = recording.topics.iter();
     let messages = topics.filter_map(|rows| rows.heads().last());
     let items = messages
         .map(|head| head.at)
-        .chain(ticks.map(|tick| tick.at));
+        .chain(ticks.map(|tick| tick.at))
+        .chain(recording.events.iter().map(|event| event.at));
     items.max().unwrap_or_default()
 }
 
