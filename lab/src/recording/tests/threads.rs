@@ -117,7 +117,7 @@ fn a_torn_file_comes_again_up_to_its_last_batch() {
 }
 
 #[test]
-fn a_log_with_another_turn_or_time_or_without_a_piece_is_refused_or_another_run() {
+fn a_log_with_another_bit_ends_in_an_error_or_in_the_same_run() {
     let (folder, mut dice) = (folder(), Dice(12));
     let original = recorded(
         &real("control-hz 100", 0.3),
