@@ -62,6 +62,15 @@ impl Fill {
         }
     }
 
+    /// Waits for the next finished run, in place of looking for it again and again: its thread
+    /// has a low priority.
+    #[cfg(test)]
+    pub fn wait(&self) {
+        let mut select = crossbeam_channel::Select::new();
+        select.recv(&self.made);
+        select.ready();
+    }
+
     #[cfg(test)]
     pub fn nobody() -> Self {
         Self {

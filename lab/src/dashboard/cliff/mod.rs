@@ -424,8 +424,8 @@ mod tests {
 
     fn fill(map: &mut CliffMap) {
         while map.progress().0 < map.progress().1 {
+            map.fill.wait();
             map.follow().expect("no run fails");
-            std::thread::yield_now();
         }
     }
 
