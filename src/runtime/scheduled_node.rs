@@ -292,6 +292,11 @@ impl ScheduledNode {
         self.trigger.is_none() && self.has_thread()
     }
 
+    /// Whether it has logical execution time.
+    pub(crate) fn is_let(&self) -> bool {
+        self.placement == Placement::Let
+    }
+
     /// Whether it ticks on a thread of its own.
     pub(crate) fn has_thread(&self) -> bool {
         !matches!(self.placement, Placement::Executor(_))
@@ -427,6 +432,15 @@ impl ScheduledNode {
         let mut rate = self.rate.clone();
         rate.resume(rate.due().max(now + cost.unwrap_or_default()));
         Some(rate.due().since(now))
+    }
+
+    /// The configured duration of the tick that starts at `now`, if there is one.
+    pub(crate) fn takes(&mut self, now: Time) -> Option<Duration> {
+        let cost = self.cost();
+        match self.placement {
+            Placement::Let => self.duration(now, cost),
+            _ => cost,
+        }
     }
 
     /// Starts a tick of duration `cost` at `now`; returns its end. Its messages are

@@ -38,6 +38,7 @@ mod policies;
 mod quadratic_cost;
 mod rate;
 mod real_clock;
+mod real_triggers;
 mod reproducibility;
 mod rerun;
 mod rows;

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ratelab::runtime::{
-    Clock, GO_ON, Graph, Inbox, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
+    Clock, GO_ON, Graph, Inbox, Match, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
 };
 use shuttle::{sync::Arc, thread};
 
@@ -12,8 +12,8 @@ use crate::{
     support::{depth, hz, set_depth, set_rate},
 };
 
-/// Two nodes that count their ticks, add to a shared number and publish the sum, and one that
-/// reads it.
+/// Two nodes that count their ticks, add to a shared number and publish the sum, one that
+/// reads it, and one that it triggers.
 fn graph() -> (Graph, Topic<u64>) {
     let mut graph = Graph::new();
     let ticks = Arc::new(Shared::new("ticks", 0));
@@ -39,6 +39,17 @@ fn graph() -> (Graph, Topic<u64>) {
         let mut sum = wiring.subscription(&topic);
         move |now| {
             let _ = sum.latest(now);
+            GO_ON
+        }
+    });
+    added.expect("node");
+    // Its thread may get a message before it has started.
+    let added = graph.node("d", Match::Each, 0, |wiring| {
+        let mut sum = wiring.trigger(&topic);
+        let ticks = ticks.clone();
+        move |now| {
+            let read = sum.latest(now);
+            *ticks.lock() += read.expect("the message that it is for").data;
             GO_ON
         }
     });

@@ -7,6 +7,7 @@ use crate::runtime::{
     command::Command,
     sync::{Condvar, Instant, Mutex, lock},
     time::Time,
+    trigger::Arrival,
 };
 
 /// A reason to wake a node's thread.
@@ -16,6 +17,8 @@ pub(crate) enum Wakeup {
     Start(Wall),
     /// Carry out this command for the node, and log it.
     Command(Command),
+    /// A message arrives that triggers the node.
+    Arrival(Arrival),
     /// Stop: run time has stopped here.
     Stop(Time),
 }
@@ -40,6 +43,11 @@ impl Mailbox {
             Wakeup::Stop(at) => Some(*at),
             _ => None,
         })
+    }
+
+    /// The next wake-up, if there is one.
+    pub(crate) fn take(&self) -> Option<Wakeup> {
+        lock(&self.queue).pop_front()
     }
 
     /// Waits for the next wake-up without a deadline.

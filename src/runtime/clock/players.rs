@@ -318,8 +318,9 @@ impl NodeAgain<'_> {
                 took,
                 passed,
             } => {
+                let due = self.due(node, entry, began)?;
                 let mut at_once = false;
-                let outcome = steps::tick(node, self.state, began, || {
+                let outcome = steps::tick(node, due, began, || {
                     at_once = true;
                     TickEnd { took, passed }
                 });
@@ -328,13 +329,22 @@ impl NodeAgain<'_> {
                 }
                 outcome
             }
-            Entry::Start { began } => steps::tick(node, self.state, began, || {
-                self.differs(entry, "its tick takes no run time, and took some");
-                TickEnd {
-                    took: Duration::ZERO,
-                    passed: began,
+            Entry::Look { at } => {
+                if steps::take_due(node, self.state, at).is_some() {
+                    self.differs(entry, "it has all inputs of a tick, and lacked some");
                 }
-            }),
+                None
+            }
+            Entry::Start { began } => {
+                let due = self.due(node, entry, began)?;
+                steps::tick(node, due, began, || {
+                    self.differs(entry, "its tick takes no run time, and took some");
+                    TickEnd {
+                        took: Duration::ZERO,
+                        passed: began,
+                    }
+                })
+            }
             Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
             Entry::Obey { at, event } => {
                 let obey = |command: &Command| steps::obey_node(node, self.state, command, at);
@@ -349,6 +359,15 @@ impl NodeAgain<'_> {
             }
             Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
         }
+    }
+
+    /// When the tick was due that begins at `began`.
+    fn due(&self, node: &mut ScheduledNode, entry: &Entry, began: Time) -> Option<Time> {
+        let due = steps::take_due(node, self.state, began);
+        if due.is_none() {
+            self.differs(entry, "it lacks inputs of its tick, and had all");
+        }
+        due
     }
 
     fn differs(&self, entry: &Entry, why: &str) {

@@ -6,6 +6,7 @@ use crossbeam_channel::{Receiver, Sender};
 
 use super::{
     Clock, ClockExit,
+    arrivals::{Waiting, begin_arrivals, end_arrivals},
     mailbox::{Mailbox, Wakeup},
     note_end,
     obey::obey_at_rest,
@@ -145,7 +146,9 @@ impl RealClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<Option<ClockExit>, Fault> {
-        let mailboxes: Vec<Mailbox> = graph.nodes.iter().map(|_| Mailbox::default()).collect();
+        let nodes = graph.nodes.iter();
+        let mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
+        begin_arrivals(graph, &mailboxes);
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
         let log = state.threads.begin(graph.nodes.len());
@@ -167,6 +170,7 @@ impl RealClock {
                     node,
                     index,
                     mailbox,
+                    arrivals: Waiting::new(),
                     until,
                     state: state.clone(),
                     log: state.threads.stream(SUPERVISOR + 1 + index),
@@ -191,6 +195,7 @@ impl RealClock {
         });
         let end = supervisor.settle(end);
         drop(noter);
+        end_arrivals(graph, &mailboxes);
         log.note_alone(Entry::End(end.entry(until)));
         end.exit(graph)
     }
@@ -248,7 +253,7 @@ struct Supervisor<'a> {
     control: &'a mut ControlPlane,
     inbox: &'a mut Inbox,
     until: Time,
-    mailboxes: &'a [Mailbox],
+    mailboxes: &'a [Arc<Mailbox>],
     reports: Receiver<Report>,
     /// Number of nodes with ticks left before the end.
     working: usize,
@@ -341,6 +346,7 @@ struct Worker<'a> {
     node: &'a mut ScheduledNode,
     index: usize,
     mailbox: &'a Mailbox,
+    arrivals: Waiting,
     until: Time,
     state: Arc<RunState>,
     log: Arc<Stream>,
@@ -352,24 +358,38 @@ impl Worker<'_> {
     fn run(mut self) {
         realtime::prepare_thread(self.realtime.as_ref());
         let _noter = Noter::new();
-        if let Wakeup::Start(wall) = self.mailbox.wait()
+        if let Some(wall) = self.start()
             && let Some(report) = self.work(&wall)
         {
             // The supervisor holds the receiver until all threads have ended.
             let _ = self.reporter.send(report);
+        }
+        self.arrivals.return_to(self.mailbox);
+    }
+
+    /// Waits for the start; `None` for a stop. Messages may arrive before it, of nodes that have
+    /// started.
+    fn start(&mut self) -> Option<Wall> {
+        loop {
+            match self.mailbox.wait() {
+                Wakeup::Start(wall) => return Some(wall),
+                Wakeup::Arrival(arrival) => self.arrivals.add(arrival),
+                Wakeup::Command(_) | Wakeup::Stop(_) => return None,
+            }
         }
     }
 
     /// Ticks until there is something to report, or a stop is requested.
     fn work(&mut self, wall: &Wall) -> Option<Report> {
         loop {
-            let next = self.node.next_at();
+            let next = self.next_at(wall);
             match self.wait_until(wall, next.min(self.until)) {
                 Some(Wakeup::Stop(at)) => {
                     self.leave(at.min(self.until) + Time::TICK);
                     return None;
                 }
                 Some(Wakeup::Start(_)) => {}
+                Some(Wakeup::Arrival(arrival)) => self.arrivals.add(arrival),
                 Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
                 None if next > self.until => {
                     self.leave(self.until + Time::TICK);
@@ -385,6 +405,19 @@ impl Worker<'_> {
                     }
                 }
             }
+        }
+    }
+
+    /// Time of the node's next event. A message that waits begins no tick after the end of
+    /// the run.
+    fn next_at(&self, wall: &Wall) -> Time {
+        let node = &*self.node;
+        if !node.is_triggered() || node.is_occupied() || node.is_crashed() {
+            return node.next_at();
+        }
+        match self.arrivals.next_at() {
+            next if next <= self.until && wall.now() > self.until => Time::MAX,
+            next => next,
         }
     }
 
@@ -404,14 +437,23 @@ impl Worker<'_> {
 
     fn obey(&mut self, command: &Command, at: Time) {
         let event = steps::obey_node(self.node, &self.state, command, at) as u64;
+        // A node that restarts finds what its queues still keep.
+        self.arrivals.look_at_all();
         self.log.note(Entry::Obey { at, event });
     }
 
     fn tick(&mut self, wall: &Wall) -> Outcome {
         let began = wall.now();
+        self.arrivals.pass(began);
+        let Some(due) = steps::take_due(self.node, &self.state, began) else {
+            self.arrivals.found_none();
+            self.log.note(Entry::Look { at: began });
+            return None;
+        };
+        self.arrivals.took_one();
         let (mailbox, until) = (self.mailbox, self.until);
         let mut entry = Entry::Start { began };
-        let outcome = steps::tick(self.node, &self.state, began, || {
+        let outcome = steps::tick(self.node, due, began, || {
             let ended = wall.now();
             let took: Duration = ended.since(began);
             let passed = passed(mailbox, until, began, ended);
@@ -429,7 +471,10 @@ impl Worker<'_> {
     /// Ends a tick that takes time.
     fn finish(&mut self, wall: &Wall) -> Outcome {
         let ended = wall.now();
-        let passed = passed(self.mailbox, self.until, ended, ended);
+        // With logical execution time the next tick begins where this one ends.
+        let running = self.node.running().filter(|_| self.node.is_let());
+        let over = running.map_or(ended, |running| running.ends.min(ended));
+        let passed = passed(self.mailbox, self.until, ended, over);
         let outcome = steps::finish(self.node, &self.state, ended, passed);
         self.log.note(Entry::Finish { ended, passed });
         outcome

@@ -361,6 +361,9 @@ impl Rerun {
                 if self.watch.is_over() {
                     break;
                 }
+                if let Some(dispatcher) = &graph.dispatcher {
+                    dispatcher.arrivals().thin(planned.at);
+                }
                 match &planned.part {
                     Part::Entry(thread) => players.entry(graph, *thread),
                     Part::Knot(steps) => {

@@ -26,17 +26,30 @@ pub(super) struct TickEnd {
 /// A node ended the run at this run time, or failed.
 pub(super) type Outcome = Option<Result<Time, Fault>>;
 
-/// Ticks at run time `began`; `end` measures the end, of a tick that takes no run time.
+/// Moves on to the next tick, at run time `now`; returns when it was due. A node that
+/// messages trigger takes them: `None` if they are not yet the inputs of a tick.
+pub(super) fn take_due(node: &mut ScheduledNode, state: &RunState, now: Time) -> Option<Time> {
+    state.advance_to(now);
+    match node.is_triggered() {
+        true => {
+            node.waited();
+            node.take(now)
+        }
+        false => Some(node.take_due()),
+    }
+}
+
+/// Does the tick that was `due`, at run time `began`; `end` measures the end, of a tick that
+/// takes no run time.
 pub(super) fn tick(
     node: &mut ScheduledNode,
-    state: &RunState,
+    due: Time,
     began: Time,
     end: impl FnOnce() -> TickEnd,
 ) -> Outcome {
-    state.advance_to(began);
-    let lateness = Some(began.since(node.take_due()));
-    if let Some(cost) = node.cost() {
-        let started = node.start(began, cost, lateness);
+    let lateness = Some(began.since(due));
+    if let Some(takes) = node.takes(began) {
+        let started = node.start(began, takes, lateness);
         return started.err().map(|cause| Err(node.fault(began, cause)));
     }
     node.entry.counters.busy.store(true, Ordering::Relaxed);

@@ -98,7 +98,7 @@ impl<'a> Scheduler<'a> {
         // Late nodes tick now, so this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
         if let Some(dispatcher) = &mut graph.dispatcher {
-            dispatcher.prepare(&graph.nodes);
+            dispatcher.prepare(now, &mut graph.nodes);
         }
         Self {
             queue: EventQueue::new(&graph.nodes),

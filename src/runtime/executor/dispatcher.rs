@@ -11,7 +11,11 @@ use super::{
     windows::WindowOrder,
 };
 use crate::runtime::{
-    placement::Placement, scheduled_node::ScheduledNode, sync::Arc, time::Time, trigger::Arrivals,
+    placement::Placement,
+    scheduled_node::ScheduledNode,
+    sync::Arc,
+    time::Time,
+    trigger::{Arrival, Arrivals},
 };
 
 /// The events of these nodes under the virtual clock.
@@ -61,8 +65,33 @@ impl Dispatcher {
         Placement::Executor(executor)
     }
 
-    /// Plans the due times of all timers.
-    pub(crate) fn prepare(&mut self, nodes: &[ScheduledNode]) {
+    /// Plans the due times of all timers, and what the nodes with threads of their own have
+    /// begun or may begin: perhaps under the other clock.
+    pub(crate) fn prepare(&mut self, now: Time, nodes: &mut [ScheduledNode]) {
+        self.collect_from(now);
+        for node in 0..nodes.len() {
+            if nodes[node].is_triggered() && nodes[node].has_thread() {
+                self.prepare_thread(node, now, nodes);
+            }
+        }
+        self.prepare_timers(nodes);
+    }
+
+    fn prepare_thread(&mut self, node: usize, now: Time, nodes: &mut [ScheduledNode]) {
+        self.agenda.forget(node);
+        let known = &nodes[node];
+        match known.running() {
+            Some(running) => {
+                let (ends, agenda) = (running.ends, &mut self.agenda);
+                AtInstant { now, nodes, agenda }.plan_end(node, ends);
+            }
+            None if known.is_occupied() => self.plan_start(node, known.next_at(), nodes),
+            None if known.oldest(now).is_some() => self.agenda.add_arrival(now, node, 0),
+            None => {}
+        }
+    }
+
+    fn prepare_timers(&mut self, nodes: &[ScheduledNode]) {
         for (node, known) in nodes.iter().enumerate().take(self.of.len()) {
             if let Some((executor, member)) = self.of[node] {
                 self.executors[executor].queue.reschedule(member);
@@ -100,7 +129,24 @@ impl Dispatcher {
 
     /// Plans the arrivals of the messages that were published since the last look.
     pub(crate) fn collect(&mut self) {
-        for arrival in self.arrivals.take() {
+        self.collect_from(Time::ZERO);
+    }
+
+    /// Removes the arrivals to come, for the other clock.
+    pub(crate) fn take_arrivals(&mut self) -> Vec<Arrival> {
+        self.collect();
+        std::mem::take(&mut self.agenda).arrivals()
+    }
+
+    /// The list of arrivals that nobody has looked at.
+    pub(crate) fn arrivals(&self) -> &Arrivals {
+        &self.arrivals
+    }
+
+    /// Plans those from `first` on.
+    fn collect_from(&mut self, first: Time) {
+        let arrivals = self.arrivals.take().into_iter();
+        for arrival in arrivals.filter(|arrival| arrival.at >= first) {
             self.agenda
                 .add_arrival(arrival.at, arrival.node, arrival.input);
         }

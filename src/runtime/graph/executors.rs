@@ -99,15 +99,10 @@ impl Graph {
 
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
-        self.nodes.iter().find_map(|node| {
-            let lacks = match node.entry.executor {
-                Some(executor) => format!("the real clock has no executor {executor}"),
-                None if node.is_triggered() => {
-                    "messages trigger it, which the real clock does not know".to_owned()
-                }
-                None => return None,
-            };
-            Some((node, format!("{lacks}: choose the virtual clock")))
-        })
+        let mut nodes = self.nodes.iter().filter(|node| !node.has_thread());
+        let node = nodes.next()?;
+        let executor = node.entry.executor?;
+        let why = format!("the real clock has no executor {executor}: choose the virtual clock");
+        Some((node, why))
     }
 }

@@ -23,6 +23,11 @@ pub(crate) enum Entry {
         /// Ticks due before this are missed.
         passed: Time,
     },
+    /// A node took messages that are not yet the inputs of a tick.
+    Look {
+        /// Run time.
+        at: Time,
+    },
     /// A node began a tick with a configured duration.
     Start {
         /// Start.
@@ -102,6 +107,7 @@ impl Entry {
     pub(crate) fn at(&self) -> Option<Time> {
         match self {
             Self::Tick { began: at, .. }
+            | Self::Look { at }
             | Self::Start { began: at }
             | Self::Finish { ended: at, .. }
             | Self::Obey { at, .. } => Some(*at),
@@ -126,6 +132,7 @@ mod tag {
     pub const REST: u8 = 8;
     pub const ABANDONED: u8 = 9;
     pub const END: u8 = 10;
+    pub const LOOK: u8 = 11;
     pub const SAME_LOCKS: u8 = 0x80;
 }
 
@@ -200,6 +207,10 @@ impl Coder {
                 if !usual {
                     self.put_beside(bytes, passed);
                 }
+            }
+            Entry::Look { at } => {
+                bytes.push(tag::LOOK);
+                self.put_time(bytes, at);
             }
             Entry::Start { began } => {
                 bytes.push(tag::START);
@@ -327,6 +338,9 @@ impl Coder {
                     passed,
                 }
             }
+            tag::LOOK => Entry::Look {
+                at: self.get_time(reader)?,
+            },
             tag::START => Entry::Start {
                 began: self.get_time(reader)?,
             },

@@ -1,13 +1,18 @@
 //! Messages on their way to the nodes that they trigger.
 
+use std::fmt;
+
 use crate::runtime::{
     sync::{
-        Mutex,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
         lock,
     },
     time::Time,
 };
+
+/// Number of arrivals that are kept although they may have passed.
+const MANY: usize = 1_000;
 
 /// A message that arrives for a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,25 +24,62 @@ pub(crate) struct Arrival {
     pub(crate) input: usize,
 }
 
+impl fmt::Debug for Arrivals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Arrivals").finish_non_exhaustive()
+    }
+}
+
+/// Wakes a node for a message that has arrived, or will.
+pub(crate) trait Wake: Send + Sync {
+    fn wake(&self, arrival: Arrival);
+}
+
 /// The arrivals of the messages that were published since the last look.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Arrivals {
     /// Whether there are any, so that without them a look costs one load only.
     any: AtomicBool,
-    list: Mutex<Vec<Arrival>>,
+    list: Mutex<List>,
+}
+
+#[derive(Default)]
+struct List {
+    arrivals: Vec<Arrival>,
+    /// Has them at once, while it is there.
+    wake: Option<Arc<dyn Wake>>,
 }
 
 impl Arrivals {
     /// Adds an arrival.
     pub(crate) fn add(&self, arrival: Arrival) {
-        lock(&self.list).push(arrival);
-        self.any.store(true, Ordering::Release);
+        let mut list = lock(&self.list);
+        match &list.wake {
+            Some(wake) => wake.wake(arrival),
+            None => {
+                list.arrivals.push(arrival);
+                self.any.store(true, Ordering::Release);
+            }
+        }
+    }
+
+    /// Has `wake` get all from now on, in place of the list.
+    pub(crate) fn forward_to(&self, wake: Option<Arc<dyn Wake>>) {
+        lock(&self.list).wake = wake;
+    }
+
+    /// Removes those before `now`, if there are many.
+    pub(crate) fn thin(&self, now: Time) {
+        let arrivals = &mut lock(&self.list).arrivals;
+        if arrivals.len() > MANY {
+            arrivals.retain(|arrival| arrival.at >= now);
+        }
     }
 
     /// Removes all, in the order of publication.
     pub(crate) fn take(&self) -> Vec<Arrival> {
         match self.any.swap(false, Ordering::Acquire) {
-            true => std::mem::take(&mut *lock(&self.list)),
+            true => std::mem::take(&mut lock(&self.list).arrivals),
             false => Vec::new(),
         }
     }

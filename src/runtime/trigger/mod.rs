@@ -9,7 +9,7 @@ mod each;
 mod exact;
 mod matching;
 
-pub(crate) use arrivals::{Arrival, Arrivals};
+pub(crate) use arrivals::{Arrival, Arrivals, Wake};
 pub use matching::Match;
 
 use self::{each::Each, exact::Exact};

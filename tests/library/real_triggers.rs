@@ -1,0 +1,238 @@
+//! Triggers and logical execution time under the real clock: what comes of a run is the same
+//! when it is executed again, also with stretches of virtual time in it.
+
+use std::{ops::Range, time::Duration};
+
+use ratelab::runtime::{
+    Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
+    RealClock, Rerun, TickRecord, Time, TimedCommand, Topic, VirtualClock, telemetry::Observer,
+};
+
+use crate::support::{self, depth, hz, secs};
+
+/// A camera and a lidar, a detector for each image, a fusion of both, and a controller with
+/// logical execution time.
+struct Robot {
+    graph: Graph,
+    fused: Topic<u64>,
+    command: Topic<u64>,
+}
+
+/// A node that adds what it reads, and publishes the sum.
+fn adder(graph: &mut Graph, name: &str, matching: Match, from: &[&Topic<u64>], to: &Topic<u64>) {
+    let added = graph.node(name, matching, 1, |wiring| {
+        let mut from: Vec<_> = from.iter().map(|topic| wiring.trigger(topic)).collect();
+        let to = wiring.publisher(to);
+        let mut total = 0;
+        move |now| {
+            let read = from.iter_mut().filter_map(|topic| topic.latest(now));
+            total += read.map(|message| message.data + message.seq).sum::<u64>();
+            to.publish(total, now, None);
+            GO_ON
+        }
+    });
+    added.expect(name);
+}
+
+fn robot() -> Robot {
+    let mut graph = Graph::new();
+    let [image, scan, objects, fused, command] =
+        ["/image", "/scan", "/objects", "/fused", "/command"]
+            .map(|name| Topic::new(name, depth(4)));
+    for (name, rate, topic) in [("camera", 200.0, &image), ("lidar", 100.0, &scan)] {
+        let added = graph.node(name, hz(rate), 0, |wiring| {
+            let topic = wiring.publisher(topic);
+            move |now: Time| {
+                topic.publish(now.as_nanos() % 7, now, None);
+                GO_ON
+            }
+        });
+        added.expect(name);
+    }
+    adder(&mut graph, "detector", Match::Each, &[&image], &objects);
+    adder(
+        &mut graph,
+        "fusion",
+        Match::Each,
+        &[&objects, &scan],
+        &fused,
+    );
+    let added = graph.node("control", hz(100.0), 0, |wiring| {
+        let (mut fused, command) = (wiring.subscription(&fused), wiring.publisher(&command));
+        move |now| {
+            let read = fused.latest(now).map_or(0, |message| message.data);
+            command.publish(read, now, None);
+            GO_ON
+        }
+    });
+    added.expect("control");
+    let callback = [Callback::of("control")];
+    graph.executor(Executor::Let, callback).expect("a rate");
+    Robot {
+        graph,
+        fused,
+        command,
+    }
+}
+
+/// All that comes of a run.
+#[derive(Debug, PartialEq)]
+struct Result {
+    ticks: Vec<Vec<TickRecord>>,
+    fused: Vec<(u64, u64, Time)>,
+    commands: Vec<(u64, u64, Time)>,
+    dropped: Vec<u64>,
+}
+
+fn command(at: f64, text: &str) -> TimedCommand {
+    let knob: Knob = text.parse().expect(text);
+    support::at(at, knob.into())
+}
+
+fn hand_over(at: f64, clock: ClockKind) -> TimedCommand {
+    support::at(at, Command::HandOver(clock))
+}
+
+/// Runs a robot for 0.2 s, first under `real`, then as it hands itself over.
+fn run(real: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Observer, Result) {
+    let mut robot = robot();
+    let taps = robot.graph.tap_handle().ticks(4096);
+    let [fused, commands] =
+        [&robot.fused, &robot.command].map(|topic| robot.graph.tap(topic, 4096));
+    let (_commander, mut inbox) = Inbox::new(timed);
+    let mut exit = ClockExit::HandedOver(ClockKind::Real);
+    while let ClockExit::HandedOver(clock) = exit {
+        let clock: &mut dyn Clock = match clock {
+            ClockKind::Real => real,
+            ClockKind::Virtual => &mut VirtualClock,
+        };
+        exit = clock
+            .run(&mut robot.graph, &mut inbox, secs(0.2))
+            .expect("no fault");
+    }
+    let messages = |tap: ratelab::runtime::Tap<ratelab::runtime::TapMessage<u64>>| {
+        let items = tap.items().try_iter();
+        items
+            .map(|item| (item.message.data, item.message.seq, item.at))
+            .collect()
+    };
+    let observer = robot.graph.observer();
+    let topics = observer.snapshot().topics;
+    let result = Result {
+        ticks: taps
+            .iter()
+            .map(|tap| tap.items().try_iter().collect())
+            .collect(),
+        fused: messages(fused),
+        commands: messages(commands),
+        dropped: topics.iter().map(|topic| topic.dropped()).collect(),
+    };
+    (observer, result)
+}
+
+/// What the clock of the wall took: under the virtual clock that is not the run's.
+fn without_took(mut result: Result, virtual_time: Range<Time>) -> Result {
+    for tick in result.ticks.iter_mut().flatten() {
+        if virtual_time.contains(&tick.at) {
+            tick.took = None;
+        }
+    }
+    result
+}
+
+fn knobs() -> Vec<TimedCommand> {
+    vec![
+        command(0.0, "takes detector 2"),
+        command(0.0, "takes control 3"),
+        command(0.0, "link /scan delay:4"),
+        command(0.03, "takes detector 12"),
+    ]
+}
+
+fn comes_back(first: (Observer, Result), given: &[TimedCommand], virtual_time: Range<Time>) {
+    let (observer, recorded) = first;
+    let recorded = without_took(recorded, virtual_time.clone());
+    for perturbed in [false, true] {
+        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let mut rerun = rerun.expect("a log");
+        if perturbed {
+            rerun.perturb();
+        }
+        let (again, result) = run(&mut rerun, given.to_vec());
+        assert_eq!(rerun.difference(), None);
+        assert_eq!(without_took(result, virtual_time.clone()), recorded);
+        assert_eq!(again.events(0), observer.events(0));
+        assert_eq!(again.log(), observer.log(), "its log is another one");
+    }
+}
+
+/// Runs and executes again, until a run was on time enough for what `shows` looks for.
+fn until(
+    timed: &[TimedCommand],
+    virtual_time: Range<Time>,
+    shows: impl Fn(&[Vec<TickRecord>]) -> bool,
+) {
+    let under_virtual =
+        |timed: &&TimedCommand| virtual_time.start < timed.at && timed.at <= virtual_time.end;
+    // Given again: what the log of the threads does not have.
+    let given: Vec<_> = timed.iter().filter(under_virtual).cloned().collect();
+    for _ in 0..20 {
+        let first = run(&mut RealClock::default(), timed.to_vec());
+        let shown = shows(&first.1.ticks);
+        comes_back(first, &given, virtual_time.clone());
+        if shown {
+            return;
+        }
+    }
+    panic!("no run was on time");
+}
+
+#[test]
+fn a_run_with_triggers_comes_back_to_the_bit() {
+    until(&knobs(), Time::ZERO..Time::ZERO, |ticks| {
+        let [_, _, detector, fusion, control] = ticks else {
+            panic!("five nodes");
+        };
+        let ms = Duration::from_millis;
+        // A delayed message arrives with its link: nothing is fused before.
+        let delayed = fusion.iter().all(|tick| tick.at >= Time::ZERO + ms(4));
+        // What comes of a tick is there at the end of its period, and not before.
+        let ended: Vec<_> = control
+            .iter()
+            .filter_map(|tick| Some(tick.ends? - tick.at))
+            .collect();
+        assert!(
+            delayed && ended.iter().all(|took| *took >= ms(3)),
+            "{ticks:?}"
+        );
+        detector.len() > 10 && fusion.len() > 5 && ended.iter().any(|took| *took > ms(8))
+    });
+}
+
+#[test]
+fn triggers_go_on_under_the_other_clock() {
+    let (from, to) = (secs(0.08), secs(0.14));
+    let mut timed = knobs();
+    timed.push(hand_over(0.08, ClockKind::Virtual));
+    timed.push(hand_over(0.14, ClockKind::Real));
+    until(&timed, from..to, |ticks| {
+        let fused = |range: Range<Time>| ticks[3].iter().any(|tick| range.contains(&tick.at));
+        fused(Time::ZERO..from) && fused(from..to) && fused(to..secs(0.2))
+    });
+}
+
+#[test]
+fn every_message_triggers_a_tick_or_is_dropped() {
+    let mut robot = robot();
+    let run = RealClock::default().run(&mut robot.graph, &mut Inbox::default(), secs(0.3));
+    run.expect("no fault");
+    let snapshot = robot.graph.observer().snapshot();
+    let published = snapshot.topics[0].published;
+    let (ticks, dropped) = (snapshot.nodes[2].ticks, snapshot.topics[0].dropped());
+    // The last one may come after the end.
+    let accounted = ticks + dropped;
+    assert!(
+        accounted == published || accounted + 1 == published,
+        "{ticks} ticks and {dropped} dropped of {published}"
+    );
+}
