@@ -42,7 +42,9 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
     for block in of("system") {
         file.inner = Some(checker.inner(block)?);
     }
-    for block in of("executor") {
+    // One without a list gets the nodes that the others leave.
+    let listed = |listed: bool| of("executor").filter(move |e| e.at("nodes").is_some() == listed);
+    for block in listed(true).chain(listed(false)) {
         let executor = checker.executor(block, &file)?;
         file.executors.push(executor);
     }

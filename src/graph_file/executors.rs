@@ -16,6 +16,13 @@ impl GraphFile {
         executors.find(|executor| executor.nodes.iter().any(|known| known.text == node))
     }
 
+    /// The nodes without an executor, with a place for errors.
+    fn without_executor(&self, at: usize) -> Vec<Placed> {
+        let nodes = self.nodes.iter().map(|node| node.name.clone());
+        let rest = nodes.filter(|node| self.executor_of(node).is_none());
+        rest.map(|text| Placed { text, at }).collect()
+    }
+
     /// A node as its executor knows it; one of the system in the middle is known by its name.
     pub(super) fn callback(&self, node: &str) -> Callback {
         let known = self.nodes.iter().find(|known| known.name == node);
@@ -35,11 +42,16 @@ impl Checker<'_> {
         let executor = ExecutorSpec {
             name: block.name.text.clone(),
             kind: parsed.map_err(|error| self.refuse(kind.at, format!("kind: {error}")))?,
-            nodes: block.list("nodes"),
+            nodes: match block.at("nodes") {
+                Some(_) => block.list("nodes"),
+                None => file.without_executor(block.name.at),
+            },
         };
-        if let (true, Some(at)) = (executor.nodes.is_empty(), block.at("nodes")) {
-            let expected = Form::Nodes.expected();
-            return Err(self.refuse(at, format!("nodes: no node: expected {expected}")));
+        if executor.nodes.is_empty() {
+            let (name, expected) = (&executor.name, Form::Nodes.expected());
+            let at = block.at("nodes").unwrap_or(block.name.at);
+            let what = format!("executor {name:?} has no nodes: expected {expected}");
+            return Err(self.refuse(at, what));
         }
         for (index, node) in executor.nodes.iter().enumerate() {
             let before = &executor.nodes[..index];
@@ -90,6 +102,31 @@ impl Checker<'_> {
         }
     }
 
+    /// Refuses a group whose nodes are in several executors: it would exclude nothing.
+    fn one_executor_of_group(
+        &self,
+        block: &Block,
+        node: &NodeSpec,
+        file: &GraphFile,
+    ) -> Result<(), GraphFileError> {
+        let (group, at) = (node.callback.group_name(), block.at("group"));
+        let (Some(group), Some(at)) = (group, at) else {
+            return Ok(());
+        };
+        let executor = |node: &NodeSpec| file.executor_of(&node.name).map(|e| &e.name);
+        let mut others = file.nodes.iter();
+        let others = others.find(|other| {
+            other.callback.group_name() == Some(group) && executor(other) != executor(node)
+        });
+        others.map_or(Ok(()), |other| {
+            let what = format!("group: {:?} is in {group:?} too, but", other.name);
+            Err(self.refuse(
+                at,
+                format!("{what} in another executor: choose another name"),
+            ))
+        })
+    }
+
     /// Checks the settings of a node that only one with an executor has, or without.
     pub(super) fn placement(
         &self,
@@ -104,6 +141,7 @@ impl Checker<'_> {
                 Err(self.refuse(at, format!("{name:?} {why}: leave {key} out")))
             })
         };
+        self.one_executor_of_group(block, node, file)?;
         match file.executor_of(name) {
             None => refuse(&["group", "deadline_ms"], "is in no executor"),
             Some(_) => refuse(&["wakes"], "has no thread of its own, only its executor"),

@@ -180,10 +180,11 @@ pub const SECTIONS: [FileSection; 6] = [
                 Form::Executor,
                 "single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let",
             ),
-            required(
+            optional(
                 "nodes",
                 Form::Nodes,
-                "Its nodes, in the order in which they register",
+                "Its nodes, in the order in which they register [default: all nodes of the file \
+                 that are in no other executor]",
             ),
         ],
         one_of: &[],

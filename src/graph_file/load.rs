@@ -115,24 +115,23 @@ impl GraphSystem {
                 threads * 100
             ));
         }
-        let mut groups: BTreeMap<&str, f64> = BTreeMap::new();
+        let mut groups: BTreeMap<String, f64> = BTreeMap::new();
         for node in &executor.nodes {
             *groups.entry(self.group(&node.text)).or_default() += share(&node.text);
         }
         let (group, total) = groups.into_iter().find(|(_, total)| *total > FULL)?;
         Some(format!(
-            "{group} in executor {name} is asked for more than it can do: one tick at a time, {:.0} \
-             % of a core, so its ticks wait, skip periods or lose messages",
+            "{group} of executor {name} is asked for more than it can do: it needs {:.0} % of a \
+             core and ticks on one at a time, so its ticks wait, skip periods or lose messages",
             total * 1e2
         ))
     }
 
     /// The callback group of a node, or else the node itself.
-    fn group<'a>(&'a self, node: &'a str) -> &'a str {
+    fn group(&self, node: &str) -> String {
         let known = self.file.nodes.iter().find(|known| known.name == node);
-        known
-            .and_then(|known| known.callback.group_name())
-            .unwrap_or(node)
+        let group = known.and_then(|known| known.callback.group_name());
+        group.map_or_else(|| node.to_owned(), |group| format!("group {group}"))
     }
 }
 
