@@ -89,10 +89,12 @@ mod tests {
                 (name, false) => format!("`[{name}]`"),
             };
             for key in section.keys {
+                let others = section.one_of.iter().filter(|other| **other != key.name);
+                let others: Vec<String> = others.map(|other| format!("`{other}`")).collect();
                 let must = match (key.required, section.one_of.contains(&key.name)) {
-                    (true, _) => ", required",
-                    (false, true) => ", one of the two",
-                    (false, false) => "",
+                    (true, _) => ", required".to_owned(),
+                    (false, true) => format!(", required without {}", others.join(" or ")),
+                    (false, false) => String::new(),
                 };
                 rows.push(format!(
                     "| {heading} | `{}` | {}{must} |",

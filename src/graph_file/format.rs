@@ -158,8 +158,8 @@ pub const SECTIONS: [FileSection; 6] = [
             optional(
                 "group",
                 Form::Name,
-                "Its callback group: of the nodes of a group one ticks at a time, but for \
-                 reentrant [default: a group of its own]",
+                "Its callback group, of whose nodes one ticks at a time; reentrant excludes none \
+                 [default: a group of its own]",
             ),
             optional(
                 "deadline_ms",
