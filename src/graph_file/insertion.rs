@@ -55,16 +55,7 @@ pub(super) fn insert(
             );
         }
     }
-    for node in file.executors.iter().flat_map(|executor| &executor.nodes) {
-        let names = || {
-            let own = file.nodes.iter().map(|node| node.name.as_str());
-            own.chain(topology.nodes.iter().map(|node| node.name.as_str()))
-        };
-        if !names().any(|name| name == node.text) {
-            let instead = instead(&node.text, names());
-            return refuse(node, format!("no node {:?}: {instead}", node.text));
-        }
-    }
+    check_executors(file, &topology)?;
     let mut relays = Vec::new();
     for (from, to) in &inner.remap {
         if !offered.contains(&from.text) {
@@ -81,6 +72,24 @@ pub(super) fn insert(
         check_chain(file, chain, &topology, &relays)?;
     }
     Ok((relays, topology))
+}
+
+/// Checks that the nodes of executors are nodes of the file or of the system.
+fn check_executors(file: &GraphFile, topology: &Topology) -> Result<(), GraphFileError> {
+    let names = || {
+        let own = file.nodes.iter().map(|node| node.name.as_str());
+        own.chain(topology.nodes.iter().map(|node| node.name.as_str()))
+    };
+    let mut nodes = file.executors.iter().flat_map(|executor| &executor.nodes);
+    let Some(unknown) = nodes.find(|node| !names().any(|name| name == node.text)) else {
+        return Ok(());
+    };
+    let what = format!(
+        "no node {:?}: {}",
+        unknown.text,
+        instead(&unknown.text, names())
+    );
+    Err(GraphFileError::at(&file.text, unknown.at, what))
 }
 
 /// Checks the path of a chain where it goes through nodes of the system, whose messages carry

@@ -288,6 +288,7 @@ fn after_a_camera(more: &str) -> String {
 }
 
 #[test]
+#[allow(clippy::too_many_lines)] // A table.
 fn errors_about_triggers_have_a_place_and_a_remedy() {
     for (more, place, what) in [
         (
@@ -362,6 +363,7 @@ fn errors_about_triggers_have_a_place_and_a_remedy() {
 }
 
 #[test]
+#[allow(clippy::too_many_lines)] // A table.
 fn errors_about_executors_have_a_place_and_a_remedy() {
     let group = "group = \"g\"\n[node.b]\nrate = 1\ngroup = \"g\"\n[executor.x]\nkind = \
                  \"single\"\nnodes = [\"camera\"]\n[executor.y]\nkind = \"single\"\n";

@@ -94,7 +94,7 @@ pub struct Lane {
 }
 
 /// A mark in a lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
     /// Begin (run time).
     pub at: Time,
@@ -104,6 +104,8 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Whether it belongs to the chain of the selected push.
     pub bright: bool,
+    /// The node that had the executor meanwhile.
+    pub by: Option<String>,
 }
 
 /// The kind of a mark.
@@ -113,6 +115,10 @@ pub enum MarkKind {
     Tick,
     /// The delay between a tick's due time and its start.
     Late,
+    /// The same, as others had the executor.
+    Waiting,
+    /// A part of a tick for which it was set aside for a more urgent one.
+    Aside,
     /// Skipped periods.
     Overrun,
     /// A read message.
@@ -204,25 +210,29 @@ impl Window {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let mut add = |at, until, kind| {
+            let name = |node: usize| lineage.topology().nodes[node].name.clone();
+            let mut add = |at, until, kind, by: Option<usize>| {
                 marks.push(Mark {
                     at,
                     until,
                     kind,
                     bright,
+                    by: by.map(name),
                 });
             };
             let late = tick.lateness.unwrap_or_default();
-            if !late.is_zero() {
-                add(
-                    Time::ZERO + tick.at.since(Time::ZERO + late),
-                    tick.at,
-                    MarkKind::Late,
-                );
+            if let Some(waited) = lineage.waited(node, index) {
+                add(waited.from, waited.to, MarkKind::Waiting, Some(waited.by));
+            } else if !late.is_zero() {
+                let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+                add(due, tick.at, MarkKind::Late, None);
             }
-            add(tick.at, ends, MarkKind::Tick);
+            add(tick.at, ends, MarkKind::Tick, None);
+            for aside in lineage.set_aside(node, index) {
+                add(aside.from, aside.to, MarkKind::Aside, Some(aside.by));
+            }
             if more {
-                add(ends, ends, MarkKind::Overrun);
+                add(ends, ends, MarkKind::Overrun, None);
             }
         }
         Lane {
@@ -251,6 +261,7 @@ impl Window {
                 until,
                 kind,
                 bright,
+                by: None,
             }
         };
         let sent = lineage.sent(topic).rev();

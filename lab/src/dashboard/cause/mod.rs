@@ -160,6 +160,12 @@ impl Facts<'_> {
             }
             Owner::Late(node) => {
                 let name = self.node(node);
+                if let Some(executor) = self.graph.nodes[node].executor {
+                    return format!(
+                        "the age arose as the {name} waits for its executor {executor}: quicker \
+                         nodes in it mend it, or another executor"
+                    );
+                }
                 let cure = self.mended_by(&format!("wakes {name} none"));
                 format!("the age arose in the {name}: it wakes late. {cure}")
             }

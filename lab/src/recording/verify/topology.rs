@@ -22,9 +22,11 @@ fn node(node: &NodeTopology) -> String {
         hz,
         triggers,
         executor,
+        executor_index,
         meters,
     } = node;
-    let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));
+    let number = executor_index.map_or(String::new(), |index| format!(" {index}"));
+    let executor = executor.map_or(String::new(), |kind| format!(", executor{number} {kind}"));
     let release = match triggers.is_empty() {
         true => format!("at {hz}"),
         false => format!("triggered by topics {triggers:?}"),
