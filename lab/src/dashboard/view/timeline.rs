@@ -144,8 +144,8 @@ impl LaneColumns<'_> {
             put(glyph, style, self.margin + column, self.place, buf);
         }
         let name = mark.by.as_deref().map(|by| plain(by, theme));
-        let fits = |name: &String| width(name) + 2 <= (last + 1).saturating_sub(first);
-        if let Some(name) = name.filter(fits) {
+        let room = (last + 1).saturating_sub(first);
+        if let Some(name) = name.filter(|name| width(name) + 2 <= room) {
             put(&name, style, self.margin + first + 1, self.place, buf);
         }
     }
