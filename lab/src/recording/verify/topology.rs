@@ -22,11 +22,11 @@ fn node(node: &NodeTopology) -> String {
         hz,
         triggers,
         executor,
-        executor_index,
+        // Recordings of before have none.
+        executor_index: _,
         meters,
     } = node;
-    let number = executor_index.map_or(String::new(), |index| format!(" {index}"));
-    let executor = executor.map_or(String::new(), |kind| format!(", executor{number} {kind}"));
+    let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));
     let release = match triggers.is_empty() {
         true => format!("at {hz}"),
         false => format!("triggered by topics {triggers:?}"),
