@@ -5,6 +5,9 @@ use std::time::Duration;
 use super::{Lineage, Worked};
 use crate::runtime::{executor::Executor, time::Time};
 
+/// The end of a long wait that counts for its cause: waits of overloaded nodes grow with the run.
+const LOOKED_AT: Duration = Duration::from_millis(200);
+
 /// A stretch of run time in which another node had what a tick needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Occupied {
@@ -25,14 +28,16 @@ impl Lineage {
         others.filter(move |other| executor.is_some() && nodes[*other].executor_index == executor)
     }
 
-    /// The wait of a tick for its executor, with the node that ran the longest meanwhile.
+    /// The wait of a tick for its executor, with the node that ran the longest meanwhile, or in
+    /// the last 200 ms of it.
     /// `None` if it did not wait, or had a thread of its own.
     pub fn waited(&self, node: usize, index: usize) -> Option<Occupied> {
         let to = self.nodes[node].ticks.get(index)?.tick.at;
         let from = self.released(node, index);
+        let late = from.max(Time::ZERO + to.since(Time::ZERO + LOOKED_AT));
         let longest = self
             .companions(node)
-            .map(|other| (self.ran(other, from, to), other))
+            .map(|other| (self.ran(other, late, to), other))
             .max_by_key(|(ran, other)| (*ran, std::cmp::Reverse(*other)))?;
         let (ran, by) = longest;
         (from < to && !ran.is_zero()).then_some(Occupied { from, to, by })
