@@ -29,13 +29,18 @@ fn object(section: &FileSection) -> Value {
         .collect();
     let required = section.keys.iter().filter(|key| key.required);
     let required: Vec<&str> = required.map(|key| key.name).collect();
-    json!({
+    let mut object = json!({
         "type": "object",
         "description": section.help,
         "properties": properties,
         "required": required,
         "additionalProperties": false,
-    })
+    });
+    if !section.one_of.is_empty() {
+        let keys = section.one_of.iter();
+        object["oneOf"] = keys.map(|key| json!({ "required": [key] })).collect();
+    }
+    object
 }
 
 fn property(key: &Key) -> Value {
@@ -48,7 +53,7 @@ fn property(key: &Key) -> Value {
 fn values(form: Form) -> Value {
     let texts = json!({ "type": "array", "items": { "type": "string" } });
     match form {
-        Form::Name => json!({ "type": "string" }),
+        Form::Name | Form::Match | Form::Executor => json!({ "type": "string" }),
         Form::Knob(KnobKind::Rate) => {
             json!({ "type": "number", "minimum": Hz::MIN.get(), "maximum": Hz::MAX.get() })
         }
@@ -58,7 +63,8 @@ fn values(form: Form) -> Value {
         Form::Knob(KnobKind::Read) => json!({ "enum": ["newest", "oldest"] }),
         Form::Knob(KnobKind::Link) => json!({ "type": "string" }),
         Form::Knob(_) => json!({ "type": ["number", "string"] }),
-        Form::Topics | Form::Path => texts,
+        Form::Topics | Form::Nodes | Form::Path => texts,
+        Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
         Form::Remap => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
     }
@@ -83,7 +89,13 @@ mod tests {
                 (name, false) => format!("`[{name}]`"),
             };
             for key in section.keys {
-                let must = if key.required { ", required" } else { "" };
+                let others = section.one_of.iter().filter(|other| **other != key.name);
+                let others: Vec<String> = others.map(|other| format!("`{other}`")).collect();
+                let must = match (key.required, section.one_of.contains(&key.name)) {
+                    (true, _) => ", required".to_owned(),
+                    (false, true) => format!(", required without {}", others.join(" or ")),
+                    (false, false) => String::new(),
+                };
                 rows.push(format!(
                     "| {heading} | `{}` | {}{must} |",
                     key.name, key.help

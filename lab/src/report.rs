@@ -41,8 +41,8 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     lines.extend([
         ("rates", rates(system, summary)),
         ("verdict", verdict(system, summary, context)),
-        ("topics", topics(summary)),
     ]);
+    lines.extend(topics(summary).map(|text| ("topics", text)));
     if system.chains().is_some() {
         let chains = system.chain_lines(summary.sim_time, &summary.chains);
         lines.extend(chains.into_iter().map(|text| ("chain", text)));
@@ -206,7 +206,7 @@ fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> S
     )
 }
 
-fn topics(summary: &Summary) -> String {
+fn topics(summary: &Summary) -> Option<String> {
     let topic = |topic: &TopicSummary| {
         format!(
             "{} {:.1} msg/s ({} dropped)",
@@ -214,7 +214,8 @@ fn topics(summary: &Summary) -> String {
         )
     };
     let read = summary.topics.iter().filter(|topic| topic.read);
-    read.map(topic).collect::<Vec<_>>().join(" | ")
+    let topics: Vec<String> = read.map(topic).collect();
+    (!topics.is_empty()).then(|| topics.join(" | "))
 }
 
 /// What the links did to messages, where they did something.

@@ -147,6 +147,23 @@ fn a_graph_file_is_swept_and_hunted_like_a_system_in_code() {
 }
 
 #[test]
+fn an_overload_at_one_value_of_a_sweep_is_noted_before_it() {
+    let folder = folder();
+    let file = path(&folder, "robot.toml");
+    fs::write(&file, include_str!("../../graphs/robot.toml")).expect("written");
+    let sweep = |rates: &str| {
+        let axis = ["--axis", "rate planner", rates, "--seeds", "0"];
+        let swept = ratelab(&[&["sweep", &file], &axis[..]].concat());
+        assert!(swept.status.success(), "{swept:?}");
+        text(&swept.stderr)
+    };
+    let noted = sweep("5,20");
+    let note = "note: rate planner 20: planner is asked for more than it can do: 55 ms at 20 Hz";
+    assert!(noted.contains(note), "{noted}");
+    assert!(!sweep("5,10").contains("note:"));
+}
+
+#[test]
 fn errors_in_a_graph_file_name_the_place_and_no_file_is_replaced() {
     let folder = folder();
     let file = path(&folder, "wrong.toml");

@@ -8,7 +8,7 @@ use super::{
     error::{GraphFileError, instead},
     format::Form,
 };
-use crate::runtime::{Hz, Knob, KnobKind};
+use crate::runtime::{Callback, Hz, Knob, KnobKind, Match, Release};
 
 /// The longest name (characters).
 const LONGEST_NAME: usize = 64;
@@ -27,6 +27,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
         nodes: Vec::new(),
         settings: Vec::new(),
         chains: Vec::new(),
+        executors: Vec::new(),
         inner: None,
     };
     if let Some(name) = blocks.first().and_then(|top| top.text("name")) {
@@ -41,6 +42,15 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
     for block in of("system") {
         file.inner = Some(checker.inner(block)?);
     }
+    // One without a list gets the nodes that the others leave.
+    let listed = |listed: bool| of("executor").filter(move |e| e.at("nodes").is_some() == listed);
+    for block in listed(true).chain(listed(false)) {
+        let executor = checker.executor(block, &file)?;
+        file.executors.push(executor);
+    }
+    for (block, node) in of("node").zip(&file.nodes) {
+        checker.placement(block, node, &file)?;
+    }
     for block in of("topic") {
         checker.topic(block, &mut file)?;
     }
@@ -52,17 +62,17 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
     Ok(file)
 }
 
-struct Checker<'t> {
+pub(super) struct Checker<'t> {
     text: &'t str,
 }
 
 impl Checker<'_> {
-    fn refuse(&self, at: usize, what: impl Into<String>) -> GraphFileError {
+    pub(super) fn refuse(&self, at: usize, what: impl Into<String>) -> GraphFileError {
         GraphFileError::at(self.text, at, what)
     }
 
     /// Refuses a name that would be ambiguous in knobs, options and recordings.
-    fn name(&self, name: &Placed) -> Result<(), GraphFileError> {
+    pub(super) fn name(&self, name: &Placed) -> Result<(), GraphFileError> {
         let plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
         let fits = name.text.chars().all(plain)
             && name.text.starts_with(|c: char| c.is_alphanumeric())
@@ -126,17 +136,73 @@ impl Checker<'_> {
             _ => None,
         });
         settings.extend(knobs);
+        let (triggers, reads) = (self.topics(block, "trigger")?, self.topics(block, "reads")?);
+        let twice = |topic: &&Placed| triggers.iter().any(|known| known.text == topic.text);
+        if let Some(topic) = reads.iter().find(twice) {
+            let what = format!(
+                "{:?} triggers the node, which reads it: leave it out",
+                topic.text
+            );
+            return Err(self.refuse(topic.at, what));
+        }
+        let release = match rate {
+            Some(hz) => Release::Every(self.without_trigger(block, hz)?),
+            None => Release::On(self.matching(block, &triggers)?),
+        };
         Ok(NodeSpec {
             name: block.name.text.clone(),
             at: block.name.at,
-            hz: rate.unwrap_or(Hz::MIN),
-            reads: self.topics(block, "reads")?,
+            release,
+            priority: block.number("priority").map(|number| number as u32),
+            triggers,
+            reads,
             publishes: self.topics(block, "publishes")?,
+            callback: self.callback(block)?,
+        })
+    }
+
+    /// The rate `hz` of a node that no message triggers.
+    fn without_trigger(&self, block: &Block, hz: Hz) -> Result<Hz, GraphFileError> {
+        let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
+        let at = block.at("match");
+        at.map_or(Ok(hz), |at| Err(self.refuse(at, what)))
+    }
+
+    /// How the messages of the `triggers` of a node are combined.
+    fn matching(&self, block: &Block, triggers: &[Placed]) -> Result<Match, GraphFileError> {
+        let name = &block.name.text;
+        if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
+            let expected = Form::Topics.expected();
+            return Err(self.refuse(at, format!("trigger: no topic: expected {expected}")));
+        }
+        if let Some(at) = block.at("offset") {
+            let what = format!("messages trigger {name:?}: leave offset out");
+            return Err(self.refuse(at, what));
+        }
+        let Some(text) = block.text("match") else {
+            return Ok(Match::Each);
+        };
+        let matching = text.text.parse();
+        matching.map_err(|error: String| self.refuse(text.at, format!("match: {error}")))
+    }
+
+    fn callback(&self, block: &Block) -> Result<Callback, GraphFileError> {
+        let mut callback = Callback::of(&*block.name.text);
+        if let Some(group) = block.text("group") {
+            self.name(&group)?;
+            callback = match &*group.text {
+                "reentrant" => callback.in_reentrant_group(),
+                name => callback.in_group(name),
+            };
+        }
+        Ok(match block.number("deadline_ms") {
+            Some(ms) => callback.with_deadline(duration(ms)),
+            None => callback,
         })
     }
 
     fn size(&self, file: &GraphFile, chains: usize) -> Result<(), GraphFileError> {
-        let ends = |node: &NodeSpec| 1 + node.reads.len() + 2 * node.publishes.len();
+        let ends = |node: &NodeSpec| 1 + node.inputs().count() + 2 * node.publishes.len();
         let parts = file.nodes.iter().map(ends).sum::<usize>() + 2 * chains;
         let what = if parts > MOST_PARTS {
             format!(
@@ -156,11 +222,10 @@ impl Checker<'_> {
     fn topic(&self, block: &Block, file: &mut GraphFile) -> Result<(), GraphFileError> {
         let name = &block.name;
         self.topic_name(name)?;
-        let ends = |topics: fn(&NodeSpec) -> &[Placed]| {
-            let mut topics = file.nodes.iter().flat_map(topics);
-            topics.any(|topic| topic.text == name.text)
-        };
-        let (published, read) = (ends(|node| &node.publishes), ends(|node| &node.reads));
+        let nodes = || file.nodes.iter();
+        let is_it = |topic: &Placed| topic.text == name.text;
+        let published = nodes().flat_map(|node| &node.publishes).any(is_it);
+        let read = nodes().flat_map(NodeSpec::inputs).any(is_it);
         if !published && file.inner.is_none() {
             return Err(self.without_publisher(file, name));
         }
@@ -231,7 +296,7 @@ impl Checker<'_> {
         }
         let share = block.number("share");
         let limit = block.number("age_ms").map(|ms| Limit {
-            age: Duration::from_nanos((ms * 1e6).round() as u64),
+            age: duration(ms),
             share: share.unwrap_or(1.0),
         });
         if let (Some(_), None) = (share, limit) {
@@ -266,9 +331,9 @@ impl Checker<'_> {
             let instead = instead(&node.text, file.nodes.iter().map(|node| &*node.name));
             return Err(self.refuse(node.at, format!("no node {:?}: {instead}", node.text)));
         };
-        let (topics, verb) = match std::ptr::eq(node, from) {
-            true => (&known.publishes, "publish"),
-            false => (&known.reads, "read"),
+        let (topics, verb): (Vec<&Placed>, _) = match std::ptr::eq(node, from) {
+            true => (known.publishes.iter().collect(), "publish"),
+            false => (known.inputs().collect(), "read"),
         };
         if topics.iter().any(|known| known.text == topic.text) {
             return Ok(());
@@ -280,6 +345,11 @@ impl Checker<'_> {
 
     /// Checks the graph as a whole.
     fn whole(&self, file: &GraphFile) -> Result<(), GraphFileError> {
+        if let Err((topic, circle)) = file.trigger_order() {
+            let remedy = "let one of them tick at a rate";
+            let what = format!("nodes trigger each other in a circle: {circle}; {remedy}");
+            return Err(self.refuse(topic.at, what));
+        }
         if file.inner.is_some() {
             return Ok(());
         }
@@ -287,10 +357,15 @@ impl Checker<'_> {
             let mut published = file.nodes.iter().flat_map(|node| &node.publishes);
             published.any(|known| known.text == topic.text)
         };
-        let mut read = file.nodes.iter().flat_map(|node| &node.reads);
+        let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
         match read.find(|topic| !is_published(topic)) {
             Some(topic) => Err(self.without_publisher(file, topic)),
             None => Ok(()),
         }
     }
+}
+
+/// A duration of `ms` milliseconds.
+fn duration(ms: f64) -> Duration {
+    Duration::from_nanos((ms * 1e6).round() as u64)
 }

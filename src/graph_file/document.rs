@@ -44,6 +44,11 @@ impl Block {
         Some((*at, value))
     }
 
+    /// The place of the value of `key`, if it is there.
+    pub(super) fn at(&self, key: &str) -> Option<usize> {
+        self.get(key).map(|(at, _)| at)
+    }
+
     /// All texts and numbers for knobs, with their places.
     pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static Key, usize, String)> {
         let knobs = self.entries.iter();
@@ -199,17 +204,38 @@ impl DocumentReader<'_> {
             };
             return Err(self.refuse(name.at, what));
         }
-        Ok(Block {
+        let block = Block {
             section,
             name,
             entries: known,
-        })
+        };
+        self.one_of(&block)?;
+        Ok(block)
+    }
+
+    /// Checks that exactly one of some keys is there.
+    fn one_of(&self, block: &Block) -> Result<(), GraphFileError> {
+        let keys = block.section.one_of.iter();
+        let there: Vec<_> = keys.filter_map(|key| Some((key, block.at(key)?))).collect();
+        let (kind, name) = (block.section.name, &block.name);
+        match there[..] {
+            [] if !block.section.one_of.is_empty() => {
+                let keys = block.section.one_of.join(" and no ");
+                let what = format!("{kind} {:?} has no {keys}: add one of them", name.text);
+                Err(self.refuse(name.at, what))
+            }
+            [(first, _), (second, at), ..] => {
+                let what = format!("{:?} has both {first} and {second}", name.text);
+                Err(self.refuse(at, format!("{kind} {what}: leave one of them out")))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn value(&self, key: &Key, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
         let form = key.form;
         let found = match (form, value.get_ref()) {
-            (Form::Name | Form::Knob(_), DeValue::String(text)) => {
+            (Form::Name | Form::Knob(_) | Form::Match | Form::Executor, DeValue::String(text)) => {
                 Some(FileValue::Text(text.to_string()))
             }
             (Form::Knob(_), value) => number(value).map(FileValue::Number),
@@ -217,7 +243,12 @@ impl DocumentReader<'_> {
                 let number = number(value).filter(|number| *number > 0.0 && *number <= most);
                 number.map(FileValue::Number)
             }
-            (Form::Topics | Form::Path, DeValue::Array(items)) => {
+            (Form::Whole(most), value) => {
+                let whole = number(value).filter(|number| number.fract() == 0.0);
+                let number = whole.filter(|number| (0.0..=f64::from(most)).contains(number));
+                number.map(FileValue::Number)
+            }
+            (Form::Topics | Form::Nodes | Form::Path, DeValue::Array(items)) => {
                 let texts = items.iter().map(text);
                 texts.collect::<Option<_>>().map(FileValue::List)
             }

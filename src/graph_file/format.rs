@@ -11,6 +11,8 @@ pub struct FileSection {
     pub named: bool,
     /// Its keys.
     pub keys: &'static [Key],
+    /// Those of them of which exactly one must be there, if any.
+    pub one_of: &'static [&'static str],
     /// Description.
     pub help: &'static str,
 }
@@ -37,6 +39,14 @@ pub enum Form {
     Knob(KnobKind),
     /// A list of topics.
     Topics,
+    /// A list of nodes.
+    Nodes,
+    /// How messages of several topics are combined.
+    Match,
+    /// A kind of executor.
+    Executor,
+    /// A whole number from zero on, up to this one.
+    Whole(u32),
     /// A list of nodes and topics in turn.
     Path,
     /// A number above zero, up to this one.
@@ -52,6 +62,12 @@ impl Form {
             Self::Name => "a name in quotes".to_owned(),
             Self::Knob(kind) => format!("a number or a text, as of {}", kind.usage()),
             Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
+            Self::Nodes => r#"a list of nodes, such as ["camera", "detector"]"#.to_owned(),
+            Self::Match => r#""each", or "exact:10" with a number of stamps"#.to_owned(),
+            Self::Executor => {
+                r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#.to_owned()
+            }
+            Self::Whole(most) => format!("a whole number from 0 to {most}"),
             Self::Path => {
                 r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#.to_owned()
             }
@@ -80,19 +96,34 @@ const fn required(name: &'static str, form: Form, help: &'static str) -> Key {
     }
 }
 
+/// The highest priority number.
+const MOST_PRIORITY: u32 = 1_000_000;
+
 /// All sections. The first holds the keys at the beginning of the file.
-pub const SECTIONS: [FileSection; 5] = [
+pub const SECTIONS: [FileSection; 6] = [
     FileSection {
         name: "",
         named: false,
         keys: &[required("name", Form::Name, "Name of the graph")],
+        one_of: &[],
         help: "The graph",
     },
     FileSection {
         name: "node",
         named: true,
         keys: &[
-            required("rate", Form::Knob(KnobKind::Rate), "Ticks per second (Hz)"),
+            optional("rate", Form::Knob(KnobKind::Rate), "Ticks per second (Hz)"),
+            optional(
+                "trigger",
+                Form::Topics,
+                "The topics whose messages make it tick; it reads them too",
+            ),
+            optional(
+                "match",
+                Form::Match,
+                "What a tick needs of several triggers: each (the newest of each), or \
+                 exact:10 (equal times of sensing; 10 of them wait) [default: each]",
+            ),
             optional(
                 "takes",
                 Form::Knob(KnobKind::Takes),
@@ -111,15 +142,53 @@ pub const SECTIONS: [FileSection; 5] = [
             optional(
                 "reads",
                 Form::Topics,
-                "The topics that it reads at the beginning of a tick",
+                "Other topics that it reads at the beginning of a tick",
             ),
             optional(
                 "publishes",
                 Form::Topics,
                 "The topics that get a message at the end of a tick",
             ),
+            optional(
+                "priority",
+                Form::Whole(MOST_PRIORITY),
+                "Its place among nodes that are due together and in a fixed-priority executor, \
+                 lowest first [default: its place in the file, from 0]",
+            ),
+            optional(
+                "group",
+                Form::Name,
+                "Its callback group, of whose nodes one ticks at a time; reentrant excludes none \
+                 [default: a group of its own]",
+            ),
+            optional(
+                "deadline_ms",
+                Form::Number(LONGEST_MS),
+                "Its deadline in an edf executor, from the time when it is due (ms) [default: \
+                 its period]",
+            ),
         ],
-        help: "A node. Nodes that are due together tick in the order of the file",
+        one_of: &["rate", "trigger"],
+        help: "A node, which ticks at a rate or on messages",
+    },
+    FileSection {
+        name: "executor",
+        named: true,
+        keys: &[
+            required(
+                "kind",
+                Form::Executor,
+                "single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let",
+            ),
+            optional(
+                "nodes",
+                Form::Nodes,
+                "Its nodes, in the order in which they register [default: all nodes of the file \
+                 that are in no other executor]",
+            ),
+        ],
+        one_of: &[],
+        help: "An executor with threads of its own; other nodes have a thread each",
     },
     FileSection {
         name: "topic",
@@ -141,6 +210,7 @@ pub const SECTIONS: [FileSection; 5] = [
                 "The message that is read: newest or oldest [default: newest]",
             ),
         ],
+        one_of: &[],
         help: "A topic with settings; others need no section",
     },
     FileSection {
@@ -163,6 +233,7 @@ pub const SECTIONS: [FileSection; 5] = [
                 "Share of the time for which the limit holds [default: 1]",
             ),
         ],
+        one_of: &[],
         help: "A chain of nodes and topics, whose data age is measured",
     },
     FileSection {
@@ -176,6 +247,7 @@ pub const SECTIONS: [FileSection; 5] = [
                 "Topics of the system, each with the topic that is read in its place",
             ),
         ],
+        one_of: &[],
         help: "A system in the middle of the graph",
     },
 ];

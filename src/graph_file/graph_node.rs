@@ -35,6 +35,16 @@ pub(super) struct Input {
     pub(super) sensed: Option<Time>,
 }
 
+impl Input {
+    pub(super) fn new(reader: RowReader) -> Self {
+        Self {
+            reader,
+            row: Vec::new(),
+            sensed: None,
+        }
+    }
+}
+
 /// An output, with the beginnings of the chains through its topic.
 pub(super) struct Output {
     pub(super) publisher: Publisher<Numbers>,

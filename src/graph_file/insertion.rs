@@ -11,12 +11,12 @@ use crate::{
 };
 
 /// Checks the graph of `file` around `system`; returns the nodes between a topic of the system
-/// and its reader.
+/// and its reader, and the graph of the system.
 pub(super) fn insert(
     file: &GraphFile,
     inner: &InnerSpec,
     system: &dyn System,
-) -> Result<Vec<Relay>, GraphFileError> {
+) -> Result<(Vec<Relay>, Topology), GraphFileError> {
     let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
     let surroundings = match Surroundings::of(system, &Setup::default()) {
         Ok(surroundings) => surroundings,
@@ -44,7 +44,7 @@ pub(super) fn insert(
             let mut published = file.nodes.iter().flat_map(|node| &node.publishes);
             recorded.contains(&topic.text) || published.any(|known| known.text == topic.text)
         };
-        if let Some(topic) = node.reads.iter().find(|topic| !exists(topic)) {
+        if let Some(topic) = node.inputs().find(|topic| !exists(topic)) {
             let published = file.nodes.iter().flat_map(|node| &node.publishes);
             let known = published.map(|topic| topic.text.as_str());
             let known = known.chain(recorded.iter().map(String::as_str));
@@ -55,6 +55,7 @@ pub(super) fn insert(
             );
         }
     }
+    check_executors(file, &topology)?;
     let mut relays = Vec::new();
     for (from, to) in &inner.remap {
         if !offered.contains(&from.text) {
@@ -70,7 +71,25 @@ pub(super) fn insert(
     for chain in &file.chains {
         check_chain(file, chain, &topology, &relays)?;
     }
-    Ok(relays)
+    Ok((relays, topology))
+}
+
+/// Checks that the nodes of executors are nodes of the file or of the system.
+fn check_executors(file: &GraphFile, topology: &Topology) -> Result<(), GraphFileError> {
+    let names = || {
+        let own = file.nodes.iter().map(|node| node.name.as_str());
+        own.chain(topology.nodes.iter().map(|node| node.name.as_str()))
+    };
+    let mut nodes = file.executors.iter().flat_map(|executor| &executor.nodes);
+    let Some(unknown) = nodes.find(|node| !names().any(|name| name == node.text)) else {
+        return Ok(());
+    };
+    let what = format!(
+        "no node {:?}: {}",
+        unknown.text,
+        instead(&unknown.text, names())
+    );
+    Err(GraphFileError::at(&file.text, unknown.at, what))
 }
 
 /// Checks the path of a chain where it goes through nodes of the system, whose messages carry
@@ -144,13 +163,19 @@ fn line(file: &GraphFile, from: &Placed, to: &Placed) -> Result<Vec<Relay>, Grap
                 "{way}: {count} nodes publish {topic:?}, expected one"
             ));
         };
-        let ([input], [_]) = (&node.reads[..], &node.publishes[..]) else {
+        let inputs: Vec<&Placed> = node.inputs().collect();
+        let ([input], [_]) = (&inputs[..], &node.publishes[..]) else {
             return refuse(format!(
                 "{} is between {:?} and its reader: expected a node that reads one topic and \
                  publishes one",
                 node.name, from.text
             ));
         };
+        if node.priority.is_some() {
+            let (name, from) = (&node.name, &from.text);
+            let what = format!("{name} ticks right behind the publisher of {from:?}");
+            return refuse(format!("{what}: leave its priority out"));
+        }
         if relays.iter().any(|relay| relay.node == node.name) {
             return refuse(format!(
                 "{:?} is no way from {:?}: a circle",
@@ -159,7 +184,7 @@ fn line(file: &GraphFile, from: &Placed, to: &Placed) -> Result<Vec<Relay>, Grap
         }
         relays.push(Relay {
             node: node.name.clone(),
-            hz: node.hz.get(),
+            release: node.release,
             from: input.text.clone(),
             to: topic,
         });

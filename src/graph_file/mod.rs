@@ -29,7 +29,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A node reads its topics at the beginning of a tick and publishes a message on each of its
+//! A node ticks at a rate or on messages, on a thread of its own or on those of an executor.
+//! It reads its topics at the beginning of a tick and publishes a message on each of its
 //! topics at the end of it. A message carries, for every chain that goes through its topic,
 //! the run time at which the data began: the tick of the first node of the chain. A node
 //! copies it from the message that it read last on the topic before in the chain, so data
@@ -39,19 +40,22 @@ mod chain;
 mod check;
 mod document;
 mod error;
+mod executors;
 pub mod format;
 mod graph_node;
 mod insertion;
 mod judged;
 mod leaked;
+mod load;
 mod system;
+mod triggers;
 
 use std::time::Duration;
 
 pub use error::GraphFileError;
 pub use system::GraphSystem;
 
-use crate::runtime::{Hz, Knob};
+use crate::runtime::{Callback, Executor, Knob, Release};
 
 /// Name of the topic with the data ages of the chains.
 pub const CHAINS: &str = "/chains";
@@ -75,6 +79,7 @@ pub struct GraphFile {
     /// The settings of its nodes and topics.
     settings: Vec<Knob>,
     chains: Vec<ChainSpec>,
+    executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
 }
 
@@ -83,9 +88,32 @@ pub struct GraphFile {
 struct NodeSpec {
     name: String,
     at: usize,
-    hz: Hz,
+    release: Release,
+    /// Its place among nodes that are due together, if it is set.
+    priority: Option<u32>,
+    /// The topics that trigger it.
+    triggers: Vec<document::Placed>,
+    /// The other topics that it reads.
     reads: Vec<document::Placed>,
     publishes: Vec<document::Placed>,
+    /// The node as its executor knows it.
+    callback: Callback,
+}
+
+impl NodeSpec {
+    /// All topics that it reads, those first that trigger it.
+    fn inputs(&self) -> impl Iterator<Item = &document::Placed> {
+        self.triggers.iter().chain(&self.reads)
+    }
+}
+
+/// An executor in a graph file.
+#[derive(Clone, Debug)]
+struct ExecutorSpec {
+    name: String,
+    kind: Executor,
+    /// Its nodes, in the order of registration.
+    nodes: Vec<document::Placed>,
 }
 
 /// A chain in a graph file.

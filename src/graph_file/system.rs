@@ -5,6 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use super::{
     CHAINS, ChainSpec, GraphFile, GraphFileError, NodeSpec,
     chain::{self, ChainAges, Numbers, PEAKS},
+    document::Placed,
     error::instead,
     graph_node::{Beginning, ChainEnds, GraphNode, Input, Output},
     insertion::insert,
@@ -12,7 +13,7 @@ use super::{
     leaked::{leaked, leaked_kind, leaked_list},
 };
 use crate::{
-    runtime::{ClockExit, Knob, RecordedTopic, Shared, Time, Topic, Wiring},
+    runtime::{ClockExit, RecordedTopic, Release, Shared, Time, Topic, telemetry::Topology},
     system::{
         AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, Picture, QuadraticCost, Relay,
         Setup, Signal, System, Table, Verdict, VerdictKind,
@@ -21,8 +22,10 @@ use crate::{
 
 /// The system of a graph file, with another system in its middle if the file names one.
 pub struct GraphSystem {
-    file: GraphFile,
+    pub(super) file: GraphFile,
     inner: Option<Arc<dyn System>>,
+    /// Its graph.
+    pub(super) topology: Option<Topology>,
     relays: Vec<Relay>,
     name: &'static str,
     /// The topics of its own, in the order of the file.
@@ -51,7 +54,7 @@ impl GraphFile {
     /// [`GraphFileError`] if it names another system, or does not fit around it.
     pub fn system(&self, known: &[Arc<dyn System>]) -> Result<GraphSystem, GraphFileError> {
         let Some(inner) = &self.inner else {
-            return Ok(GraphSystem::new(self, None, Vec::new()));
+            return Ok(GraphSystem::new(self, None, Vec::new(), None));
         };
         let system = known.iter().find(|system| system.name() == inner.name.text);
         let Some(system) = system else {
@@ -59,8 +62,9 @@ impl GraphFile {
             let what = format!("unknown system {:?}: {instead}", inner.name.text);
             return Err(GraphFileError::at(&self.text, inner.name.at, what));
         };
-        let relays = insert(self, inner, &**system)?;
-        Ok(GraphSystem::new(self, Some(system.clone()), relays))
+        let (relays, topology) = insert(self, inner, &**system)?;
+        let (inner, topology) = (Some(system.clone()), Some(topology));
+        Ok(GraphSystem::new(self, inner, relays, topology))
     }
 }
 
@@ -78,7 +82,12 @@ impl ChainSpec {
 }
 
 impl GraphSystem {
-    fn new(file: &GraphFile, inner: Option<Arc<dyn System>>, relays: Vec<Relay>) -> Self {
+    fn new(
+        file: &GraphFile,
+        inner: Option<Arc<dyn System>>,
+        relays: Vec<Relay>,
+        topology: Option<Topology>,
+    ) -> Self {
         let chains: Vec<Judged> = file.chains.iter().map(Judged::of).collect();
         let limits = file.chains.iter().filter_map(ChainSpec::within);
         let limits: Vec<String> = limits.collect();
@@ -103,11 +112,12 @@ impl GraphSystem {
             topics: own_topics(file, &relays),
             chain_fields: leaked_list(chain::fields(of_chains)),
             signals: signals(file, &chains, inner.as_deref()),
-            groups: groups(&chains, inner.as_deref()),
+            groups: groups(file, &chains, inner.as_deref()),
             name: leaked(&file.name),
             verdicts: verdicts.leak(),
             file: file.clone(),
             inner,
+            topology,
             relays,
             chains,
             kept,
@@ -135,7 +145,7 @@ impl GraphSystem {
         else {
             return Beginning::Tick;
         };
-        let mut reads = node.reads.iter();
+        let mut reads = node.inputs();
         let Some(input) = reads.position(|topic| topic.text == before.text) else {
             return Beginning::Elsewhere;
         };
@@ -154,9 +164,12 @@ impl GraphSystem {
         topics: &[Topic<Numbers>],
         (ages, chain_topic): (&Arc<Shared<ChainAges>>, &Topic<Numbers>),
     ) -> Result<(), BuildError> {
-        let inputs = node.reads.iter();
-        let inputs = inputs.filter_map(|topic| builder.recorded(&topic.text));
-        let inputs: Vec<Arc<dyn RecordedTopic>> = inputs.collect();
+        let inputs = |topics: &[Placed]| {
+            let topics = topics.iter();
+            let topics = topics.filter_map(|topic| builder.recorded(&topic.text));
+            topics.collect::<Vec<Arc<dyn RecordedTopic>>>()
+        };
+        let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
         let own = |name: &str| self.topics.iter().position(|topic| topic.name == name);
         let outputs = node.publishes.iter().filter_map(|topic| {
             let place = own(&topic.text)?;
@@ -172,10 +185,18 @@ impl GraphSystem {
         let acts = self.inner.is_none() && ends.iter().any(|(chain, ..)| *chain == 0);
         let (ages, chain_topic) = (ages.clone(), chain_topic.clone());
         // After the nodes of a system that are due at the same time.
-        let priority = index as u32 + if self.inner.is_some() { 100 } else { 0 };
-        builder.node(&node.name, node.hz.get(), priority, move |wiring| {
+        let before = if self.inner.is_some() { 100 } else { 0 };
+        let priority = before + node.priority.unwrap_or(index as u32);
+        builder.released_node(&node.name, node.release, priority, move |wiring| {
+            let mut inputs: Vec<Input> = Vec::new();
+            inputs.extend(
+                triggers
+                    .iter()
+                    .map(|topic| Input::new(topic.trigger(wiring))),
+            );
+            inputs.extend(reads.iter().map(|topic| Input::new(topic.reader(wiring))));
             GraphNode {
-                inputs: inputs.iter().map(|topic| input(topic, wiring)).collect(),
+                inputs,
                 outputs: outputs
                     .iter()
                     .map(|(topic, chains)| Output {
@@ -195,14 +216,6 @@ impl GraphSystem {
                 }),
             }
         })
-    }
-}
-
-fn input(topic: &Arc<dyn RecordedTopic>, wiring: &mut Wiring<'_>) -> Input {
-    Input {
-        reader: topic.reader(wiring),
-        row: Vec::new(),
-        sensed: None,
     }
 }
 
@@ -253,16 +266,24 @@ fn signals(file: &GraphFile, chains: &[Judged], inner: Option<&dyn System>) -> &
     inner.chain(ages).collect::<Vec<_>>().leak()
 }
 
-/// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms).
+/// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
+/// without any.
 fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
     let nodes = file.nodes.iter();
     let on_it = nodes.filter(|node| chain.place(&node.name).is_some());
-    let periods = on_it.map(|node| node.hz.period().as_secs_f64() * 1e3);
-    2.0 * periods.sum::<f64>()
+    let periods = on_it.map(|node| match node.release {
+        Release::Every(hz) => hz.period().as_secs_f64() * 1e3,
+        Release::On(_) => 0.0,
+    });
+    match 2.0 * periods.sum::<f64>() {
+        0.0 => 100.0,
+        bound => bound,
+    }
 }
 
-/// The nodes at the ends of chains share the ages; those of the system what they share there.
-fn groups(chains: &[Judged], inner: Option<&dyn System>) -> &'static [Group] {
+/// The nodes at the ends of chains share the ages, those of an executor its threads, and those
+/// of the system what they share there.
+fn groups(file: &GraphFile, chains: &[Judged], inner: Option<&dyn System>) -> &'static [Group] {
     let mut nodes: Vec<&'static str> = chains.iter().map(|chain| chain.last).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -271,7 +292,15 @@ fn groups(chains: &[Judged], inner: Option<&dyn System>) -> &'static [Group] {
         nodes: nodes.leak(),
     });
     let inner = inner.map_or(&[][..], System::groups).iter().copied();
-    inner.chain(ends).collect::<Vec<_>>().leak()
+    let executors = file.executors.iter().map(|executor| Group {
+        name: leaked(&format!("executor {}", executor.name)),
+        nodes: leaked_list(executor.nodes.iter().map(|node| node.text.clone())),
+    });
+    inner
+        .chain(ends)
+        .chain(executors)
+        .collect::<Vec<_>>()
+        .leak()
 }
 
 impl System for GraphSystem {
@@ -296,25 +325,7 @@ impl System for GraphSystem {
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let nodes = self.file.nodes.iter();
-        let busy = nodes.filter_map(|node| {
-            let mut knobs = setup.iter();
-            let cost = knobs.find_map(|knob| match knob {
-                Knob::Takes { node: of, spec } if *of == node.name => Some(spec.draw.median()),
-                _ => None,
-            })?;
-            let hz = setup.rate(&node.name).unwrap_or(node.hz);
-            let share = cost.as_secs_f64() * hz.get();
-            let (name, ms) = (&node.name, cost.as_secs_f64() * 1e3);
-            (share > 1.0).then(|| {
-                format!(
-                    "{name} is asked for more than it can do: {ms} ms at {hz} is {:.0} % of its \
-                     time, so it will skip periods",
-                    share * 1e2
-                )
-            })
-        });
-        busy.collect()
+        self.overloads(setup)
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
@@ -336,6 +347,11 @@ impl System for GraphSystem {
         let own = nodes.filter(|(_, node)| !self.is_relay(&node.name));
         for node in own {
             self.add_node(builder, node, &topics, (&ages, &chain_topic))?;
+        }
+        for executor in &self.file.executors {
+            let nodes = executor.nodes.iter();
+            let callbacks = nodes.map(|node| self.file.callback(&node.text));
+            builder.executor(executor.kind, callbacks)?;
         }
         Ok(())
     }

@@ -11,3 +11,13 @@ pub(crate) enum Placement {
     /// On the threads of the executor with this index.
     Executor(usize),
 }
+
+impl Placement {
+    /// Index of the executor whose threads it shares.
+    pub(crate) fn executor(self) -> Option<usize> {
+        match self {
+            Self::Executor(index) => Some(index),
+            Self::Thread | Self::Let => None,
+        }
+    }
+}

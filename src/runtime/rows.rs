@@ -11,7 +11,7 @@ use super::{
     tap::{Tap, TapMessage},
     tap_handle::TapHandle,
     time::Time,
-    topic::Topic,
+    topic::{Subscription, Topic},
 };
 
 /// Messages of one topic, each a row with the same number of values.
@@ -153,6 +153,9 @@ pub trait RecordedTopic: Any + Send + Sync {
 
     /// A reading end for the node of `wiring`.
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
+
+    /// The same for a node that the messages trigger; see [`Wiring::trigger`].
+    fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
 
 /// Reads a message at a run time, as a [`Subscription`](super::Subscription) does: replaces
@@ -207,14 +210,21 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
     }
 
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
-        let mut subscription = wiring.subscription(self);
-        Box::new(move |now, row| {
-            let message = subscription.latest(now)?;
-            row.clear();
-            message.data.append_to(row);
-            Some(message.sensed())
-        })
+        row_reader(wiring.subscription(self))
     }
+
+    fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        row_reader(wiring.trigger(self))
+    }
+}
+
+fn row_reader<T: Fields + Payload>(mut subscription: Subscription<T>) -> RowReader {
+    Box::new(move |now, row| {
+        let message = subscription.latest(now)?;
+        row.clear();
+        message.data.append_to(row);
+        Some(message.sensed())
+    })
 }
 
 /// A topic whose messages have as many numbers as it has names for: their type alone does
@@ -253,6 +263,10 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
 
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
         self.topic.reader(wiring)
+    }
+
+    fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        RecordedTopic::trigger(&self.topic, wiring)
     }
 }
 

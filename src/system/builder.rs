@@ -38,8 +38,8 @@ pub struct Builder<'a> {
 pub(crate) struct Relay {
     /// Its name.
     pub(crate) node: String,
-    /// Its rate (Hz).
-    pub(crate) hz: f64,
+    /// When it ticks.
+    pub(crate) release: Release,
     /// Name of the topic that it reads.
     pub(crate) from: String,
     /// Name of the topic that it publishes.
@@ -234,8 +234,13 @@ impl<'a> Builder<'a> {
             }
             let (input, output) = (last, self.topic::<T>(&relay.to));
             last = output.clone();
-            self.node(&relay.node, relay.hz, priority, move |wiring| {
-                let (mut input, output) = (wiring.subscription(&input), wiring.publisher(&output));
+            let triggered = matches!(relay.release, Release::On(_));
+            self.released_node(&relay.node, relay.release, priority, move |wiring| {
+                let mut input = match triggered {
+                    true => wiring.trigger(&input),
+                    false => wiring.subscription(&input),
+                };
+                let output = wiring.publisher(&output);
                 move |now| {
                     if let Some(message) = input.latest(now) {
                         let sensed = message.sensed();
@@ -287,7 +292,7 @@ impl<'a> Builder<'a> {
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
-        self.restartable_node(name, hz.into(), priority, build)
+        self.released_node(name, hz.into(), priority, build)
     }
 
     /// The same for a node that ticks on messages; see
@@ -303,16 +308,21 @@ impl<'a> Builder<'a> {
         priority: u32,
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
-        self.restartable_node(name, matching.into(), priority, build)
+        self.released_node(name, matching.into(), priority, build)
     }
 
-    fn restartable_node<N: Node + 'static>(
+    /// The same for a node that ticks at a rate, unless set otherwise, or on messages.
+    pub(crate) fn released_node<N: Node + 'static>(
         &mut self,
         name: &str,
         release: Release,
         priority: u32,
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
+        let release = match release {
+            Release::Every(hz) => self.setup.rate(name).unwrap_or(hz).into(),
+            Release::On(_) => release,
+        };
         if !self.is_here(name) {
             return Ok(self.graph.remote_node(name, release, priority, build)?);
         }

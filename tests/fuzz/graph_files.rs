@@ -13,9 +13,12 @@ use ratelab::{
 use crate::cases::{RandomSource, mutate, pick, run};
 
 /// The files to alter.
-const FILES: [&str; 2] = [
+const FILES: [&str; 5] = [
     include_str!("../../graphs/robot.toml"),
     include_str!("../../graphs/camera-pole.toml"),
+    include_str!("../../graphs/autoware.toml"),
+    include_str!("../../graphs/starving-subscription.toml"),
+    include_str!("../../graphs/three-servos.toml"),
 ];
 
 /// Characters that mean something in a graph file.

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 
 use ratelab::runtime::{
     Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Head, Hz, Inbox, Knob, Match,
-    RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock, telemetry::Lineage,
+    RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock,
+    telemetry::{Lineage, Occupied},
 };
 
 /// A graph whose nodes take time, in milliseconds.
@@ -413,6 +414,31 @@ fn earliest_deadline_first_shares_an_overload_among_all_servos() {
     let begun: String = ticks.iter().take(12).map(|tick| &*tick.0).collect();
     // 332211332211332233112233: each runs for 2 ms without a break.
     assert_eq!(begun, "321321323123");
+}
+
+#[test]
+fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
+    let mut bench = Bench::default();
+    bench.timer_with("slow", 1, 20.0, 7.0, &[]);
+    bench.timer_with("fast", 0, 10.0, 2.0, &[]);
+    bench.timer_with("last", 2, 20.0, 1.0, &[]);
+    bench.timer("apart", 5.0, 5.0, &[]);
+    bench.knob("offset fast 3");
+    bench.executor("fixed-priority:1", &["slow", "fast", "last"], &[]);
+    bench.executor("single", &["apart"], &[]);
+    let mut lineage = Lineage::new(bench.graph.observer().topology());
+    for (node, ticks) in bench.tick_records(20.0).into_iter().enumerate() {
+        ticks.into_iter().for_each(|tick| lineage.tick(node, tick));
+    }
+    lineage.settle();
+    let ms = |time: Time| time.as_nanos() / 1_000_000;
+    let told = |stretch: &Occupied| (ms(stretch.from), ms(stretch.to), stretch.by);
+    // slow 0-3 and 5-9, fast 3-5, last 9-10: it waited from 0 on, mostly for slow.
+    let aside: Vec<_> = lineage.set_aside(0, 0).iter().map(told).collect();
+    assert_eq!(aside, [(3, 5, 1)]);
+    assert_eq!(lineage.waited(2, 0).as_ref().map(told), Some((0, 9, 0)));
+    assert_eq!((lineage.waited(0, 0), lineage.waited(1, 0)), (None, None));
+    assert_eq!(lineage.set_aside(1, 0), []);
 }
 
 #[test]

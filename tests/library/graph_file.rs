@@ -309,9 +309,9 @@ fn errors_have_a_place_and_a_remedy() {
             "unknown key \"rte\": did you mean \"rate\"?",
         ),
         (
-            after_a_node("trigger = \"/x\"\n"),
+            after_a_node("triger = \"/x\"\n"),
             (4, 1),
-            "unknown key \"trigger\": ",
+            "unknown key \"triger\": did you mean \"trigger\"?",
         ),
         (
             after_a_node("[nod.x]\n"),

@@ -11,7 +11,7 @@ use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
 use crate::{
     cli::{ByArg, SweepArgs},
     error::Error,
-    output::{OutputPlan, Outputs, print_line},
+    output::{OutputPlan, Outputs, note, print_line},
     program::Program,
     results::input_files,
     screen::theme,
@@ -40,6 +40,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     // No further cell begins once this is set.
     let asked = signals::stop_flag();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
+    note_overload(&sweep, cells);
     let record = args.record.as_deref().map(Record::create).transpose()?;
     let bar = Bar::new(
         cells,
@@ -61,6 +62,26 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
         done if done < cells => Err(Error::Stopped { done, cells }),
         _ => Ok(()),
     }
+}
+
+/// The most cells that are looked at for an overload.
+const LOOKED_AT: usize = 1_000;
+
+/// Prints the first overload among the values of the axes, if there is one.
+fn note_overload(sweep: &Sweep, cells: usize) {
+    let settings = sweep.system.settings();
+    let indices = (0..cells).step_by(sweep.seeds.len().max(1)).take(LOOKED_AT);
+    let overload = indices
+        .filter_map(|index| sweep.cell(index))
+        .find_map(|cell| {
+            let mut setup = settings.clone();
+            setup.extend(sweep.config(&cell).setup.iter().cloned());
+            let warning = sweep.system.warnings(&setup).into_iter().next()?;
+            let values = cell.values.iter();
+            let values = values.map(|value| format!("{} {}: ", value.axis, value.text));
+            Some(values.collect::<String>() + &warning)
+        });
+    overload.iter().for_each(|text| note(text));
 }
 
 /// The files to write according to `args`, with `header` above the rows, and the files

@@ -150,8 +150,8 @@ fn timeline(frame: &FrameData) -> [String; 3] {
     let push = push.map_or("Nothing was applied yet", |push| push.sentence.whole());
     [
         "A lane for each node and each topic, in the order in which a reading becomes a push: \
-         blocks are ticks, as long as they take; dots are messages, where they are published and \
-         where they arrive."
+         blocks are ticks, as long as they take, each behind its lateness or its wait for an \
+         executor; dots are messages, where they are published and where they arrive."
             .to_owned(),
         "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
          V show more or less."

@@ -406,7 +406,11 @@ impl Sampler {
         let strained = age.filter(|age| matches!(age.strain(), Strain::Swings | Strain::Falls));
         let (standing, why) = match strained {
             Some(_) => (Standing::Warned, self.reasons(session, graph, age)),
-            None => (Standing::Good, living(session.system(), graph, age)),
+            None => {
+                let mut why = self.overloads(session);
+                why.extend(living(session.system(), graph, age));
+                (Standing::Good, why)
+            }
         };
         VerdictData {
             standing,
@@ -414,6 +418,13 @@ impl Sampler {
             headline: so_far(session.system()) + self.as_before(session),
             why,
         }
+    }
+
+    /// What the nodes are asked for beyond their time, with the knobs in force.
+    fn overloads(&self, session: &impl RunSource) -> Vec<String> {
+        let mut setup = session.system().settings();
+        setup.extend(self.setup(session).iter().cloned());
+        session.system().warnings(&setup)
     }
 
     /// States that the run equals the previous one, if it does.

@@ -4,7 +4,7 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::runtime::{
     Time,
-    telemetry::{Chain, Lineage, Sent, Worked},
+    telemetry::{Chain, Lineage, PushInForce, Sent, Worked},
 };
 
 use super::frame::PushSentence;
@@ -94,7 +94,7 @@ pub struct Lane {
 }
 
 /// A mark in a lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
     /// Begin (run time).
     pub at: Time,
@@ -104,6 +104,8 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Whether it belongs to the chain of the selected push.
     pub bright: bool,
+    /// The node that had the executor meanwhile.
+    pub by: Option<String>,
 }
 
 /// The kind of a mark.
@@ -113,6 +115,10 @@ pub enum MarkKind {
     Tick,
     /// The delay between a tick's due time and its start.
     Late,
+    /// The same, as others had the executor.
+    Waiting,
+    /// A part of a tick for which it was set aside for a more urgent one.
+    Aside,
     /// Skipped periods.
     Overrun,
     /// A read message.
@@ -128,12 +134,14 @@ impl Timeline {
     /// with a push age.
     pub fn of(lineage: &Lineage, acts: usize, view: TimelineView, now: Time) -> Option<Self> {
         let looked_at = view.selected.unwrap_or(now).min(now);
-        let push = lineage.push_at(acts, looked_at)?;
-        let chain = lineage.chain_of(&push);
-        let moment = match view.selected {
-            None => now,
-            Some(_) => push.outdated.unwrap_or(now).clamp(push.since, now),
-        };
+        let topology = lineage.topology();
+        let push = lineage.push_at(acts, looked_at);
+        let mut topics = topology.topics.iter();
+        if push.is_none() && topics.any(|topic| topic.readers.contains(&acts)) {
+            return None;
+        }
+        let chain = push.as_ref().map(|push| lineage.chain_of(push));
+        let chain = chain.unwrap_or_default();
         // A selected push is in the last third.
         let to = match view.selected {
             None => now,
@@ -141,7 +149,6 @@ impl Timeline {
         };
         let from = Time::ZERO + to.since(Time::ZERO + view.span());
         let window = Window { from, to };
-        let topology = lineage.topology();
         let order = order(lineage, acts);
         let lanes = order.into_iter().flat_map(|node| {
             let outputs = topology.topics.iter().enumerate();
@@ -156,15 +163,38 @@ impl Timeline {
             from,
             to,
             lanes: lanes.collect(),
-            sentence: PushSentence::of(&push.parts(moment), topology),
+            sentence: sentence(lineage, acts, push.as_ref(), (view, now)),
             newest: view.selected.is_none(),
         })
     }
 }
 
-/// The nodes upstream of the acting one, and the acting node itself.
+/// The age of a push and its parts.
+fn sentence(
+    lineage: &Lineage,
+    acts: usize,
+    push: Option<&PushInForce>,
+    (view, now): (TimelineView, Time),
+) -> PushSentence {
+    let topology = lineage.topology();
+    let Some(push) = push else {
+        let name = &topology.nodes[acts].name;
+        return PushSentence(vec![format!(
+            "{name} reads no topic: its pushes have no chain"
+        )]);
+    };
+    let moment = match view.selected {
+        None => now,
+        Some(_) => push.outdated.unwrap_or(now).clamp(push.since, now),
+    };
+    PushSentence::of(&push.parts(moment), topology)
+}
+
+/// The nodes upstream of the acting one, the acting node itself, and the others on the threads
+/// of their executors.
 fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
-    let topics = &lineage.topology().topics;
+    let topology = lineage.topology();
+    let topics = &topology.topics;
     let mut order = vec![acts];
     let mut next = 0;
     while let Some(&reader) = order.get(next) {
@@ -179,6 +209,16 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
         next += 1;
     }
     order.reverse();
+    let executors: HashSet<usize> = order
+        .iter()
+        .filter_map(|&node| topology.nodes[node].executor_index)
+        .collect();
+    let others = topology.nodes.iter().enumerate().filter(|(node, known)| {
+        let index = known.executor_index;
+        !order.contains(node) && index.is_some_and(|index| executors.contains(&index))
+    });
+    let others: Vec<usize> = others.map(|(node, _)| node).collect();
+    order.extend(others);
     order
 }
 
@@ -204,25 +244,29 @@ impl Window {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let mut add = |at, until, kind| {
+            let name = |node: usize| lineage.topology().nodes[node].name.clone();
+            let mut add = |at, until, kind, by: Option<usize>| {
                 marks.push(Mark {
                     at,
                     until,
                     kind,
                     bright,
+                    by: by.map(name),
                 });
             };
             let late = tick.lateness.unwrap_or_default();
-            if !late.is_zero() {
-                add(
-                    Time::ZERO + tick.at.since(Time::ZERO + late),
-                    tick.at,
-                    MarkKind::Late,
-                );
+            if let Some(waited) = lineage.waited(node, index) {
+                add(waited.from, waited.to, MarkKind::Waiting, Some(waited.by));
+            } else if !late.is_zero() {
+                let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+                add(due, tick.at, MarkKind::Late, None);
             }
-            add(tick.at, ends, MarkKind::Tick);
+            add(tick.at, ends, MarkKind::Tick, None);
+            for aside in lineage.set_aside(node, index) {
+                add(aside.from, aside.to, MarkKind::Aside, Some(aside.by));
+            }
             if more {
-                add(ends, ends, MarkKind::Overrun);
+                add(ends, ends, MarkKind::Overrun, None);
             }
         }
         Lane {
@@ -251,6 +295,7 @@ impl Window {
                 until,
                 kind,
                 bright,
+                by: None,
             }
         };
         let sent = lineage.sent(topic).rev();

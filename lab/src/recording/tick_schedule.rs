@@ -145,6 +145,7 @@ mod tests {
             meters: Vec::new(),
             triggers: Vec::new(),
             executor: None,
+            executor_index: None,
         };
         let what = EventKind::Applied {
             command: Knob::Rate {

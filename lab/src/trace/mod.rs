@@ -25,12 +25,7 @@ pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
         let ticks = (0..).zip(lineage.ticks(node));
         let mut overruns = 0;
         for (index, worked) in ticks {
-            tick(
-                &mut tracks,
-                lane,
-                worked,
-                flows(&lineage, node, index, worked),
-            );
+            tick(&mut tracks, lane, &lineage, (node, index, worked));
             let more = worked.tick.overruns.saturating_sub(overruns);
             overruns = worked.tick.overruns;
             if more > 0 {
@@ -50,19 +45,35 @@ pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// A tick, with its lateness before it.
-fn tick(tracks: &mut Tracks, lane: u64, worked: &Worked, flows: Vec<u64>) {
+/// A tick, with its lateness before it, and what it was set aside for.
+fn tick(
+    tracks: &mut Tracks,
+    lane: u64,
+    lineage: &Lineage,
+    (node, index, worked): (usize, usize, &Worked),
+) {
     let tick = &worked.tick;
-    if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
+    let name = |node: usize| &lineage.topology().nodes[node].name;
+    if let Some(waited) = lineage.waited(node, index) {
+        let what = format!("waiting for {}", name(waited.by));
+        tracks.slice(lane, Slice::new(&what, waited.from, waited.to));
+    } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
         let due = Time::ZERO + tick.at.since(Time::ZERO + late);
         tracks.slice(lane, Slice::new("late", due, tick.at));
     }
     let slice = Slice {
-        flows,
+        flows: flows(lineage, node, index, worked),
         facts: vec![fact("tick", tick.number)],
         ..Slice::new("tick", tick.at, end_of(tick))
     };
     tracks.slice(lane, slice);
+    for aside in lineage.set_aside(node, index) {
+        let what = format!("set aside for {}", name(aside.by));
+        tracks.slice(
+            lane,
+            Slice::new(&what, aside.from, aside.to.min(end_of(tick))),
+        );
+    }
 }
 
 /// The messages first read in a tick, and those published by it.

@@ -31,7 +31,7 @@ const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\
 const HYPERFINE: &str = "#!/bin/sh\nfor command; do :; done\nexec sh -c \"$command\"\n";
 
 /// Programs allowed on a page.
-const PROGRAMS: [&str; 10] = [
+const PROGRAMS: [&str; 11] = [
     "cargo",
     "cat",
     "cp",
@@ -41,6 +41,7 @@ const PROGRAMS: [&str; 10] = [
     "hyperfine",
     "mkdir",
     "ratelab",
+    "sed",
     "tail",
 ];
 

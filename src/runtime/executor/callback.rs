@@ -45,6 +45,14 @@ impl Callback {
         Self { group, ..self }
     }
 
+    /// The name of its mutually exclusive group, if it is in one.
+    pub(crate) fn group_name(&self) -> Option<&str> {
+        match &self.group {
+            Some(CallbackGroup::MutuallyExclusive(name)) => Some(name),
+            Some(CallbackGroup::Reentrant) | None => None,
+        }
+    }
+
     /// In a reentrant group: its nodes tick beside each other. A node ticks once at a
     /// time all the same, because its state is its own.
     #[must_use]

@@ -54,8 +54,10 @@ impl Graph {
         for (index, _) in members {
             let node = &mut self.nodes[index];
             node.placement = placement;
-            node.entry.executor = Some(executor);
-            self.control.nodes[index].executor = Some(executor);
+            for entry in [&mut node.entry, &mut self.control.nodes[index]] {
+                entry.executor = Some(executor);
+                entry.executor_index = placement.executor();
+            }
             if by_call {
                 node.rate.skip_first();
             }

@@ -18,7 +18,7 @@ mod window;
 
 pub use counters::Flight;
 pub use event_log::{Event, EventKind};
-pub use lineage::{AgePart, AgeParts, Chain, Lineage, PushInForce, Sent, Stage, Worked};
+pub use lineage::{AgePart, AgeParts, Chain, Lineage, Occupied, PushInForce, Sent, Stage, Worked};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
 pub use push_age::{PushAge, PushAgeView};

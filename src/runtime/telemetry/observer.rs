@@ -65,6 +65,8 @@ pub(crate) struct NodeEntry {
     pub(crate) triggers: Arc<[usize]>,
     /// Its executor, if it has no thread of its own.
     pub(crate) executor: Option<Executor>,
+    /// Number of that executor in the graph, if its nodes share threads.
+    pub(crate) executor_index: Option<usize>,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -392,6 +394,7 @@ impl NodeEntry {
             remote: false,
             triggers: Arc::default(),
             executor: None,
+            executor_index: None,
         };
         let recorders = TickMeters {
             lateness: lateness.0,

@@ -29,6 +29,9 @@ pub struct NodeTopology {
     /// Its executor, if it has no thread of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor: Option<Executor>,
+    /// Number of that executor in the graph, if its nodes share threads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub executor_index: Option<usize>,
     /// Names of its own measurements.
     pub meters: Vec<String>,
 }
@@ -56,6 +59,7 @@ impl Observer {
             hz,
             triggers: node.triggers.to_vec(),
             executor: node.executor,
+            executor_index: node.executor_index,
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {

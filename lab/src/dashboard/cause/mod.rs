@@ -140,6 +140,19 @@ impl Facts<'_> {
         })
     }
 
+    /// The lateness of a node, by its thread or by its executor.
+    fn blame_lateness(&self, node: usize) -> String {
+        let name = self.node(node);
+        if let Some(executor) = self.graph.nodes[node].executor {
+            return format!(
+                "the age arose as the {name} waits for its executor {executor}: quicker nodes in it \
+                 mend it, or another executor"
+            );
+        }
+        let cure = self.mended_by(&format!("wakes {name} none"));
+        format!("the age arose in the {name}: it wakes late. {cure}")
+    }
+
     /// The stage in which the age arose, and its cure.
     fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
         match owner {
@@ -158,11 +171,7 @@ impl Facts<'_> {
                      come every {every}. {cure}"
                 )
             }
-            Owner::Late(node) => {
-                let name = self.node(node);
-                let cure = self.mended_by(&format!("wakes {name} none"));
-                format!("the age arose in the {name}: it wakes late. {cure}")
-            }
+            Owner::Late(node) => self.blame_lateness(node),
             Owner::Crash(node) => {
                 let name = self.node(node);
                 let cure = self.mended_by(&format!("restart {name}"));

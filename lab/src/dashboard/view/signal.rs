@@ -109,7 +109,7 @@ pub fn render(
 
 /// The newest value, for the title.
 fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static> {
-    let Some(&(_, value)) = past.last() else {
+    let Some(&(_, value)) = past.last().filter(|(_, value)| !value.is_nan()) else {
         return Span::default();
     };
     let unit = unit(signal, theme);

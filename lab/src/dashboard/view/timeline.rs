@@ -15,9 +15,11 @@ use super::{
 use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
 
 /// The meaning of the glyphs in lanes.
-const LEGEND: [(MarkKind, &str); 6] = [
+const LEGEND: [(MarkKind, &str); 8] = [
     (MarkKind::Tick, "tick"),
     (MarkKind::Late, "late"),
+    (MarkKind::Waiting, "waiting for"),
+    (MarkKind::Aside, "set aside for"),
     (MarkKind::Overrun, "overrun"),
     (MarkKind::Read, "read"),
     (MarkKind::Unread, "unread"),
@@ -92,8 +94,13 @@ fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let most = height.saturating_sub(1).clamp(1, SENTENCE_ROWS);
     let sentence = timeline.sentence.fitting(|text| lines(text).len() <= most);
     let sentence = lines(sentence);
-    let entries = LEGEND.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
-    let entries = entries.into_iter().chain(KEYS.map(str::to_owned));
+    // Those of executors only where there are some.
+    let marks = || timeline.lanes.iter().flat_map(|lane| &lane.marks);
+    let of_executors = |kind| matches!(kind, MarkKind::Waiting | MarkKind::Aside);
+    let shown = |kind| !of_executors(kind) || marks().any(|mark| mark.kind == kind);
+    let entries = LEGEND.into_iter().filter(|(kind, _)| shown(*kind));
+    let entries = entries.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
+    let entries = entries.chain(KEYS.map(str::to_owned));
     let mut legend = vec![String::new()];
     for entry in entries {
         let line = legend.last_mut().filter(|line| !line.is_empty());
@@ -136,6 +143,11 @@ impl LaneColumns<'_> {
             };
             put(glyph, style, self.margin + column, self.place, buf);
         }
+        let name = mark.by.as_deref().map(|by| plain(by, theme));
+        let room = (last + 1).saturating_sub(first);
+        if let Some(name) = name.filter(|name| width(name) + 2 <= room) {
+            put(&name, style, self.margin + first + 1, self.place, buf);
+        }
     }
 
     /// The column of a run time, limited to the first and the last.
@@ -151,6 +163,8 @@ fn glyph(kind: MarkKind, theme: &Theme) -> &'static str {
     match kind {
         MarkKind::Tick => theme.glyph("█", "#"),
         MarkKind::Late => theme.glyph("▒", "~"),
+        MarkKind::Waiting => theme.glyph("░", "="),
+        MarkKind::Aside => theme.glyph("▁", "_"),
         MarkKind::Overrun => theme.glyph("×", "x"),
         MarkKind::Read => theme.glyph("•", "o"),
         MarkKind::Unread => theme.glyph("·", "."),
@@ -191,6 +205,7 @@ mod tests {
                     until: ms(until),
                     kind,
                     bright,
+                    by: None,
                 })
                 .collect(),
         };
@@ -242,6 +257,30 @@ mod tests {
         assert!(text(&drawn(&POOR)).is_ascii());
         let bright = styled(&drawn(&RICH), RICH.active());
         assert!(bright.contains('█') && !bright.contains('✖'), "{bright}");
+    }
+
+    #[test]
+    fn a_wait_for_the_executor_and_a_tick_set_aside_name_the_other_node() {
+        let mut timeline = sample();
+        let mark = |at: u64, until: u64, kind| Mark {
+            at: ms(at),
+            until: ms(until),
+            kind,
+            bright: false,
+            by: Some("planner".to_owned()),
+        };
+        let marks = &mut timeline.lanes[2].marks;
+        marks.push(mark(120, 160, MarkKind::Waiting));
+        marks.push(mark(170, 173, MarkKind::Aside));
+        let drawn = text(&screen(80, 7, |area, buf| {
+            render(Some(&timeline), &RICH, false, area, buf);
+        }));
+        assert!(drawn.contains("░planner░"), "{drawn}");
+        assert!(drawn.contains("░ waiting for  ▁ set aside for"), "{drawn}");
+        let usual = text(&screen(80, 7, |area, buf| {
+            render(Some(&sample()), &RICH, false, area, buf);
+        }));
+        assert!(!usual.contains("waiting for  "), "{usual}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::runtime::{
     Time,
-    telemetry::{Lineage, Worked},
+    telemetry::{Lineage, Occupied, Worked},
 };
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
@@ -27,6 +27,10 @@ const TICK: &str = "tick";
 const INSTANT: &str = "tick without duration";
 /// The delay between the due time of a tick and its start.
 const LATE: &str = "late";
+/// The same, as others had the executor.
+const WAITING: &str = "waiting for the executor";
+/// A part of a tick for which it was set aside for a more urgent one.
+const ASIDE: &str = "set aside";
 /// A tick that was too long, so that the next period was skipped.
 const OVERRUN: &str = "overrun";
 
@@ -50,9 +54,16 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = path(&[TIMELINE, "node", &known.name]);
-        let states = [TICK, INSTANT, LATE, OVERRUN];
-        let colours = [BLUE, BLUE, GREY, ORANGE];
-        send(rec, lane, (&states, &colours), &ticks(lineage.ticks(node)))?;
+        let late = known.executor.map_or(LATE, |_| WAITING);
+        let mut states = vec![TICK, INSTANT, late, OVERRUN];
+        let mut colours = vec![BLUE, BLUE, GREY, ORANGE];
+        if known.executor.is_some() {
+            states.push(ASIDE);
+            colours.push(GREY);
+        }
+        let run = lineage.ticks(node).enumerate();
+        let run = run.map(|(index, worked)| (worked, lineage.set_aside(node, index)));
+        send(rec, lane, (&states, &colours), &ticks(run, late))?;
     }
     for (topic, known) in topology.topics.iter().enumerate() {
         if known.readers.is_empty() {
@@ -71,15 +82,19 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
     Ok(())
 }
 
-/// The lane of a node.
-fn ticks<'a>(ticks: impl Iterator<Item = &'a Worked>) -> Changes {
+/// The lane of a node from its ticks, each with the stretches for which it was set aside;
+/// `waits` is the state before a late one.
+fn ticks<'a>(
+    ticks: impl Iterator<Item = (&'a Worked, Vec<Occupied>)>,
+    waits: &'static str,
+) -> Changes {
     let mut changes = Changes::new();
     let (mut idle_from, mut overruns) = (Time::ZERO, None);
-    for Worked { tick, .. } in ticks {
+    for (Worked { tick, .. }, aside) in ticks {
         let late = tick.lateness.unwrap_or_default();
         if !late.is_zero() {
             let due = Time::ZERO + tick.at.since(Time::ZERO + late);
-            change(&mut changes, due.max(idle_from), LATE);
+            change(&mut changes, due.max(idle_from), waits);
         }
         let first = (tick.number == 0).then_some(0);
         let before = overruns.replace(tick.overruns).or(first);
@@ -93,6 +108,10 @@ fn ticks<'a>(ticks: impl Iterator<Item = &'a Worked>) -> Changes {
             None => (TICK, None),
         };
         change(&mut changes, tick.at, state);
+        for part in aside {
+            change(&mut changes, part.from, ASIDE);
+            change(&mut changes, part.to.min(end), state);
+        }
         if let Some(until) = until {
             change(&mut changes, until, NOTHING);
         }
@@ -177,6 +196,11 @@ mod tests {
         }
     }
 
+    /// The lane of a node with a thread of its own.
+    fn on_thread(run: &[Worked]) -> Changes {
+        ticks(run.iter().map(|worked| (worked, Vec::new())), LATE)
+    }
+
     #[test]
     fn a_lane_has_the_late_part_of_each_tick_its_duration_and_whether_it_was_too_long() {
         let run = [
@@ -196,7 +220,27 @@ mod tests {
             (81, INSTANT),
             (82, NOTHING),
         ];
-        assert_eq!(ticks(run.iter()), lane.map(|(at, state)| (ms(at), state)));
+        assert_eq!(on_thread(&run), lane.map(|(at, state)| (ms(at), state)));
+    }
+
+    #[test]
+    fn a_lane_of_an_executor_has_the_wait_and_what_was_set_aside() {
+        let run = [tick(0, [3, 3, 9], 0)];
+        let aside = Occupied {
+            from: ms(5),
+            to: ms(8),
+            by: 1,
+        };
+        let lane = [
+            (0, WAITING),
+            (3, TICK),
+            (5, ASIDE),
+            (8, TICK),
+            (12, NOTHING),
+        ];
+        let ticked = run.iter().map(|worked| (worked, vec![aside]));
+        let lane = lane.map(|(at, state)| (ms(at), state));
+        assert_eq!(ticks(ticked, WAITING), lane);
     }
 
     #[test]
@@ -208,6 +252,6 @@ mod tests {
             worked
         });
         // The second begins within the width of the first.
-        assert_eq!(ticks(run.iter()).len(), 2);
+        assert_eq!(on_thread(&run).len(), 2);
     }
 }

@@ -22,6 +22,8 @@ fn node(node: &NodeTopology) -> String {
         hz,
         triggers,
         executor,
+        // Recordings of before have none.
+        executor_index: _,
         meters,
     } = node;
     let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));

@@ -3,6 +3,7 @@
 //! A running graph stores none of this: it follows from the output of taps, or from a
 //! recording. A graph without taps pays nothing for it.
 
+mod occupancy;
 mod parts;
 mod push;
 mod reads;
@@ -10,6 +11,7 @@ mod traffic;
 
 use std::collections::VecDeque;
 
+pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, Stage};
 pub use push::{Chain, PushInForce};
 

@@ -290,7 +290,7 @@ impl Lineage {
     }
 
     /// The release of a tick: before its start where the node has an executor.
-    fn released(&self, node: usize, index: usize) -> Time {
+    pub(super) fn released(&self, node: usize, index: usize) -> Time {
         let tick = &self.nodes[node].ticks[index].tick;
         let waits = self.topology.nodes[node].executor.is_some();
         let late = tick.lateness.filter(|_| waits).unwrap_or_default();

@@ -1,0 +1,60 @@
+//! The order in which messages trigger nodes.
+
+use super::{GraphFile, NodeSpec, document::Placed};
+
+impl GraphFile {
+    /// The indices of all nodes, each behind those whose messages trigger it.
+    ///
+    /// # Errors
+    /// The names of nodes that trigger each other in a circle, with a topic between them.
+    pub(super) fn trigger_order(&self) -> Result<Vec<usize>, (&Placed, String)> {
+        let mut order = Vec::new();
+        let mut rest: Vec<usize> = (0..self.nodes.len()).collect();
+        while !rest.is_empty() {
+            let waits = |node: &usize| self.trigger_from(*node, &rest).is_some();
+            let (waiting, free): (Vec<_>, Vec<_>) = rest.iter().partition(|node| waits(node));
+            if free.is_empty() {
+                return Err(self.circle(&waiting));
+            }
+            order.extend(free);
+            rest = waiting;
+        }
+        Ok(order)
+    }
+
+    /// A topic that triggers `node`, with its publisher among `nodes`, if there is one.
+    fn trigger_from(&self, node: usize, nodes: &[usize]) -> Option<(&Placed, usize)> {
+        let triggers = &self.nodes[node].triggers;
+        triggers.iter().find_map(|topic| {
+            let mut nodes = nodes.iter().copied();
+            let publisher = nodes.find(|node| self.nodes[*node].publishes(&topic.text));
+            Some((topic, publisher?))
+        })
+    }
+
+    /// A circle among nodes, each of which one of the others triggers.
+    fn circle(&self, nodes: &[usize]) -> (&Placed, String) {
+        let mut way: Vec<(&Placed, usize)> = Vec::new();
+        let mut node = nodes[0];
+        let begin = loop {
+            if let Some(begin) = way.iter().position(|(_, known)| *known == node) {
+                break begin;
+            }
+            // Each of them has one.
+            let Some((topic, publisher)) = self.trigger_from(node, nodes) else {
+                break 0;
+            };
+            way.push((topic, node));
+            node = publisher;
+        };
+        let nodes = way[begin..].iter().map(|(_, node)| *node).chain([node]);
+        let names = nodes.rev().map(|node| self.nodes[node].name.as_str());
+        (way[begin].0, names.collect::<Vec<_>>().join(" → "))
+    }
+}
+
+impl NodeSpec {
+    pub(super) fn publishes(&self, topic: &str) -> bool {
+        self.publishes.iter().any(|known| known.text == topic)
+    }
+}

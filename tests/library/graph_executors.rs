@@ -1,0 +1,463 @@
+//! Graph files with triggers and executors: data ages along triggered nodes, known systems with
+//! the figures that their sources give, overloads, and errors with their places.
+
+use std::sync::Arc;
+
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{Config, Experiment, Summary},
+    graph_file::{GraphFile, GraphFileError},
+    runtime::Time,
+    system::System,
+};
+
+const SUBSCRIPTION: &str = include_str!("../../graphs/starving-subscription.toml");
+const TIMER: &str = include_str!("../../graphs/starving-timer.toml");
+const HALF_IDLE: &str = include_str!("../../graphs/half-idle.toml");
+const SERVOS: &str = include_str!("../../graphs/three-servos.toml");
+const AUTOWARE: &str = include_str!("../../graphs/autoware.toml");
+
+fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
+    let known: Arc<dyn System> = Arc::new(CartPole::default());
+    let system = GraphFile::parse(text)?.system(&[known])?;
+    Ok(Arc::new(system))
+}
+
+/// A run in virtual time up to `end` (s).
+fn run(text: &str, end: f64) -> Summary {
+    let system = system(text).expect("a graph");
+    let config = Config {
+        end: Time::from_secs_f64(end).expect("a time"),
+        ..Config::default()
+    };
+    let experiment = Experiment::new(system, &config).expect("a graph");
+    experiment.run().expect("no fault")
+}
+
+/// The lines about chains at the end of a run.
+fn chains(text: &str, end: f64) -> Vec<String> {
+    let summary = run(text, end);
+    let system = system(text).expect("a graph");
+    system.chain_lines(summary.sim_time, &summary.chains)
+}
+
+fn ticks(summary: &Summary, node: &str) -> u64 {
+    summary.node(node).expect("a node").ticks
+}
+
+fn warnings(text: &str) -> Vec<String> {
+    let system = system(text).expect("a graph");
+    system.warnings(&system.settings())
+}
+
+/// The same text with another executor.
+fn with_executor(text: &str, kind: &str) -> String {
+    let (before, rest) = text.split_once("kind = \"").expect("an executor");
+    let (_, after) = rest.split_once('"').expect("its kind");
+    format!("{before}kind = \"{kind}\"{after}")
+}
+
+/// The Autoware reference system with all nodes in one executor, and with another cost.
+fn autoware(kind: &str, ms: f64) -> String {
+    let (nodes, _) = AUTOWARE.split_once("[executor.front]").expect("executors");
+    let nodes = nodes.replace("takes = 5", &format!("takes = {ms}"));
+    format!("{nodes}[executor.all]\nkind = \"{kind}\"\n")
+}
+
+#[test]
+fn a_chain_of_triggered_nodes_is_as_old_as_their_costs_together() {
+    let text = r#"
+name = "triggered"
+[node.camera]
+rate = 10
+takes = 20
+publishes = ["/image"]
+[node.detector]
+trigger = ["/image"]
+takes = 30
+publishes = ["/pose"]
+[node.control]
+trigger = ["/pose"]
+takes = 10
+[chain.see]
+path = ["camera", "/image", "detector", "/pose", "control"]
+"#;
+    // Out at 60 + 100 k, of the image begun at 100 k; the last one for 40 ms only.
+    let wanted = "see data age mean 109.9 ms, greatest 160.0 ms";
+    assert_eq!(chains(text, 10.0), [wanted]);
+    // A slower detector loses images in its queue, and its ticks are those of the newest kept.
+    let slow = text.replace("takes = 30", "takes = 150");
+    let summary = run(&slow, 10.0);
+    assert_eq!(summary.topic("/image").dropped, 33);
+    assert_eq!(ticks(&summary, "detector"), 67);
+}
+
+/// Two cameras and a fusion of their images.
+fn fusion(matching: &str) -> String {
+    format!(
+        r#"
+name = "fusion"
+[node.fast]
+rate = 100
+publishes = ["/fast"]
+[node.slow]
+rate = 40
+publishes = ["/slow"]
+[node.map]
+rate = 1
+publishes = ["/map"]
+[node.fuse]
+trigger = ["/fast", "/slow"]
+match = "{matching}"
+reads = ["/map"]
+[chain.by-fast]
+path = ["fast", "/fast", "fuse"]
+[chain.by-slow]
+path = ["slow", "/slow", "fuse"]
+[chain.by-map]
+path = ["map", "/map", "fuse"]
+"#
+    )
+}
+
+#[test]
+fn a_fusion_ticks_with_the_set_that_it_waits_for_and_reads_other_topics_beside_it() {
+    let each = run(&fusion("each"), 10.0);
+    assert_eq!(ticks(&each, "fuse"), 401);
+    let exact = run(&fusion("exact:10"), 10.0);
+    assert_eq!(ticks(&exact, "fuse"), 201);
+    let lines = chains(&fusion("each"), 10.0);
+    // At 50 both arrive; the slow one is taken first, so the fast one of 40 is the newest.
+    assert!(lines[0].contains("greatest 35.0 ms"), "{lines:?}");
+    assert!(lines[1].contains("greatest 25.0 ms"), "{lines:?}");
+    assert!(lines[2].contains("greatest 1000.0 ms"), "{lines:?}");
+    let lines = chains(&fusion("exact:10"), 10.0);
+    assert!(lines[0].contains("greatest 50.0 ms"), "{lines:?}");
+}
+
+#[test]
+fn the_subscription_of_rclcpp_2645_starves_with_two_threads_only() {
+    let two = run(SUBSCRIPTION, 0.9995);
+    assert_eq!((ticks(&two, "s2"), ticks(&two, "s1")), (200, 0));
+    let topic = two.topic("/t1");
+    assert_eq!((topic.published, topic.dropped), (999, 899));
+    assert_eq!(two.verdict.name(), "silent_first");
+    let one = run(&with_executor(SUBSCRIPTION, "single"), 0.9995);
+    assert_eq!((ticks(&one, "s2"), ticks(&one, "s1")), (100, 100));
+    assert_eq!(one.verdict.name(), "kept");
+}
+
+#[test]
+fn the_timer_of_rclcpp_2360_starves_with_two_threads_only() {
+    let two = run(TIMER, 1.005);
+    assert_eq!((ticks(&two, "a"), ticks(&two, "b")), (100, 0));
+    let one = run(&with_executor(TIMER, "single"), 1.005);
+    assert_eq!((ticks(&one, "a"), ticks(&one, "b")), (50, 50));
+}
+
+#[test]
+fn a_timer_starves_on_two_threads_that_are_not_full() {
+    let count = |kind| ticks(&run(&with_executor(HALF_IDLE, kind), 6.6), "t4");
+    assert_eq!(count("multi:2"), 0);
+    assert_eq!(count("multi:1"), 3);
+    assert_eq!(count("multi:3"), 6);
+    assert_eq!(warnings(HALF_IDLE), Vec::<String>::new());
+}
+
+#[test]
+fn the_three_servos_miss_the_deadlines_that_are_documented() {
+    let done = |kind| {
+        let summary = run(&with_executor(SERVOS, kind), 1.0);
+        ["servo1", "servo2", "servo3"].map(|node| {
+            let response = &summary.node(node).expect("a node").response;
+            let ms = |share| response.quantile(share).expect("a tick").as_secs_f64() * 1e3;
+            (response.count(), ms(0.0).round(), ms(1.0).round())
+        })
+    };
+    // Rate monotonic: the first servo answers after 20 ms or more, the others in time.
+    let [first, second, third] = done("fixed-priority:1");
+    assert_eq!((first.0, first.1), (50, 20.0));
+    assert_eq!((second.0, second.2, third.0, third.2), (200, 4.0, 250, 2.0));
+    // Earliest deadline first: all of them are late, more and more.
+    let [first, second, third] = done("edf:1");
+    assert_eq!((first.0, second.0, third.0), (135, 162, 203));
+    assert!(first.2 > 150.0 && second.2 > 150.0 && third.2 > 150.0);
+}
+
+#[test]
+fn the_hot_path_of_autoware_takes_four_steps_with_threads_enough_and_five_with_one() {
+    // To the end of the last node: a step more than to its start.
+    let steps = |text: &str| {
+        let latency = run(text, 60.0).latency;
+        [0.0, 1.0].map(|share| latency.quantile(share).expect("data").as_secs_f64() * 200.0)
+    };
+    let close = |a: f64, b: f64| (a - b).abs() < 0.1;
+    let [least, most] = steps(&autoware("multi:4", 5.0));
+    assert!(close(least, 5.0) && close(most, 5.0), "{least} {most}");
+    let [least, _] = steps(&autoware("single", 5.0));
+    assert!(least > 5.9, "{least}");
+    let [least, most] = steps(AUTOWARE);
+    assert!(close(least, 5.0) && most < 6.1, "{least} {most}");
+}
+
+#[test]
+fn one_thread_has_enough_time_for_autoware_up_to_5_26_ms_per_step() {
+    assert_eq!(warnings(&autoware("single", 5.26)), Vec::<String>::new());
+    let warnings = warnings(&autoware("single", 10.0));
+    assert_eq!(
+        warnings,
+        [
+            "executor all is asked for more than it can do: its nodes need 190 % of a core, and \
+             single has 100 %, so they wait, skip periods or lose messages"
+        ]
+    );
+    let dropped = |text: &str| {
+        let summary = run(text, 60.0);
+        let hot = ["/FrontLidarDriver", "/RearLidarDriver"];
+        hot.map(|topic| summary.topic(topic).dropped)
+            .iter()
+            .sum::<u64>()
+    };
+    assert_eq!(dropped(&autoware("single", 5.2)), 0);
+    assert!(dropped(&autoware("single", 10.0)) > 0);
+}
+
+#[test]
+fn overloads_of_nodes_groups_and_executors_are_known_before_the_run() {
+    let one = |text: &str, part: &str| {
+        let warnings = warnings(text);
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(part),
+            "{warnings:?}"
+        );
+    };
+    one(TIMER, "group timers of executor ros");
+    one(
+        SERVOS,
+        "need 123 % of a core, and fixed-priority:1 has 100 %",
+    );
+    // Two nodes publish to the topic that triggers it.
+    let text = "name = \"g\"\n[node.a]\nrate = 30\npublishes = [\"/x\"]\n[node.b]\nrate = 30\n\
+                publishes = [\"/x\"]\n[node.c]\ntrigger = [\"/x\"]\ntakes = 20\n";
+    one(
+        text,
+        "c is asked for more than it can do: 20 ms at 60 Hz is 120 %",
+    );
+    one(text, "messages will wait and be dropped");
+}
+
+#[test]
+fn a_system_in_the_middle_has_triggered_nodes_and_executors() {
+    let text = |kind: &str| {
+        format!(
+            r#"
+name = "camera-pole"
+[system]
+name = "cart-pole"
+remap = {{ "/obs" = "/pose" }}
+[node.camera]
+trigger = ["/obs"]
+takes = 10
+publishes = ["/image"]
+[node.detector]
+trigger = ["/image"]
+takes = 15
+publishes = ["/pose"]
+[executor.computer]
+kind = "{kind}"
+nodes = ["camera", "detector", "policy"]
+"#
+        )
+    };
+    // Sensed at 0, an image at 10, a pose at 25, decided at 40, when the actuator has ticked
+    // already: executors look last at an instant. Applied at 60.
+    let wide = run(&text("multi:3"), 10.0);
+    let latency = wide.latency.quantile(0.5).expect("actions");
+    assert!((latency.as_secs_f64() - 0.06).abs() < 0.001, "{latency:?}");
+    assert_eq!(wide.verdict.name(), "balanced");
+    // One thread has 20 ms per period for 25 ms of work.
+    let warnings = warnings(&text("single"));
+    assert!(warnings[0].contains("125 % of a core"), "{warnings:?}");
+    let narrow = run(&text("single"), 10.0);
+    assert!(narrow.topic("/image").dropped > 0);
+}
+
+/// A graph of a camera and what `more` adds from line 5 on.
+fn after_a_camera(more: &str) -> String {
+    format!("name = \"g\"\n[node.camera]\nrate = 30\npublishes = [\"/image\"]\n{more}")
+}
+
+#[test]
+#[allow(clippy::too_many_lines)] // A table.
+fn errors_about_triggers_have_a_place_and_a_remedy() {
+    for (more, place, what) in [
+        (
+            "trigger = [\"/image\"]\n",
+            (5, 11),
+            "has both rate and trigger: leave one",
+        ),
+        (
+            "[node.b]\ntakes = 3\n",
+            (5, 7),
+            "has no rate and no trigger: add one of them",
+        ),
+        (
+            "[node.b]\ntrigger = []\n",
+            (6, 11),
+            "trigger: no topic: expected a list",
+        ),
+        (
+            "[node.b]\ntrigger = \"/image\"\n",
+            (6, 11),
+            "trigger: expected a list of topics",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/imag\"]\n",
+            (6, 12),
+            "no node publishes \"/imag\": did you mean \"/image\"?",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/image\"]\nreads = [\"/image\"]\n",
+            (7, 10),
+            "triggers the node, which reads it: leave it out",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/image\"]\nmatch = \"exact\"\n",
+            (7, 9),
+            "expected each or exact:QUEUE",
+        ),
+        (
+            "match = \"each\"\n",
+            (5, 9),
+            "ticks at a rate: leave match out",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/image\"]\noffset = 3\n",
+            (7, 10),
+            "messages trigger \"b\": leave offset out",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/c\"]\npublishes = [\"/b\"]\n[node.c]\ntrigger = [\"/b\"]\n\
+             publishes = [\"/c\"]\n",
+            (6, 12),
+            "in a circle: b → c → b; let one of them tick at a rate",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/b\"]\npublishes = [\"/b\"]\n",
+            (6, 12),
+            "in a circle: b → b",
+        ),
+        (
+            "priority = -1\n",
+            (5, 12),
+            "priority: expected a whole number from 0 to",
+        ),
+        (
+            "priority = 1.5\n",
+            (5, 12),
+            "priority: expected a whole number",
+        ),
+    ] {
+        refused(&after_a_camera(more), place, what);
+    }
+}
+
+#[test]
+#[allow(clippy::too_many_lines)] // A table.
+fn errors_about_executors_have_a_place_and_a_remedy() {
+    let group = "group = \"g\"\n[node.b]\nrate = 1\ngroup = \"g\"\n[executor.x]\nkind = \
+                 \"single\"\nnodes = [\"camera\"]\n[executor.y]\nkind = \"single\"\n";
+    for (more, place, what) in [
+        (
+            "group = \"x\"\n",
+            (5, 9),
+            "\"camera\" is in no executor: leave group out",
+        ),
+        (
+            "deadline_ms = 3\n",
+            (5, 15),
+            "is in no executor: leave deadline_ms out",
+        ),
+        (
+            "deadline_ms = 0\n",
+            (5, 15),
+            "deadline_ms: expected a number above 0",
+        ),
+        (
+            group,
+            (5, 9),
+            "\"b\" is in \"g\" too, but in another executor",
+        ),
+        (
+            "[executor.x]\n",
+            (5, 11),
+            "executor \"x\" has no kind: \"single\", \"multi:2\"",
+        ),
+        (
+            "[executor.x]\nkind = \"rm:1\"\n",
+            (6, 8),
+            "kind: \"rm:1\" is not an executor",
+        ),
+        (
+            "[executor.x]\nkind = 3\n",
+            (6, 8),
+            "kind: expected \"single\", \"multi:2\"",
+        ),
+        (
+            "[executor.x]\nkind = \"single\"\nnodes = [\"camra\"]\n",
+            (7, 10),
+            "no node \"camra\": did you mean \"camera\"?",
+        ),
+        (
+            "[executor.x]\nkind = \"single\"\nnodes = []\n",
+            (7, 9),
+            "\"x\" has no nodes",
+        ),
+        (
+            "[executor.x]\nkind = \"single\"\n[executor.y]\nkind = \"single\"\n",
+            (7, 11),
+            "executor \"y\" has no nodes",
+        ),
+        (
+            "[executor.x]\nkind = \"single\"\nnodes = [\"camera\", \"camera\"]\n",
+            (7, 20),
+            "\"camera\" is there twice",
+        ),
+        (
+            "[executor.x]\nkind = \"single\"\nnodes = [\"camera\"]\n[executor.y]\nkind = \
+             \"events\"\nnodes = [\"camera\"]\n",
+            (10, 10),
+            "\"camera\" has the executor \"x\" already",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/image\"]\n[executor.x]\nkind = \"edf:1\"\n",
+            (7, 11),
+            "messages trigger \"b\", so it has no period for edf:1: give it a deadline_ms",
+        ),
+        (
+            "[node.b]\ntrigger = [\"/image\"]\n[executor.x]\nkind = \"let\"\nnodes = [\"b\"]\n",
+            (9, 10),
+            "no period for let: give it a rate",
+        ),
+        (
+            "wakes = 3\n[executor.x]\nkind = \"single\"\n",
+            (5, 9),
+            "has no thread of its own, only its executor: leave wakes out",
+        ),
+    ] {
+        refused(&after_a_camera(more), place, what);
+    }
+    let around = "[system]\nname = \"cart-pole\"\n[executor.x]\nkind = \"single\"\nnodes = \
+                  [\"polcy\"]\n";
+    refused(
+        &after_a_camera(around),
+        (9, 10),
+        "no node \"polcy\": did you mean \"policy\"?",
+    );
+}
+
+fn refused(text: &str, place: (usize, usize), what: &str) {
+    let error = system(text).map(|_| "no error").expect_err(text);
+    assert_eq!((error.line, error.column), place, "{error}\n{text}");
+    assert!(error.what.contains(what), "{error}: expected {what:?}");
+}
