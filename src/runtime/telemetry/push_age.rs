@@ -102,7 +102,12 @@ impl PushAge {
         let push = state.late.back()?;
         let twice_area = push.twice_area(now);
         let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
-        let from = from.max(state.first);
+        // A push may be later than this reading: the oldest one that is kept may be, too.
+        let kept = state
+            .late
+            .front()
+            .map_or(state.first, |oldest| oldest.since);
+        let from = from.max(kept);
         let then = state.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
         let late = now.since(from).as_secs_f64();
@@ -135,6 +140,22 @@ mod tests {
 
     fn ms(ms: u64) -> Time {
         Time::from_nanos(ms * 1_000_000)
+    }
+
+    #[test]
+    fn a_push_after_the_reading_leaves_the_last_second_as_it_is() {
+        let pushes = PushAge::default();
+        for at in (0..5_000).step_by(20) {
+            pushes.push(ms(at), ms(at));
+        }
+        let before = pushes.view(ms(4_985)).and_then(|view| view.late_s);
+        pushes.push(ms(5_001), ms(5_001));
+        let after = pushes.view(ms(4_985)).and_then(|view| view.late_s);
+        let [before, after] = [before, after].map(|mean| mean.expect("a mean"));
+        assert!(
+            after < 0.021 && (before - after).abs() < 0.005,
+            "{before} {after}"
+        );
     }
 
     #[test]
