@@ -11,7 +11,8 @@ use crate::runtime::{
 
 impl Graph {
     /// Has an executor run these nodes, which were added before, in the order of their
-    /// registration. Each executor has threads of its own. Virtual clock only.
+    /// registration. Each executor has threads of its own. The real clock has
+    /// logical execution time only.
     ///
     /// ```
     /// use ratelab::runtime::{
