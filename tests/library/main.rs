@@ -18,6 +18,7 @@ mod own_costs;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod approximate;
 mod architecture;
 mod commands;
 mod costs;

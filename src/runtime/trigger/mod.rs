@@ -4,6 +4,7 @@
 //! takes it: one message for each call, the oldest that its queue keeps. Once the messages
 //! taken make a set ([`Match`]), the node ticks, and its subscriptions read that set.
 
+mod approximate;
 mod arrivals;
 mod each;
 mod exact;
@@ -12,7 +13,9 @@ mod matching;
 pub(crate) use arrivals::{Arrival, Arrivals, Wake};
 pub use matching::Match;
 
-use self::{each::Each, exact::Exact};
+use std::collections::VecDeque;
+
+use self::{approximate::Approximate, each::Each, exact::Exact};
 use super::time::Time;
 
 /// A message taken from a queue.
@@ -41,12 +44,17 @@ pub(crate) trait Intake: Send {
 
     /// Forgets the messages taken before number `seq`; all of them without a `seq`.
     fn forget_before(&mut self, seq: Option<u64>);
+
+    /// Has the node called once more at run time `now`, as if a message arrived.
+    fn call_again(&self, now: Time);
 }
 
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
     sets: Sets,
+    /// The sets that a message completed beyond one, for ticks of their own.
+    more: More,
     matching: Match,
     /// The input whose turn it is.
     turn: usize,
@@ -57,6 +65,16 @@ pub(crate) struct Trigger {
 enum Sets {
     Each(Each),
     Exact(Exact),
+    Approximate(Approximate),
+}
+
+/// Sets of one message, for the ticks that follow.
+#[derive(Debug, Default)]
+struct More {
+    sets: VecDeque<Choice>,
+    /// The input with that message, and the run time of its delivery.
+    input: usize,
+    arrived: Time,
 }
 
 impl Sets {
@@ -64,13 +82,21 @@ impl Sets {
         match matching {
             Match::Each => Self::Each(Each::new(inputs)),
             Match::Exact { queue } => Self::Exact(Exact::new(inputs, queue.get())),
+            Match::Approximate { queue, interval } => {
+                Self::Approximate(Approximate::new(inputs, queue.get(), interval))
+            }
         }
     }
 
-    fn add(&mut self, input: usize, taken: Taken) -> Option<Choice> {
+    /// Adds a message; returns the set that it completes, and puts any others into `more`.
+    fn add(&mut self, input: usize, taken: Taken, more: &mut VecDeque<Choice>) -> Option<Choice> {
         match self {
             Self::Each(each) => each.add(input, taken),
             Self::Exact(exact) => exact.add(input, taken),
+            Self::Approximate(approximate) => {
+                approximate.add(input, taken, more);
+                more.pop_front()
+            }
         }
     }
 
@@ -78,6 +104,7 @@ impl Sets {
         match self {
             Self::Each(each) => each.needs_from(input),
             Self::Exact(exact) => exact.needs_from(input),
+            Self::Approximate(approximate) => approximate.needs_from(input),
         }
     }
 }
@@ -87,6 +114,7 @@ impl Trigger {
         Self {
             sets: Sets::new(matching, inputs.len()),
             inputs,
+            more: More::default(),
             matching,
             turn: 0,
         }
@@ -100,6 +128,7 @@ impl Trigger {
     /// Forgets the messages taken so far.
     pub(crate) fn reset(&mut self) {
         self.sets = Sets::new(self.matching, self.inputs.len());
+        self.more = More::default();
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));
         self.turn = 0;
@@ -107,27 +136,43 @@ impl Trigger {
 
     /// Run time of the delivery of the oldest message that an input has not yet taken.
     pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
+        let more = &self.more;
+        if more.input == input && !more.sets.is_empty() {
+            return Some(more.arrived);
+        }
         self.inputs[input].oldest(now)
     }
 
     /// The same for all inputs.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
-        let inputs = self.inputs.iter();
-        inputs.filter_map(|input| input.oldest(now)).min()
+        let inputs = 0..self.inputs.len();
+        inputs.filter_map(|input| self.oldest_of(input, now)).min()
     }
 
     /// Takes the oldest message of an input. Returns the run time of its delivery if it
     /// completes a set: the node is to tick.
     pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
-        let taken = self.inputs[input].take(now)?;
-        let choice = self.sets.add(input, taken);
+        let (choice, arrived) = match self.more.sets.pop_front() {
+            // Its own message waits for the next call.
+            Some(choice) => (Some(choice), self.more.arrived),
+            None => {
+                let taken = self.inputs[input].take(now)?;
+                let choice = self.sets.add(input, taken, &mut self.more.sets);
+                (self.more.input, self.more.arrived) = (input, taken.arrived);
+                (choice, taken.arrived)
+            }
+        };
         for (index, input) in self.inputs.iter_mut().enumerate() {
             if let Some(choice) = &choice {
                 input.choose(choice[index]);
             }
-            input.forget_before(self.sets.needs_from(index));
+            let waiting = self.more.sets.front().map(|set| set[index]);
+            input.forget_before(waiting.or_else(|| self.sets.needs_from(index)));
         }
-        choice.map(|_| taken.arrived)
+        if input != self.more.input || !self.more.sets.is_empty() {
+            self.inputs[input].call_again(now);
+        }
+        choice.map(|_| arrived)
     }
 
     /// Takes messages, one of each input in turn, until a set is complete; returns the run

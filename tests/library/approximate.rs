@@ -1,0 +1,108 @@
+//! Messages with the closest stamps, against an independent model of message_filters.
+
+use std::sync::{Arc, Mutex};
+
+use ratelab::runtime::{
+    Callback, Clock, Depth, Executor, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock,
+};
+
+const GOLDEN: &str = include_str!("../golden/approximate.txt");
+
+/// The sets of a sequence of messages, of which one is published each millisecond; `executor`
+/// calls the node, or a thread of its own.
+fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &str) -> String {
+    let mut graph = Graph::default();
+    let depth = Depth::new(1000).expect("a depth");
+    let topics: Vec<_> = (0..inputs)
+        .map(|input| Topic::new(format!("/t{input}"), depth))
+        .collect();
+    let (khz, messages) = (Hz::new(1000.0).expect("a rate"), messages.to_vec());
+    let sender = graph.node("sender", khz, 0, |wiring| {
+        let to: Vec<_> = topics.iter().map(|topic| wiring.publisher(topic)).collect();
+        let mut counts = vec![0u64; inputs];
+        move |now: Time| {
+            let sent = (now.as_nanos() / 1_000_000).checked_sub(1);
+            let message = sent.and_then(|index| messages.get(usize::try_from(index).ok()?));
+            if let Some((topic, stamp)) = message {
+                let stamp = Time::from_nanos(stamp * 1000);
+                to[*topic].publish(counts[*topic], now, Some(stamp));
+                counts[*topic] += 1;
+            }
+            GO_ON
+        }
+    });
+    sender.expect("a node");
+    let sets = Arc::new(Mutex::new(Vec::new()));
+    let found = sets.clone();
+    let matcher = graph.node("matcher", matching, 1, |wiring| {
+        let mut from: Vec<_> = topics.iter().map(|topic| wiring.trigger(topic)).collect();
+        move |now: Time| {
+            let read = from.iter_mut().map(|topic| {
+                let message = topic.latest(now).expect("a message of each topic");
+                message.data.to_string()
+            });
+            let read: Vec<_> = read.collect();
+            let set = format!("{}:{}", now.as_nanos() / 1_000_000, read.join("+"));
+            found.lock().expect("no panic").push(set);
+            GO_ON
+        }
+    });
+    matcher.expect("a node");
+    if !executor.is_empty() {
+        let executor: Executor = executor.parse().expect(executor);
+        let nodes = graph.executor(executor, [Callback::of("matcher")]);
+        nodes.expect("nodes");
+    }
+    let end = Time::from_nanos(100_000_000);
+    let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end);
+    exit.expect("no fault");
+    let sets = sets.lock().expect("no panic");
+    sets.join(",")
+}
+
+#[test]
+fn approximate_time_finds_the_sets_of_an_independent_model() {
+    // More of them: `python3 tests/golden/approximate.py 5000 > FILE`.
+    let file = std::env::var("RATELAB_APPROXIMATE").ok();
+    let file = file.map(|file| std::fs::read_to_string(file).expect("a file"));
+    let cases = file.as_deref().unwrap_or(GOLDEN).trim().split("\n\n");
+    for (number, case) in cases.enumerate() {
+        let (line, expected) = case.split_once('\n').expect("two lines");
+        let words = line
+            .split(' ')
+            .filter_map(|word| Some(word.split_once('=')?.1));
+        let words: Vec<&str> = words.collect();
+        let [inputs, queue, interval, messages] = words[..] else {
+            panic!("{line}");
+        };
+        let interval = interval.parse::<f64>().map(|us| format!(":{}", us / 1e3));
+        let text = format!("approximate:{queue}{}", interval.unwrap_or_default());
+        let matching: Match = text.parse().expect(&text);
+        assert_eq!(matching.to_string(), text);
+        let message = |text: &str| {
+            let (topic, stamp) = text.split_once(':').expect("two numbers");
+            (topic.parse().expect(topic), stamp.parse().expect(stamp))
+        };
+        let messages: Vec<_> = messages.split(',').map(message).collect();
+        let inputs = inputs.parse().expect(inputs);
+        for executor in ["", "single", "multi:2", "events", "fixed-priority:1"] {
+            let got = sets(matching, inputs, &messages, executor);
+            let got = format!("sets={got}");
+            assert_eq!(got, expected, "sequence {number}, {executor:?}: {line}");
+        }
+    }
+}
+
+#[test]
+fn invalid_intervals_of_approximate_time_are_refused() {
+    for text in [
+        "approximate",
+        "approximate:0",
+        "approximate:5:-1",
+        "approximate:5:x",
+        "approximate:5:1:1",
+    ] {
+        let error = text.parse::<Match>().expect_err(text);
+        assert!(error.contains("is no way to match messages: "), "{error}");
+    }
+}
