@@ -324,7 +324,7 @@ fn errors_about_triggers_have_a_place_and_a_remedy() {
         (
             "[node.b]\ntrigger = [\"/image\"]\nmatch = \"exact\"\n",
             (7, 9),
-            "expected each or exact:QUEUE",
+            "expected each, exact:QUEUE, approximate:QUEUE or approximate:QUEUE:MS",
         ),
         (
             "match = \"each\"\n",

@@ -68,6 +68,14 @@ fn robot() -> Robot {
     added.expect("control");
     let callback = [Callback::of("control")];
     graph.executor(Executor::Let, callback).expect("a rate");
+    let closest: Match = "approximate:4".parse().expect("a text");
+    adder(
+        &mut graph,
+        "closest",
+        closest,
+        &[&image, &scan],
+        &Topic::new("/closest", depth(4)),
+    );
     Robot {
         graph,
         fused,
@@ -190,8 +198,8 @@ fn until(
 #[test]
 fn a_run_with_triggers_comes_back_to_the_bit() {
     until(&knobs(), Time::ZERO..Time::ZERO, |ticks| {
-        let [_, _, detector, fusion, control] = ticks else {
-            panic!("five nodes");
+        let [_, _, detector, fusion, control, closest] = ticks else {
+            panic!("six nodes");
         };
         let ms = Duration::from_millis;
         // A delayed message arrives with its link: nothing is fused before.
@@ -205,7 +213,10 @@ fn a_run_with_triggers_comes_back_to_the_bit() {
             delayed && ended.iter().all(|took| *took >= ms(3)),
             "{ticks:?}"
         );
-        detector.len() > 10 && fusion.len() > 5 && ended.iter().any(|took| *took > ms(8))
+        detector.len() > 10
+            && fusion.len() > 5
+            && closest.len() > 3
+            && ended.iter().any(|took| *took > ms(8))
     });
 }
 

@@ -16,13 +16,13 @@ pub(super) struct Approximate {
     queue: usize,
     /// The longest interval within a set.
     longest: Duration,
-    topics: Vec<Waiting>,
+    topics: Vec<HeldMessages>,
     search: Option<Search>,
 }
 
 /// The messages of a topic, oldest first.
 #[derive(Debug, Default)]
-struct Waiting {
+struct HeldMessages {
     messages: VecDeque<Taken>,
     /// Number of these that the search has passed.
     past: usize,
@@ -32,7 +32,7 @@ struct Waiting {
     newest: Time,
 }
 
-impl Waiting {
+impl HeldMessages {
     /// The first message that the search has not passed.
     fn head(&self) -> Option<Taken> {
         self.messages.get(self.past).copied()
@@ -54,7 +54,7 @@ type Boundary = (usize, Time);
 
 impl Approximate {
     pub(super) fn new(inputs: usize, queue: usize, longest: Duration) -> Self {
-        let topics = (0..inputs).map(|_| Waiting::default());
+        let topics = (0..inputs).map(|_| HeldMessages::default());
         Self {
             queue,
             longest,
@@ -138,7 +138,7 @@ impl Approximate {
         }
         let mut past: Vec<usize> = self.topics.iter().map(|topic| topic.past).collect();
         loop {
-            let at = |(topic, past): (&Waiting, &usize)| match topic.messages.get(*past) {
+            let at = |(topic, past): (&HeldMessages, &usize)| match topic.messages.get(*past) {
                 Some(taken) => taken.sensed,
                 None => best.pivot.1.max(topic.newest),
             };
@@ -163,7 +163,7 @@ impl Approximate {
             topic.messages.drain(..topic.past);
             topic.past = 0;
         }
-        let heads = self.topics.iter().filter_map(Waiting::head);
+        let heads = self.topics.iter().filter_map(HeldMessages::head);
         self.search = Some(Search {
             choice: heads.map(|taken| taken.seq).collect(),
             start,
