@@ -63,7 +63,10 @@ impl Form {
             Self::Knob(kind) => format!("a number or a text, as of {}", kind.usage()),
             Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
             Self::Nodes => r#"a list of nodes, such as ["camera", "detector"]"#.to_owned(),
-            Self::Match => r#""each", or "exact:10" with a number of stamps"#.to_owned(),
+            Self::Match => {
+                r#""each", "exact:10" with a number of stamps, or "approximate:10" of messages"#
+                    .to_owned()
+            }
             Self::Executor => {
                 r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#.to_owned()
             }
@@ -121,8 +124,8 @@ pub const SECTIONS: [FileSection; 6] = [
             optional(
                 "match",
                 Form::Match,
-                "What a tick needs of several triggers: each (the newest of each), or \
-                 exact:10 (equal times of sensing; 10 of them wait) [default: each]",
+                "What a tick needs of several triggers: each (the newest of each), \
+                 exact:10 (equal times of sensing; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
             optional(
                 "takes",

@@ -209,13 +209,12 @@ fn a_run_with_triggers_comes_back_to_the_bit() {
             .iter()
             .filter_map(|tick| Some(tick.ends? - tick.at))
             .collect();
-        assert!(
-            delayed && ended.iter().all(|took| *took >= ms(3)),
-            "{ticks:?}"
-        );
-        detector.len() > 10
+        // The first ticks may come before the commands.
+        delayed
+            && detector.len() > 10
             && fusion.len() > 5
             && closest.len() > 3
+            && ended.iter().all(|took| *took > ms(3))
             && ended.iter().any(|took| *took > ms(8))
     });
 }

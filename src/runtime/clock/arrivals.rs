@@ -11,14 +11,14 @@ use crate::runtime::{
 };
 
 /// The messages that may complete the inputs of a node's next tick.
-pub(super) struct Waiting {
+pub(super) struct Inbound {
     /// Those that arrive later, because of the link of their topic.
     later: BinaryHeap<Reverse<(Time, usize, usize)>>,
     /// How many may wait in the queues.
     here: u64,
 }
 
-impl Waiting {
+impl Inbound {
     /// Any number may wait already.
     pub(super) fn new() -> Self {
         Self {

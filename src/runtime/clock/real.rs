@@ -6,7 +6,7 @@ use crossbeam_channel::{Receiver, Sender};
 
 use super::{
     Clock, ClockExit,
-    arrivals::{Waiting, begin_arrivals, end_arrivals},
+    arrivals::{Inbound, begin_arrivals, end_arrivals},
     mailbox::{Mailbox, Wakeup},
     note_end,
     obey::obey_at_rest,
@@ -170,7 +170,7 @@ impl RealClock {
                     node,
                     index,
                     mailbox,
-                    arrivals: Waiting::new(),
+                    arrivals: Inbound::new(),
                     until,
                     state: state.clone(),
                     log: state.threads.stream(SUPERVISOR + 1 + index),
@@ -346,7 +346,7 @@ struct Worker<'a> {
     node: &'a mut ScheduledNode,
     index: usize,
     mailbox: &'a Mailbox,
-    arrivals: Waiting,
+    arrivals: Inbound,
     until: Time,
     state: Arc<RunState>,
     log: Arc<Stream>,
