@@ -1,7 +1,6 @@
 //! A run, executed again on a thread of its own.
 
 use std::{
-    ops::ControlFlow,
     panic::resume_unwind,
     sync::Arc,
     thread::{self, JoinHandle},
@@ -12,7 +11,7 @@ use ratelab::{
     system::System,
 };
 
-use crate::recording::{Executed, Execution, Recording, VerifyError, verify};
+use crate::recording::{Executed, Execution, Recording, VerifyError};
 
 /// A run that is executed again.
 pub struct Executing {
@@ -22,23 +21,15 @@ pub struct Executing {
 }
 
 impl Executing {
-    /// Begins to execute the run of `recording` again. If it has ticks and messages, these
-    /// must be the same.
+    /// Begins to execute the run of `recording` again.
     ///
     /// # Errors
     /// [`VerifyError`] if it cannot be executed again.
     pub fn of(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         let execution = Execution::new(recording.clone(), system)?;
         let (observer, until) = (execution.observer(), recording.until);
-        let system = system.clone();
-        let execute = move || {
-            if recording.ticks.iter().any(|ticks| !ticks.is_empty()) {
-                verify(&recording, &system, false, |_| ControlFlow::Continue(()))?;
-            }
-            execution.run()
-        };
         Ok(Self {
-            thread: thread::spawn(execute),
+            thread: thread::spawn(move || execution.run()),
             observer,
             until,
         })

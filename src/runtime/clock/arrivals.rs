@@ -27,8 +27,12 @@ impl Inbound {
         }
     }
 
-    pub(super) fn add(&mut self, Arrival { at, node, input }: Arrival) {
-        self.later.push(Reverse((at, node, input)));
+    /// A node that is busy for long or crashed gets many: those that are here are counted only.
+    pub(super) fn add(&mut self, Arrival { at, node, input }: Arrival, now: Time) {
+        match at <= now {
+            true => self.here = self.here.saturating_add(1),
+            false => self.later.push(Reverse((at, node, input))),
+        }
     }
 
     /// Has those arrive that are due at `now`.

@@ -373,7 +373,7 @@ impl Worker<'_> {
         loop {
             match self.mailbox.wait() {
                 Wakeup::Start(wall) => return Some(wall),
-                Wakeup::Arrival(arrival) => self.arrivals.add(arrival),
+                Wakeup::Arrival(arrival) => self.arrivals.add(arrival, Time::ZERO),
                 Wakeup::Command(_) | Wakeup::Stop(_) => return None,
             }
         }
@@ -389,7 +389,7 @@ impl Worker<'_> {
                     return None;
                 }
                 Some(Wakeup::Start(_)) => {}
-                Some(Wakeup::Arrival(arrival)) => self.arrivals.add(arrival),
+                Some(Wakeup::Arrival(arrival)) => self.arrivals.add(arrival, wall.now()),
                 Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
                 None if next > self.until => {
                     self.leave(self.until + Time::TICK);

@@ -11,7 +11,10 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
-    runtime::{BusyNode, Doing, Knob, Observer, Rerun, Speed, Time, Watch, telemetry::Event},
+    runtime::{
+        BusyNode, Doing, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time, Watch,
+        telemetry::Event,
+    },
     system::{BuildError, System},
 };
 
@@ -20,7 +23,7 @@ use super::{
     compare::Comparison,
     difference::Difference,
     end, events, order,
-    series::{Messages, Ticks},
+    series::{Messages, Source, Ticks},
     topology,
 };
 use crate::recording::{
@@ -88,10 +91,7 @@ pub fn run_again(
     mut rerun: Option<Rerun>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Outcome, VerifyError> {
-    let whole = recording
-        .outcome
-        .as_ref()
-        .filter(|outcome| outcome.end != RunStatus::WentOn);
+    let whole = end_of(recording);
     let mut experiment = experiment_again(recording, system, whole)?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
@@ -100,7 +100,7 @@ pub fn run_again(
     if let Some(difference) = before {
         return Ok(Outcome::of(difference));
     }
-    let complete = whole.is_some() && (rerun.is_none() || order::is_whole(recording));
+    let complete = is_complete(recording, rerun.is_some());
     experiment.schedule(events::commands(recording, &**system, rerun.as_ref())?);
     let comparison = Comparison::new(recording, complete, rerun.is_some(), experiment.commands());
     let watcher = RunWatcher {
@@ -144,6 +144,18 @@ pub fn run_again(
         result.differences.extend(difference);
     }
     Ok(result)
+}
+
+/// The end of the recorded run, if the recording goes on to it.
+fn end_of(recording: &Recording) -> Option<&RecordingEnd> {
+    let outcome = recording.outcome.as_ref();
+    outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
+}
+
+/// Whether the recording goes on to the end of the run; with `threads` it was under the real
+/// clock.
+pub fn is_complete(recording: &Recording, threads: bool) -> bool {
+    end_of(recording).is_some() && (!threads || order::is_whole(recording))
 }
 
 /// Run time of the last tick, message or event: under the real clock it may be late, and come
@@ -243,7 +255,7 @@ fn compare<'scope>(
     let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
     let mut checks: Vec<Check<'_>> = nodes
         .map(|((node, ticks), tap)| {
-            let series = Ticks::new(&node.name, ticks, tap, threads);
+            let series = Ticks::new(&node.name, ticks, ticks_of(tap), threads);
             scope.spawn(move || comparison.compare(series))
         })
         .collect();
@@ -251,11 +263,25 @@ fn compare<'scope>(
         let recorded = recording.topic(topic.name());
         let tapped = taps.rows(topic.name(), BACKLOG);
         checks.extend(recorded.zip(tapped).map(|((name, rows), tap)| {
-            let series = Messages::new(name, topic.fields(), rows, tap);
+            let series = Messages::new(name, topic.fields(), rows, messages_of(tap));
             scope.spawn(move || comparison.compare(series))
         }));
     }
     checks
+}
+
+fn ticks_of<'a>(tap: Tap<TickRecord>) -> Source<'a, Vec<TickRecord>> {
+    Box::new(move |taken| {
+        let items = tap.items();
+        taken.extend(items.recv());
+        // No more than there is now: the run fills it as fast.
+        taken.extend(items.try_iter().take(items.len()));
+        !taken.is_empty()
+    })
+}
+
+fn messages_of<'a>(tap: RowTap) -> Source<'a, Rows> {
+    Box::new(move |taken| tap.wait(taken))
 }
 
 /// A comparison that is under way.

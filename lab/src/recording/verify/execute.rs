@@ -3,12 +3,20 @@
 use std::{sync::Arc, thread};
 
 use ratelab::{
-    experiment::{Config, Experiment},
+    experiment::{Config, Experiment, Taps},
     runtime::{Knot, Observer, RealClock, Rerun, Speed},
     system::System,
 };
 
-use super::{VerifyError, again, events, held::Held, order};
+use super::{
+    VerifyError, again,
+    compare::Comparison,
+    difference::Difference,
+    events,
+    held::Held,
+    order,
+    series::{Messages, Ticks, left},
+};
 use crate::recording::reader::Recording;
 
 /// Messages or ticks that may wait to be kept.
@@ -17,6 +25,7 @@ const BACKLOG: usize = 1024;
 /// A run that is to be executed again.
 pub struct Execution {
     recording: Arc<Recording>,
+    system: Arc<dyn System>,
     experiment: Experiment,
     rerun: Option<Rerun>,
 }
@@ -47,6 +56,7 @@ impl Execution {
         experiment.schedule(events::commands(&recording, &**system, rerun.as_ref())?);
         Ok(Self {
             recording,
+            system: system.clone(),
             experiment,
             rerun,
         })
@@ -64,22 +74,28 @@ impl Execution {
         Some(Held::begin(self.experiment, rerun, (knot, operations)))
     }
 
-    /// Executes the run.
+    /// Executes the run. Its messages and ticks must be the recorded ones, if the recording
+    /// has any.
     ///
     /// # Errors
     /// [`VerifyError`] if it is another run.
     pub fn run(self) -> Result<Executed, VerifyError> {
         let Self {
-            recording,
+            recording: recorded,
+            system,
             experiment,
             mut rerun,
         } = self;
-        let mut recording = recording.without_rows();
+        let mut recording = recorded.without_rows();
         let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
         let taps = experiment.taps();
         let ticks = taps.ticks(BACKLOG);
         let names = recording.origin.topology.topics.iter();
-        let topics: Vec<_> = names.map(|topic| taps.rows(&topic.name, BACKLOG)).collect();
+        let topics: Vec<_> = names
+            .clone()
+            .map(|topic| taps.rows(&topic.name, BACKLOG))
+            .collect();
+        let fields: Vec<_> = names.map(|topic| fields(&taps, &topic.name)).collect();
         drop(taps);
         thread::scope(|scope| {
             let ticks = ticks.into_iter();
@@ -105,12 +121,56 @@ impl Execution {
             let topics = topics.into_iter().map(again::joined);
             recording.topics = topics.map(Option::unwrap_or_default).collect();
         });
-        match rerun.as_ref().and_then(Rerun::difference) {
-            Some(diverged) => Err(VerifyError::Diverged(diverged)),
-            None => Ok(Executed {
+        let diverged = rerun.as_ref().and_then(Rerun::difference);
+        let difference = first_difference(&recorded, &recording, &fields, rerun.is_some());
+        match (difference, diverged) {
+            (Some(difference), diverged) => {
+                let threads = rerun.is_some();
+                let made = super::made_elsewhere(&recorded, &system);
+                Err(VerifyError::differs(difference, diverged, threads, made))
+            }
+            (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
+            (None, None) => Ok(Executed {
                 recording: Arc::new(recording),
                 knots,
             }),
         }
     }
+}
+
+/// Names of the numbers in the messages of a topic.
+fn fields(taps: &Taps, topic: &str) -> &'static [&'static str] {
+    let mut topics = taps.topics().iter();
+    let known = topics.find(|known| known.name() == topic);
+    known.map_or(&[], |known| known.fields())
+}
+
+/// The first difference between the `recorded` messages and ticks and those of the run that
+/// came of it, whose topics have these `fields`; with `threads` it was under the real clock.
+fn first_difference(
+    recorded: &Recording,
+    computed: &Recording,
+    fields: &[&'static [&'static str]],
+    threads: bool,
+) -> Option<Difference> {
+    if recorded.ticks.iter().all(Vec::is_empty) {
+        return None;
+    }
+    let complete = again::is_complete(recorded, threads);
+    // The run is over: nobody is left to be stopped.
+    let (commands, _) = crossbeam_channel::unbounded();
+    let comparison = Comparison::new(recorded, complete, threads, commands);
+    let topology = &recorded.origin.topology;
+    let nodes = topology.nodes.iter().zip(&recorded.ticks);
+    let ticks = nodes
+        .zip(&computed.ticks)
+        .filter_map(|((node, ticks), new)| {
+            comparison.compare(Ticks::new(&node.name, ticks, left(new), threads))
+        });
+    let topics = topology.topics.iter().zip(fields).zip(&computed.topics);
+    let messages = topics.filter_map(|((topic, fields), new)| {
+        let (name, rows) = recorded.topic(&topic.name)?;
+        comparison.compare(Messages::new(name, fields, rows, left(new)))
+    });
+    ticks.chain(messages).min_by_key(|difference| difference.at)
 }

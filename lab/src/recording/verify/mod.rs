@@ -104,6 +104,23 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
+    /// A `difference` of a run; with `threads` it was under the real clock, and may have
+    /// `diverged` from the recorded order.
+    fn differs(
+        difference: Difference,
+        diverged: Option<String>,
+        threads: bool,
+        made: Option<String>,
+    ) -> Self {
+        let likely = || threads.then(|| format!("likely: {LIKELY}"));
+        let why = diverged.or_else(likely);
+        Self::Differs {
+            difference: Box::new(difference),
+            why: why.map_or_else(String::new, |why| format!(" ({why})")),
+            made,
+        }
+    }
+
     /// The same in a few words.
     pub fn brief(&self) -> &'static str {
         match self {
@@ -185,7 +202,7 @@ pub fn verify(
     refuse_foreign(recording, system)?;
     refuse_nothing(recording, &**system)?;
     let mut rerun = order::rerun(recording, &**system)?;
-    let likely = rerun.as_ref().map(|_| format!("likely: {LIKELY}"));
+    let threads = rerun.is_some();
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
@@ -196,13 +213,10 @@ pub fn verify(
     } = run_again(recording, system, rerun, watch)?;
     differences.sort_by_key(|difference| difference.at);
     match (differences.into_iter().next(), diverged) {
-        (Some(difference), diverged) => Err(VerifyError::Differs {
-            difference: Box::new(difference),
-            why: diverged
-                .or(likely)
-                .map_or_else(String::new, |why| format!(" ({why})")),
-            made: made_elsewhere(recording, system),
-        }),
+        (Some(difference), diverged) => {
+            let made = made_elsewhere(recording, system);
+            Err(VerifyError::differs(difference, diverged, threads, made))
+        }
         (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
         (None, None) => Ok(identical),
     }

@@ -2,11 +2,29 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, Push, RowTap, Rows, Tap, TickRecord, Time};
+use ratelab::runtime::{Head, Push, Rows, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
 
-/// The recorded items, and those of a tap of the new run.
+/// Takes the next items of a run; false when no more can come.
+pub type Source<'a, T> = Box<dyn FnMut(&mut T) -> bool + Send + 'a>;
+
+/// The items that a run left: all at once.
+pub fn left<'a, T: Clone>(items: &'a T) -> Source<'a, T>
+where
+    &'a T: Send,
+{
+    let mut rest = Some(items);
+    Box::new(move |taken| match rest.take() {
+        Some(items) => {
+            taken.clone_from(items);
+            true
+        }
+        None => false,
+    })
+}
+
+/// The recorded items, and those of the new run.
 pub trait Series {
     /// Whether these are messages, and not ticks.
     const MESSAGES: bool;
@@ -29,26 +47,25 @@ pub struct Messages<'a> {
     topic: &'a str,
     fields: &'static [&'static str],
     recorded: &'a Rows,
-    tap: RowTap,
+    source: Source<'a, Rows>,
     computed: Rows,
 }
 
 impl<'a> Messages<'a> {
-    /// Those of the topic called `topic`: recorded, and out of `tap`. The numbers of
+    /// Those of the topic called `topic`: recorded, and out of `source`. The numbers of
     /// each are called `fields`.
     pub fn new(
         topic: &'a str,
         fields: &'static [&'static str],
         recorded: &'a Rows,
-        tap: RowTap,
+        source: Source<'a, Rows>,
     ) -> Self {
-        let computed = tap.rows();
         Self {
             topic,
             fields,
             recorded,
-            tap,
-            computed,
+            source,
+            computed: Rows::new(fields.len()),
         }
     }
 
@@ -68,7 +85,7 @@ impl Series for Messages<'_> {
 
     fn wait(&mut self) -> bool {
         self.computed.clear();
-        self.tap.wait(&mut self.computed)
+        (self.source)(&mut self.computed)
     }
 
     fn recorded(&self, index: usize) -> Option<SeriesItem<'_>> {
@@ -134,17 +151,17 @@ pub struct Ticks<'a> {
     has_pushes: bool,
     /// Whether the run was under the real clock, for a while at least.
     threads: bool,
-    tap: Tap<TickRecord>,
+    source: Source<'a, Vec<TickRecord>>,
     computed: Vec<TickRecord>,
 }
 
 impl<'a> Ticks<'a> {
-    /// Those of the node called `node`: recorded, and out of `tap`; with `threads` of a
+    /// Those of the node called `node`: recorded, and out of `source`; with `threads` of a
     /// run that was under the real clock.
     pub fn new(
         node: &'a str,
         recorded: &'a [TickRecord],
-        tap: Tap<TickRecord>,
+        source: Source<'a, Vec<TickRecord>>,
         threads: bool,
     ) -> Self {
         Self {
@@ -152,7 +169,7 @@ impl<'a> Ticks<'a> {
             recorded,
             threads,
             has_pushes: recorded.iter().any(|tick| tick.push.is_some()),
-            tap,
+            source,
             computed: Vec::new(),
         }
     }
@@ -173,11 +190,7 @@ impl Series for Ticks<'_> {
 
     fn wait(&mut self) -> bool {
         self.computed.clear();
-        let items = self.tap.items();
-        self.computed.extend(items.recv());
-        // No more than there is now: the run fills it as fast.
-        self.computed.extend(items.try_iter().take(items.len()));
-        !self.computed.is_empty()
+        (self.source)(&mut self.computed)
     }
 
     fn recorded(&self, index: usize) -> Option<SeriesItem<'_>> {
