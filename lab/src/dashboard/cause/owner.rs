@@ -149,8 +149,11 @@ impl Explained<'_> {
 
     /// Recent mean interval between the ticks of a node.
     pub fn interval(&self, node: usize) -> Duration {
-        let ticks = self.ticks(node).count();
-        self.time() / u32::try_from(ticks.max(1)).unwrap_or(u32::MAX)
+        let begun: Vec<Time> = self.ticks(node).map(|worked| worked.tick.at).collect();
+        match (&begun[..], u32::try_from(begun.len().saturating_sub(1))) {
+            ([newest, .., oldest], Ok(intervals)) => newest.since(*oldest) / intervals,
+            _ => self.time(),
+        }
     }
 
     /// The period of a node, or the recent mean interval between its ticks if that is much
