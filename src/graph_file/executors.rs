@@ -48,9 +48,14 @@ impl Checker<'_> {
             },
         };
         if executor.nodes.is_empty() {
-            let (name, expected) = (&executor.name, Form::Nodes.expected());
-            let at = block.at("nodes").unwrap_or(block.name.at);
-            let what = format!("executor {name:?} has no nodes: expected {expected}");
+            let (at, why) = match block.at("nodes") {
+                Some(at) => (at, format!("expected {}", Form::Nodes.expected())),
+                None => (
+                    block.name.at,
+                    "the executors before it have them all".to_owned(),
+                ),
+            };
+            let what = format!("executor {:?} has no nodes: {why}", executor.name);
             return Err(self.refuse(at, what));
         }
         for (index, node) in executor.nodes.iter().enumerate() {

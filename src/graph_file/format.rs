@@ -161,8 +161,8 @@ pub const SECTIONS: [FileSection; 6] = [
             optional(
                 "group",
                 Form::Name,
-                "Its callback group, of whose nodes one ticks at a time; reentrant excludes none \
-                 [default: a group of its own]",
+                "Its callback group in a single, multi or events executor: of its nodes one ticks \
+                 at a time; reentrant excludes none [default: a group of its own]",
             ),
             optional(
                 "deadline_ms",
