@@ -58,6 +58,7 @@ mod output;
 mod predictions;
 mod printable;
 mod program;
+mod reading;
 mod recording;
 mod report;
 mod rescue;

@@ -9,14 +9,15 @@ use crate::{
     options::read_knob,
     output::{print_line, print_recorded},
     program::Program,
-    recording::{Departure, Destination, Recording, StopReason, VerifyError, branch as branched},
+    reading,
+    recording::{Departure, Destination, StopReason, VerifyError, branch as branched},
     report,
     results::record,
 };
 
 /// Prints the result of a recorded run, that of its branch, and what made the difference.
 pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
-    let recording = Recording::read(&args.file)?;
+    let recording = reading::read(&args.file)?;
     let program = &program.of(&recording);
     if args.at > recording.until {
         return Err(Error::BadInput(format!(

@@ -8,13 +8,14 @@ use crate::{
     error::Error,
     output::print_line,
     program::Program,
+    reading,
     recording::{Recording, RecordingEnd, Replay, schema::RunStatus},
     report::{self, ReportContext},
 };
 
 /// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, file: &Path) -> Result<(), Error> {
-    let recording = Arc::new(Recording::read(file)?);
+    let recording = Arc::new(reading::read(file)?);
     let program = &program.of(&recording);
     print_line(&overview(program, &recording))?;
     Error::if_damaged(&recording)

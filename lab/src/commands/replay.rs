@@ -14,7 +14,8 @@ use crate::{
     error::Error,
     output::{note, note_defect, print_line, print_recorded},
     program::{self, Program},
-    recording::{ReadError, Recording},
+    reading,
+    recording::ReadError,
     report,
     screen::{need_terminal, screen},
 };
@@ -24,7 +25,7 @@ const VIEWER: &str = "rerun";
 
 /// Shows a recording; of a damaged one, the intact part.
 pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
-    let recording = match Recording::read(&args.file) {
+    let recording = match reading::read(&args.file) {
         // The viewer can show these, but the terminal cannot.
         Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
         read => Arc::new(read?),

@@ -15,7 +15,8 @@ use crate::{
     error::Error,
     output::{self, print_line},
     program::Program,
-    recording::{Recording, verify as run_again},
+    reading,
+    recording::verify as run_again,
     signals,
 };
 use progress::Progress;
@@ -61,7 +62,7 @@ fn verify_one(
     perturb: bool,
     asked: &Arc<AtomicBool>,
 ) -> Result<(), Error> {
-    let recording = Recording::read(file)?;
+    let recording = reading::read(file)?;
     let name = file.display();
     let progress = Progress::new(recording.until, asked);
     let system = program.of(&recording).system;

@@ -8,6 +8,7 @@ mod files;
 mod live;
 mod paths;
 mod print;
+mod progress;
 mod unfinished;
 mod whole;
 
@@ -17,5 +18,6 @@ pub use live::Live;
 pub use print::{
     error, note, note_defect, print_line, print_recorded, printed, record_error, write_error,
 };
+pub use progress::ProgressLine;
 pub use unfinished::remove_unfinished;
 pub use whole::{refuse_same, write_whole};

@@ -58,6 +58,11 @@ impl<'a> Chunks<'a> {
         }
     }
 
+    /// Number of bytes that are left.
+    pub fn left(&self) -> usize {
+        self.rest.len()
+    }
+
     /// The kind and content of the next message.
     fn message(&mut self) -> Option<(MessageKind, &'a [u8])> {
         let Some((header, rest)) = self

@@ -91,14 +91,26 @@ impl Recording {
     /// # Errors
     /// [`ReadError`] if it is no recording of ratelab, or no part of it is intact.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::read_watched(path, |_, _| ())
+    }
+
+    /// The same; `watch` gets the bytes that are read so far, and their number in all.
+    ///
+    /// # Errors
+    /// As of [`Self::read`].
+    pub fn read_watched(path: &Path, watch: impl FnMut(u64, u64)) -> Result<Self, ReadError> {
         let bytes = read_file(path).map_err(|why| ReadError::File {
             path: path.to_owned(),
             why,
         })?;
-        Self::parse(path, &bytes)
+        Self::parse(path, &bytes, watch)
     }
 
-    fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ReadError> {
+    fn parse(
+        path: &Path,
+        bytes: &[u8],
+        mut watch: impl FnMut(u64, u64),
+    ) -> Result<Self, ReadError> {
         let foreign = |what: &str| ReadError::Foreign {
             path: path.to_owned(),
             what: what.to_owned(),
@@ -109,7 +121,8 @@ impl Recording {
         }
         let mut chunks = Chunks::new(bytes);
         let mut content = Content::default();
-        for chunk in &mut chunks {
+        while let Some(chunk) = chunks.next() {
+            watch((bytes.len() - chunks.left()) as u64, bytes.len() as u64);
             let added = quietly(|| Some(content.add(&chunk)));
             let added = added.unwrap_or_else(|| Err("this recording is damaged".to_owned()));
             added.map_err(|what| foreign(&what))?;
