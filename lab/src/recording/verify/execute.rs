@@ -122,19 +122,13 @@ impl Execution {
             recording.topics = topics.map(Option::unwrap_or_default).collect();
         });
         let diverged = rerun.as_ref().and_then(Rerun::difference);
-        let difference = first_difference(&recorded, &recording, &fields, rerun.is_some());
-        match (difference, diverged) {
-            (Some(difference), diverged) => {
-                let threads = rerun.is_some();
-                let made = super::made_elsewhere(&recorded, &system);
-                Err(VerifyError::differs(difference, diverged, threads, made))
-            }
-            (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
-            (None, None) => Ok(Executed {
-                recording: Arc::new(recording),
-                knots,
-            }),
-        }
+        let threads = rerun.is_some();
+        let difference = first_difference(&recorded, &recording, &fields, threads);
+        super::judge(&recorded, &system, threads, (difference, diverged))?;
+        Ok(Executed {
+            recording: Arc::new(recording),
+            knots,
+        })
     }
 }
 

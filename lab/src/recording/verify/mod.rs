@@ -104,23 +104,6 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
-    /// A `difference` of a run; with `threads` it was under the real clock, and may have
-    /// `diverged` from the recorded order.
-    fn differs(
-        difference: Difference,
-        diverged: Option<String>,
-        threads: bool,
-        made: Option<String>,
-    ) -> Self {
-        let likely = || threads.then(|| format!("likely: {LIKELY}"));
-        let why = diverged.or_else(likely);
-        Self::Differs {
-            difference: Box::new(difference),
-            why: why.map_or_else(String::new, |why| format!(" ({why})")),
-            made,
-        }
-    }
-
     /// The same in a few words.
     pub fn brief(&self) -> &'static str {
         match self {
@@ -212,14 +195,29 @@ pub fn verify(
         identical,
     } = run_again(recording, system, rerun, watch)?;
     differences.sort_by_key(|difference| difference.at);
-    match (differences.into_iter().next(), diverged) {
-        (Some(difference), diverged) => {
-            let made = made_elsewhere(recording, system);
-            Err(VerifyError::differs(difference, diverged, threads, made))
-        }
-        (None, Some(diverged)) => Err(VerifyError::Diverged(diverged)),
-        (None, None) => Ok(identical),
-    }
+    let difference = differences.into_iter().next();
+    judge(recording, system, threads, (difference, diverged))?;
+    Ok(identical)
+}
+
+/// The error for the first `difference` of a run; with `threads` it was under the real clock,
+/// and may have `diverged` from the recorded order.
+fn judge(
+    recording: &Recording,
+    system: &Arc<dyn System>,
+    threads: bool,
+    (difference, diverged): (Option<Difference>, Option<String>),
+) -> Result<(), VerifyError> {
+    let Some(difference) = difference else {
+        return diverged.map_or(Ok(()), |diverged| Err(VerifyError::Diverged(diverged)));
+    };
+    let likely = || threads.then(|| format!("likely: {LIKELY}"));
+    let why = diverged.or_else(likely);
+    Err(VerifyError::Differs {
+        difference: Box::new(difference),
+        why: why.map_or_else(String::new, |why| format!(" ({why})")),
+        made: made_elsewhere(recording, system),
+    })
 }
 
 /// Only the program with its system can execute a run again; nobody can, where the network
