@@ -1,15 +1,12 @@
 //! Graph files with triggers and executors: data ages along triggered nodes, known systems with
 //! the figures that their sources give, overloads, and errors with their places.
 
-use std::sync::Arc;
-
 use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment, Summary},
-    graph_file::{GraphFile, GraphFileError},
+    experiment::{Config, Summary},
     runtime::Time,
-    system::System,
 };
+
+use crate::graph_file::{chain_lines, run_with, system};
 
 const SUBSCRIPTION: &str = include_str!("../../graphs/starving-subscription.toml");
 const TIMER: &str = include_str!("../../graphs/starving-timer.toml");
@@ -17,28 +14,18 @@ const HALF_IDLE: &str = include_str!("../../graphs/half-idle.toml");
 const SERVOS: &str = include_str!("../../graphs/three-servos.toml");
 const AUTOWARE: &str = include_str!("../../graphs/autoware.toml");
 
-fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
-    let known: Arc<dyn System> = Arc::new(CartPole::default());
-    let system = GraphFile::parse(text)?.system(&[known])?;
-    Ok(Arc::new(system))
-}
-
 /// A run in virtual time up to `end` (s).
 fn run(text: &str, end: f64) -> Summary {
-    let system = system(text).expect("a graph");
     let config = Config {
         end: Time::from_secs_f64(end).expect("a time"),
         ..Config::default()
     };
-    let experiment = Experiment::new(system, &config).expect("a graph");
-    experiment.run().expect("no fault")
+    run_with(text, &config)
 }
 
 /// The lines about chains at the end of a run.
 fn chains(text: &str, end: f64) -> Vec<String> {
-    let summary = run(text, end);
-    let system = system(text).expect("a graph");
-    system.chain_lines(summary.sim_time, &summary.chains)
+    chain_lines(text, &run(text, end))
 }
 
 fn ticks(summary: &Summary, node: &str) -> u64 {

@@ -10,7 +10,8 @@ use ratelab::{
     system::System,
 };
 
-fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
+/// The system of a graph file, which may have the cart-pole in its middle.
+pub fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
     let known: Arc<dyn System> = Arc::new(CartPole::default());
     let system = GraphFile::parse(text)?.system(&[known])?;
     Ok(Arc::new(system))
@@ -18,19 +19,27 @@ fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
 
 /// A run of ten seconds in virtual time with `knobs`.
 fn run(text: &str, knobs: &[&str]) -> Summary {
-    let system = system(text).expect("a graph");
     let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
     let config = Config {
         setup: knobs.collect(),
         ..Config::default()
     };
-    let experiment = Experiment::new(system, &config).expect("a graph");
+    run_with(text, &config)
+}
+
+/// A run in virtual time.
+pub fn run_with(text: &str, config: &Config) -> Summary {
+    let system = system(text).expect("a graph");
+    let experiment = Experiment::new(system, config).expect("a graph");
     experiment.run().expect("no fault")
 }
 
-/// The lines about chains at the end of a run.
 fn chains(text: &str, knobs: &[&str]) -> Vec<String> {
-    let summary = run(text, knobs);
+    chain_lines(text, &run(text, knobs))
+}
+
+/// The lines about chains at the end of a run.
+pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
     let system = system(text).expect("a graph");
     system.chain_lines(summary.sim_time, &summary.chains)
 }
