@@ -1,6 +1,7 @@
 //! A node in a graph, with its schedule and its measurements.
 
 use std::{
+    collections::VecDeque,
     error::Error,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -9,6 +10,7 @@ use std::{
 
 use super::{
     command::Command,
+    executor::Executor,
     knob::{Knob, KnobKind},
     local_clock::{ClockError, LocalClock},
     millis,
@@ -47,7 +49,12 @@ pub(crate) struct ScheduledNode {
     fixed: Fixed,
     /// Offset of its due times.
     offset: Duration,
+    /// Due times that wait in the line of its executor.
+    backlog: VecDeque<Time>,
 }
+
+/// The most due times in wait: those beyond them are overruns.
+const MOST_WAITING: usize = 100_000;
 
 /// The function that builds a node again, and the message it is sent afterwards.
 pub(crate) struct Again {
@@ -106,6 +113,7 @@ impl ScheduledNode {
             outbox: wired.outbox,
             fixed: wired.fixed,
             offset: Duration::ZERO,
+            backlog: VecDeque::new(),
         }
     }
 
@@ -147,6 +155,7 @@ impl ScheduledNode {
         self.overrun_before(at);
         self.cut_off();
         self.outbox.clear();
+        self.backlog.clear();
         if let Some(timing) = &mut self.timing {
             (timing.waiting, timing.running, timing.hang) = (None, None, None);
         }
@@ -271,6 +280,7 @@ impl ScheduledNode {
     /// until `at`.
     fn free_at(&mut self, at: Time) -> Time {
         self.overrun_before(at);
+        self.queue_before(at);
         self.occupied_until().map_or(at, |free| free.max(at))
     }
 
@@ -333,18 +343,61 @@ impl ScheduledNode {
         self.trigger.as_mut()?.take_from(input, now)
     }
 
-    /// Due time of the timer that an executor calls now. The instants that have passed,
-    /// `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
-    pub(crate) fn call_timer(&mut self, now: Time) -> Time {
-        let due = self.rate.due();
-        self.advance_past(now + Time::TICK);
-        due
+    /// Number of messages of one topic that it may take at `now`, without a turn.
+    pub(crate) fn waiting_in(&self, input: usize, now: Time) -> usize {
+        let trigger = self.trigger.as_ref();
+        trigger.map_or(0, |trigger| trigger.waiting_in(input, now))
     }
 
-    /// Skips a tick: too many wait already.
-    pub(crate) fn skip_timer(&mut self) {
+    /// Has the next tick take from this topic only.
+    pub(crate) fn choose_input(&mut self, input: usize) {
+        if let Some(trigger) = &mut self.trigger {
+            trigger.choose_input(input);
+        }
+    }
+
+    /// Due time of the timer that its executor calls now; `None` if it is not due. Where due
+    /// times do not wait in line, those that have passed, `now` included, are overruns (rcl
+    /// `c19dab5`, `timer.c:298-319`).
+    pub(crate) fn call_timer(&mut self, now: Time) -> Option<Time> {
+        self.queue_before(now + Time::TICK);
+        if self.queues_timers() {
+            return self.backlog.pop_front();
+        }
+        let due = self.due();
+        (due <= now).then(|| {
+            self.advance_past(now + Time::TICK);
+            due
+        })
+    }
+
+    /// Whether its due times wait in the line of its executor.
+    fn queues_timers(&self) -> bool {
+        let executor = self.entry.executor.filter(|_| !self.has_thread());
+        executor.is_some_and(Executor::queues_timers)
+    }
+
+    /// Adds the next due time to those in wait; `false` if they are too many: it is an overrun.
+    pub(crate) fn queue_timer(&mut self) -> bool {
+        let room = self.backlog.len() < MOST_WAITING;
+        match room {
+            true => self.backlog.push_back(self.rate.due()),
+            false => self.count_overruns(1),
+        }
         self.rate.advance();
-        self.count_overruns(1);
+        room
+    }
+
+    /// Adds the due times before `end` to those in wait.
+    fn queue_before(&mut self, end: Time) {
+        while self.queues_timers() && self.due() < end {
+            self.queue_timer();
+        }
+    }
+
+    /// Number of due times in wait.
+    pub(crate) fn queued_timers(&self) -> usize {
+        self.backlog.len()
     }
 
     /// Takes the running tick off its core.

@@ -103,6 +103,11 @@ impl<T: Clone> Transit<T> {
         (at <= now).then(|| (at, next.remove()))
     }
 
+    /// Number of messages that the next delivery by `now` finds.
+    pub(crate) fn arriving(&self, now: Time) -> usize {
+        self.messages.range(..=(now, u64::MAX)).count()
+    }
+
     /// Whether nothing is in flight, the latest release is delivered, and no fault is
     /// planned for later messages.
     pub(crate) fn is_done(&self) -> bool {

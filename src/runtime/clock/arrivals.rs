@@ -98,7 +98,7 @@ pub(super) fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
     let nodes = graph.nodes.iter().zip(mailboxes);
     let here = nodes.map(|(node, mailbox)| (!node.entry.remote).then(|| mailbox.clone()));
     let post = Post(here.collect());
-    for arrival in dispatcher.take_arrivals() {
+    for arrival in dispatcher.leave() {
         post.wake(arrival);
     }
     dispatcher.arrivals().forward_to(Some(Arc::new(post)));

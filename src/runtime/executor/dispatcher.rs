@@ -7,7 +7,7 @@ use super::{
     events::EventOrder,
     kind::Executor,
     preemptive::{Preemptive, Urgency},
-    queue::{AtInstant, Call, CallbackQueue},
+    queue::{AtInstant, Call, CallbackQueue, Stage},
     windows::WindowOrder,
 };
 use crate::runtime::{
@@ -30,11 +30,18 @@ pub(crate) struct Dispatcher {
     of: Vec<Option<(usize, usize)>>,
     /// The planned due time of each node's timer under an executor.
     timers: Vec<Option<Place>>,
+    /// Whether the graph was under the real clock since the last plan.
+    behind: bool,
 }
+
+type VirtualQueue = dyn for<'a> CallbackQueue<AtInstant<'a>>;
 
 /// An executor of a graph.
 struct ExecutorState {
-    queue: Box<dyn CallbackQueue>,
+    kind: Executor,
+    /// Its nodes, by their indices, in the order of registration.
+    members: Vec<(usize, Callback)>,
+    queue: Box<VirtualQueue>,
     /// Whether something has changed since its last look.
     attentive: bool,
 }
@@ -50,7 +57,7 @@ impl Dispatcher {
     /// Adds an executor with its nodes, given by their indices, in the order of
     /// registration; returns where they tick.
     pub(crate) fn add(&mut self, kind: Executor, members: &[(usize, Callback)]) -> Placement {
-        let Some(queue) = queue_of(kind, members) else {
+        let Some(queue) = virtual_queue(kind, members) else {
             return Placement::Let;
         };
         let executor = self.executors.len();
@@ -60,8 +67,12 @@ impl Dispatcher {
             self.timers.resize(len, None);
             self.of[*node] = Some((executor, member));
         }
-        let attentive = false;
-        self.executors.push(ExecutorState { queue, attentive });
+        self.executors.push(ExecutorState {
+            kind,
+            members: members.to_vec(),
+            queue,
+            attentive: false,
+        });
         Placement::Executor(executor)
     }
 
@@ -69,6 +80,9 @@ impl Dispatcher {
     /// begun or may begin: perhaps under the other clock.
     pub(crate) fn prepare(&mut self, now: Time, nodes: &mut [ScheduledNode]) {
         self.collect_from(now);
+        if std::mem::take(&mut self.behind) {
+            (0..self.executors.len()).for_each(|executor| self.catch_up(executor, now, nodes));
+        }
         for node in 0..nodes.len() {
             if nodes[node].is_triggered() && nodes[node].has_thread() {
                 self.prepare_thread(node, now, nodes);
@@ -88,6 +102,36 @@ impl Dispatcher {
             None if known.is_occupied() => self.plan_start(node, known.next_at(), nodes),
             None if known.oldest(now).is_some() => self.agenda.add_arrival(now, node, 0),
             None => {}
+        }
+    }
+
+    /// Builds the queue of an executor anew, from what waits or runs of its nodes.
+    fn catch_up(&mut self, executor: usize, now: Time, nodes: &mut [ScheduledNode]) {
+        let known = &mut self.executors[executor];
+        let Some(queue) = virtual_queue(known.kind, &known.members) else {
+            return;
+        };
+        known.queue = queue;
+        for member in 0..known.members.len() {
+            let node = self.executors[executor].members[member].0;
+            let ends = nodes[node].running().map(|running| running.ends);
+            let timers = nodes[node].queued_timers();
+            self.with(node, now, nodes, |queue, member, stage| {
+                queue.take_over(member, timers, ends.is_some());
+                if let Some(ends) = ends {
+                    stage.plan_end(node, ends);
+                }
+            });
+            self.add_waiting(node, now, nodes);
+        }
+    }
+
+    /// Has the messages arrive at `now` that wait for a node.
+    fn add_waiting(&mut self, node: usize, now: Time, nodes: &[ScheduledNode]) {
+        for input in 0..nodes[node].inputs() {
+            for _ in 0..nodes[node].waiting_in(input, now) {
+                self.agenda.add_arrival(now, node, input);
+            }
         }
     }
 
@@ -132,10 +176,18 @@ impl Dispatcher {
         self.collect_from(Time::ZERO);
     }
 
-    /// Removes the arrivals to come, for the other clock.
-    pub(crate) fn take_arrivals(&mut self) -> Vec<Arrival> {
+    /// Forgets all that is planned, for the other clock; returns the arrivals to come.
+    pub(crate) fn leave(&mut self) -> Vec<Arrival> {
         self.collect();
+        self.behind = true;
+        self.timers.fill(None);
         std::mem::take(&mut self.agenda).arrivals()
+    }
+
+    /// The executors, each with its nodes by their indices.
+    pub(crate) fn executors(&self) -> impl Iterator<Item = (Executor, &[(usize, Callback)])> {
+        let executors = self.executors.iter();
+        executors.map(|executor| (executor.kind, &executor.members[..]))
     }
 
     /// The list of arrivals that nobody has looked at.
@@ -164,7 +216,7 @@ impl Dispatcher {
         node: usize,
         now: Time,
         nodes: &mut [ScheduledNode],
-        call: impl FnOnce(&mut dyn CallbackQueue, usize, &mut AtInstant<'_>) -> R,
+        call: impl FnOnce(&mut VirtualQueue, usize, &mut AtInstant<'_>) -> R,
     ) -> Option<R> {
         let (executor, member) = self.of.get(node).copied().flatten()?;
         let agenda = &mut self.agenda;
@@ -209,12 +261,14 @@ impl Dispatcher {
             executor.attentive = call.is_some();
             call
         })?;
-        if let Call::Timer { node, .. } = call
-            && self.timers[node].is_none()
-        {
+        Some(call)
+    }
+
+    /// The timer of a node was called.
+    pub(crate) fn called(&mut self, node: usize, nodes: &[ScheduledNode]) {
+        if self.timers[node].is_none() {
             self.plan_timer(node, &nodes[node]);
         }
-        Some(call)
     }
 
     /// A tick began that ends at `ends`.
@@ -259,32 +313,24 @@ impl Dispatcher {
         if known.is_some() {
             self.plan_timer(node, &nodes[node]);
         }
-        let again = crashed && !nodes[node].is_crashed();
-        for input in 0..nodes[node].inputs() {
-            if again && nodes[node].oldest_of(input, now).is_some() {
-                self.agenda.add_arrival(now, node, input);
-            }
+        if crashed && !nodes[node].is_crashed() {
+            self.add_waiting(node, now, nodes);
         }
     }
 }
 
-/// The queue of an executor; `None` if each of its nodes has a core of its own.
-fn queue_of(kind: Executor, members: &[(usize, Callback)]) -> Option<Box<dyn CallbackQueue>> {
-    let nodes = members.iter().map(|(node, _)| *node).collect();
-    let windows = |nodes, threads| {
-        let callbacks = members.iter().map(|(_, callback)| callback);
-        Box::new(WindowOrder::new(nodes, callbacks, threads))
-    };
+/// The queue of an executor in virtual time; `None` if each of its nodes has a core of its own.
+fn virtual_queue(kind: Executor, members: &[(usize, Callback)]) -> Option<Box<VirtualQueue>> {
     let preemptive = |urgency, cores| {
         let tasks = members.iter().map(|(node, c)| (*node, c.deadline));
-        Box::new(Preemptive::new(urgency, cores, tasks))
+        Some(Box::new(Preemptive::new(urgency, cores, tasks)) as Box<VirtualQueue>)
     };
-    Some(match kind {
-        Executor::Single => windows(nodes, 1),
-        Executor::Multi { threads } => windows(nodes, threads),
-        Executor::Events => Box::new(EventOrder::new(nodes)),
+    match kind {
+        Executor::Single => Some(Box::new(WindowOrder::new(members, 1))),
+        Executor::Multi { threads } => Some(Box::new(WindowOrder::new(members, threads))),
+        Executor::Events => Some(Box::new(EventOrder::new(members))),
         Executor::FixedPriority { cores } => preemptive(Urgency::Priority, cores),
         Executor::Edf { cores } => preemptive(Urgency::Deadline, cores),
-        Executor::Let => return None,
-    })
+        Executor::Let => None,
+    }
 }

@@ -7,23 +7,26 @@
 
 use std::collections::VecDeque;
 
-use super::queue::{AtInstant, Call, CallbackQueue};
+use super::{
+    callback::Callback,
+    queue::{Call, CallbackQueue, Stage},
+};
 use crate::runtime::time::Time;
 
-/// The most entries of the queue: timers that are due beyond it are overruns.
+/// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;
 
 /// An entry of the queue.
 #[derive(Clone, Copy, Debug)]
 enum Queued {
-    Timer { member: usize, due: Time },
+    Timer { member: usize },
     Message { member: usize, input: usize },
 }
 
 impl Queued {
     fn member(self) -> usize {
         match self {
-            Self::Timer { member, .. } | Self::Message { member, .. } => member,
+            Self::Timer { member } | Self::Message { member, .. } => member,
         }
     }
 }
@@ -39,35 +42,31 @@ pub(super) struct EventOrder {
 }
 
 impl EventOrder {
-    pub(super) fn new(nodes: Vec<usize>) -> Self {
+    pub(super) fn new(members: &[(usize, Callback)]) -> Self {
         Self {
-            nodes,
+            nodes: members.iter().map(|(node, _)| *node).collect(),
             queue: VecDeque::new(),
             runs: None,
         }
     }
 }
 
-impl CallbackQueue for EventOrder {
-    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
-        let node = &mut stage.nodes[self.nodes[member]];
-        if self.queue.len() < MOST_ENTRIES {
-            let due = node.rate.due();
-            node.rate.advance();
-            self.queue.push_back(Queued::Timer { member, due });
-        } else {
-            node.skip_timer();
+impl<S: Stage> CallbackQueue<S> for EventOrder {
+    fn due(&mut self, member: usize, stage: &mut S) -> Option<Time> {
+        let (room, next) = stage.queue_timer(self.nodes[member]);
+        if room {
+            self.queue.push_back(Queued::Timer { member });
         }
-        Some(node.rate.due())
+        Some(next)
     }
 
-    fn arrived(&mut self, member: usize, input: usize, _: &mut AtInstant<'_>) {
+    fn arrived(&mut self, member: usize, input: usize, _: &mut S) {
         if self.queue.len() < MOST_ENTRIES {
             self.queue.push_back(Queued::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, _: &mut S) -> Option<Call> {
         if self.runs.is_some() {
             return None;
         }
@@ -76,17 +75,25 @@ impl CallbackQueue for EventOrder {
         let node = self.nodes[member];
         self.runs = Some(member);
         Some(match next {
-            Queued::Timer { due, .. } => Call::Timer { node, due },
+            Queued::Timer { .. } => Call::Timer { node },
             Queued::Message { input, .. } => Call::Message { node, input },
         })
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+    fn began(&mut self, member: usize, ends: Time, stage: &mut S) {
         stage.plan_end(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, _: usize, _: &mut AtInstant<'_>) {
+    fn ended(&mut self, _: usize, _: &mut S) {
         self.runs = None;
+    }
+
+    fn take_over(&mut self, member: usize, timers: usize, runs: bool) {
+        let timers = (0..timers).map(|_| Queued::Timer { member });
+        self.queue.extend(timers);
+        if runs {
+            self.runs = Some(member);
+        }
     }
 
     fn forget(&mut self, member: usize) {

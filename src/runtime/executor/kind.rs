@@ -80,6 +80,16 @@ pub enum Executor {
     Let,
 }
 
+impl Executor {
+    /// Whether its timers wait in line when they are due, instead of being called once, late.
+    pub(crate) fn queues_timers(self) -> bool {
+        match self {
+            Self::Events | Self::FixedPriority { .. } | Self::Edf { .. } => true,
+            Self::Single | Self::Multi { .. } | Self::Let => false,
+        }
+    }
+}
+
 impl fmt::Display for Executor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

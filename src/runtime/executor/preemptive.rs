@@ -16,9 +16,6 @@ use super::{
 };
 use crate::runtime::time::Time;
 
-/// The most unfinished jobs of a node: what is released beyond them is an overrun.
-const MOST_JOBS: usize = 100_000;
-
 /// What decides between jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Urgency {
@@ -148,24 +145,21 @@ impl Preemptive {
         let task = &mut self.tasks[member];
         if let Some(job) = &mut task.job {
             let ends = stage.now + job.remaining;
-            job.on_core = Some((stage.now, stage.plan_end(task.node, ends)));
+            job.on_core = Some((stage.now, stage.add_end(task.node, ends)));
             stage.nodes[task.node].resume(ends);
         }
     }
 }
 
-impl CallbackQueue for Preemptive {
+impl CallbackQueue<AtInstant<'_>> for Preemptive {
     fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
         let task = &mut self.tasks[member];
         let node = &mut stage.nodes[task.node];
-        if task.released.len() < MOST_JOBS {
-            let released = node.rate.due();
-            node.rate.advance();
+        let released = node.rate.due();
+        if node.queue_timer() {
             let deadline = task.deadline.map(|deadline| released + deadline);
             let deadline = deadline.unwrap_or_else(|| node.rate.due());
             task.released.push_back((released, deadline));
-        } else {
-            node.skip_timer();
         }
         let next = node.rate.due();
         self.refresh(member, stage);
@@ -187,7 +181,7 @@ impl CallbackQueue for Preemptive {
                     let task = &mut self.tasks[member];
                     let node = task.node;
                     return Some(match task.released.pop_front() {
-                        Some((due, _)) => Call::Timer { node, due },
+                        Some(_) => Call::Timer { node },
                         None => Call::Messages { node },
                     });
                 }
@@ -213,6 +207,9 @@ impl CallbackQueue for Preemptive {
         self.tasks[member].job = None;
         self.refresh(member, stage);
     }
+
+    /// The real clock has no preemptive executors.
+    fn take_over(&mut self, _: usize, _: usize, _: bool) {}
 
     fn forget(&mut self, member: usize) {
         let task = &mut self.tasks[member];

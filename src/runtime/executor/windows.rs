@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use super::{
     callback::Callback,
     groups::Groups,
-    queue::{AtInstant, Call, CallbackQueue},
+    queue::{Call, CallbackQueue, Stage},
 };
 use crate::runtime::time::Time;
 
@@ -49,16 +49,12 @@ pub(super) struct WindowOrder {
 }
 
 impl WindowOrder {
-    pub(super) fn new<'c>(
-        nodes: Vec<usize>,
-        callbacks: impl Iterator<Item = &'c Callback>,
-        threads: usize,
-    ) -> Self {
+    pub(super) fn new(members: &[(usize, Callback)], threads: usize) -> Self {
         Self {
-            groups: Groups::new(callbacks),
+            groups: Groups::new(members.iter().map(|(_, callback)| callback)),
             idle: threads,
-            runs: vec![false; nodes.len()],
-            nodes,
+            runs: vec![false; members.len()],
+            nodes: members.iter().map(|(node, _)| *node).collect(),
             ready: BTreeSet::new(),
             window: BTreeSet::new(),
         }
@@ -98,20 +94,19 @@ impl WindowOrder {
     }
 }
 
-impl CallbackQueue for WindowOrder {
-    fn due(&mut self, member: usize, _: &mut AtInstant<'_>) -> Option<Time> {
+impl<S: Stage> CallbackQueue<S> for WindowOrder {
+    fn due(&mut self, member: usize, _: &mut S) -> Option<Time> {
         self.ready.insert(Ready::Timer { member });
         None
     }
 
-    fn arrived(&mut self, member: usize, input: usize, stage: &mut AtInstant<'_>) {
-        let node = &stage.nodes[self.nodes[member]];
-        if node.oldest_of(input, stage.now).is_some() {
+    fn arrived(&mut self, member: usize, input: usize, stage: &mut S) {
+        if stage.waits(self.nodes[member], input) {
             self.ready.insert(Ready::Subscription { member, input });
         }
     }
 
-    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, _: &mut S) -> Option<Call> {
         if self.idle == 0 {
             return None;
         }
@@ -121,27 +116,30 @@ impl CallbackQueue for WindowOrder {
         })?;
         let member = ready.member();
         let node = self.nodes[member];
-        self.idle -= 1;
-        self.runs[member] = true;
-        self.groups.set_busy(member, true);
+        self.occupy(member);
         match ready {
             Ready::Timer { .. } => {
                 self.ready.remove(&ready);
-                let due = stage.nodes[node].call_timer(stage.now);
-                Some(Call::Timer { node, due })
+                Some(Call::Timer { node })
             }
             Ready::Subscription { input, .. } => Some(Call::Message { node, input }),
         }
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+    fn began(&mut self, member: usize, ends: Time, stage: &mut S) {
         self.taken(member, stage);
         stage.plan_end(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+    fn ended(&mut self, member: usize, stage: &mut S) {
         self.taken(member, stage);
         self.release(member);
+    }
+
+    fn take_over(&mut self, member: usize, _: usize, runs: bool) {
+        if runs {
+            self.occupy(member);
+        }
     }
 
     fn forget(&mut self, member: usize) {
@@ -157,6 +155,13 @@ impl CallbackQueue for WindowOrder {
 }
 
 impl WindowOrder {
+    /// Occupies a thread and the group of a node.
+    fn occupy(&mut self, member: usize) {
+        self.idle -= 1;
+        self.runs[member] = true;
+        self.groups.set_busy(member, true);
+    }
+
     /// Frees the thread and the group of a node that was being executed.
     fn release(&mut self, member: usize) {
         if std::mem::take(&mut self.runs[member]) {
@@ -166,10 +171,10 @@ impl WindowOrder {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, stage: &AtInstant<'_>) {
-        let node = &stage.nodes[self.nodes[member]];
-        for input in 0..node.inputs() {
-            if node.oldest_of(input, stage.now).is_none() {
+    fn taken(&mut self, member: usize, stage: &mut impl Stage) {
+        let node = self.nodes[member];
+        for input in 0..stage.inputs(node) {
+            if !stage.waits(node, input) {
                 self.ready.remove(&Ready::Subscription { member, input });
             }
         }

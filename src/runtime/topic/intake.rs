@@ -131,6 +131,14 @@ impl<T: Payload> Intake for IntakeEnd<T> {
         queue.unread(&self.mark).map(|(_, at)| at)
     }
 
+    fn waiting(&self, now: Time) -> usize {
+        let queue = self.bus.queue.aside();
+        let first = queue.unread(&self.mark).map(|(index, _)| index);
+        let here = first.map_or(0, |first| queue.messages.len() - first);
+        let transit = queue.transit.as_ref();
+        here + transit.map_or(0, |transit| transit.arriving(now))
+    }
+
     fn take(&mut self, now: Time) -> Option<Taken> {
         let mut turn = self.bus.queue.lock();
         let queue = &mut *turn;

@@ -36,6 +36,9 @@ pub(crate) trait Intake: Send {
     /// Run time of the delivery of the oldest message that was not yet taken.
     fn oldest(&self, now: Time) -> Option<Time>;
 
+    /// Number of messages that are there at `now`, or nearly so: a look without a turn.
+    fn waiting(&self, now: Time) -> usize;
+
     /// Takes that message.
     fn take(&mut self, now: Time) -> Option<Taken>;
 
@@ -58,6 +61,8 @@ pub(crate) struct Trigger {
     matching: Match,
     /// The input whose turn it is.
     turn: usize,
+    /// The only input of the next call, where an executor decides that.
+    chosen: Option<usize>,
 }
 
 /// The messages that wait for the rest of their set.
@@ -117,6 +122,7 @@ impl Trigger {
             more: More::default(),
             matching,
             turn: 0,
+            chosen: None,
         }
     }
 
@@ -132,6 +138,7 @@ impl Trigger {
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));
         self.turn = 0;
+        self.chosen = None;
     }
 
     /// Run time of the delivery of the oldest message that an input has not yet taken.
@@ -147,6 +154,20 @@ impl Trigger {
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
         let inputs = 0..self.inputs.len();
         inputs.filter_map(|input| self.oldest_of(input, now)).min()
+    }
+
+    /// Number of messages that an input may take at `now`.
+    pub(crate) fn waiting_in(&self, input: usize, now: Time) -> usize {
+        let more = match self.more.input == input {
+            true => self.more.sets.len(),
+            false => 0,
+        };
+        more + self.inputs[input].waiting(now)
+    }
+
+    /// Has the next [`take`](Self::take) be of this input only.
+    pub(crate) fn choose_input(&mut self, input: usize) {
+        self.chosen = Some(input);
     }
 
     /// Takes the oldest message of an input. Returns the run time of its delivery if it
@@ -176,8 +197,11 @@ impl Trigger {
     }
 
     /// Takes messages, one of each input in turn, until a set is complete; returns the run
-    /// time of the delivery of its last one.
+    /// time of the delivery of its last one. Takes one message if an input is chosen.
     pub(crate) fn take(&mut self, now: Time) -> Option<Time> {
+        if let Some(input) = self.chosen.take() {
+            return self.take_from(input, now);
+        }
         let mut empty = 0;
         while empty < self.inputs.len() {
             let input = self.turn;

@@ -106,13 +106,16 @@ impl Scheduler<'_> {
     fn pick(&mut self, now: Time) -> Option<(usize, Tick)> {
         let graph = &mut *self.graph;
         let call = graph.dispatcher.as_mut()?.pick(now, &mut graph.nodes)?;
-        let node = &mut graph.nodes[call.node()];
-        let due = match call {
-            Call::Timer { due, .. } => Some(due),
-            Call::Message { input, .. } => node.take_from(input, now),
-            Call::Messages { .. } => node.take(now),
-        };
         let node = call.node();
+        let called = &mut graph.nodes[node];
+        let due = match call {
+            Call::Timer { .. } => called.call_timer(now),
+            Call::Message { input, .. } => called.take_from(input, now),
+            Call::Messages { .. } => called.take(now),
+        };
+        if let Call::Timer { .. } = call {
+            graph.dispatcher.as_mut()?.called(node, &graph.nodes);
+        }
         let outcome = due.map_or(GO_ON, |due| self.start(node, due, now));
         if self.graph.nodes[node].running().is_none() {
             let graph = &mut *self.graph;
