@@ -54,7 +54,7 @@ pub(crate) struct ScheduledNode {
 }
 
 /// The most due times in wait: those beyond them are overruns.
-const MOST_WAITING: usize = 100_000;
+pub(crate) const MOST_WAITING: usize = 100_000;
 
 /// The function that builds a node again, and the message it is sent afterwards.
 pub(crate) struct Again {

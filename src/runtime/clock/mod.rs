@@ -9,9 +9,7 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
-mod arrivals;
 mod event_queue;
-mod mailbox;
 mod obey;
 mod pacer;
 mod players;

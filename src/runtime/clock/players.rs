@@ -335,6 +335,10 @@ impl NodeAgain<'_> {
                 }
                 None
             }
+            Entry::Choose { input, .. } => {
+                node.choose_input(input);
+                None
+            }
             Entry::Start { began } => {
                 let due = self.due(node, entry, began)?;
                 steps::tick(node, due, began, || {

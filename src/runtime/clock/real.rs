@@ -1,32 +1,42 @@
-//! One thread per node against the wall clock.
+//! Threads against the wall clock: one for each node, or those of its executor.
 
-use std::time::Duration;
+mod arrivals;
+mod board;
+mod crew;
+mod ends;
+mod logged;
+mod mailbox;
+mod supervisor;
+mod worker;
 
-use crossbeam_channel::{Receiver, Sender};
+use std::io;
 
-use super::{
-    Clock, ClockExit,
-    arrivals::{Inbound, begin_arrivals, end_arrivals},
+use crossbeam_channel::Sender;
+
+use self::{
+    arrivals::{begin_arrivals, end_arrivals},
+    crew::Crew,
+    ends::{NodeEnd, Report},
+    logged::LoggedNode,
     mailbox::{Mailbox, Wakeup},
-    note_end,
-    obey::obey_at_rest,
-    realtime::{self, RealtimePriority},
-    steps::{self, Outcome, TickEnd},
-    wall::Wall,
+    supervisor::Supervisor,
+    worker::Worker,
 };
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, realtime::RealtimePriority};
 use crate::runtime::{
-    command::{ClockKind, Command},
-    graph::{ControlPlane, Graph},
-    inbox::{Inbox, Received, Wait},
+    command::ClockKind,
+    executor::Dispatcher,
+    graph::Graph,
+    inbox::{Inbox, Wait},
     node::Fault,
-    reexecution::{End, Entry, Noter, Stream},
+    reexecution::{Entry, Noter},
     scheduled_node::ScheduledNode,
     sync::{Arc, lock, spawn_named, thread},
     telemetry::RunState,
     time::Time,
 };
 
-/// Runs every node on a thread of its own.
+/// Runs every node on a thread of its own, or on those of its executor.
 ///
 /// Each thread sleeps to absolute deadlines and measures its lateness. A node that is
 /// still busy when its next deadline passes has overrun: the periods it missed are
@@ -109,33 +119,18 @@ fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
 /// Number of the supervisor's thread in the log; the nodes follow.
 const SUPERVISOR: usize = 0;
 
-/// The report of a node's thread when it ends.
-enum Report {
-    /// The node's last tick before the end of the run is over.
-    Finished,
-    /// The node ended the run.
-    Ended(NodeEnd),
-    /// The node failed.
-    Failed(NodeEnd, Fault),
-    /// The node has no thread.
-    NoThread(NodeEnd, Fault),
+/// What all threads have in common until the next pause or end.
+struct Stretch {
+    until: Time,
+    state: Arc<RunState>,
+    realtime: Option<RealtimePriority>,
+    reporter: Sender<Report>,
 }
 
-/// The node that ended the run, and the run time.
-#[derive(Clone, Copy, PartialEq)]
-struct NodeEnd {
-    /// Its index.
-    node: usize,
-    at: Time,
-}
-
-/// The reason for the end of a stretch.
-enum StretchEnd {
-    Paused,
-    Exit(ClockExit),
-    Ended(NodeEnd),
-    Failed(NodeEnd, Fault),
-    NoThread(NodeEnd, Fault),
+/// The nodes of this process, each with its thread or with others on those of an executor.
+struct Threads<'g> {
+    workers: Vec<Worker<'g>>,
+    crews: Vec<Crew<'g>>,
 }
 
 impl RealClock {
@@ -146,43 +141,41 @@ impl RealClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<Option<ClockExit>, Fault> {
-        let nodes = graph.nodes.iter();
-        let mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
+        let mailboxes = mailboxes(graph);
         begin_arrivals(graph, &mailboxes);
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
         let log = state.threads.begin(graph.nodes.len());
+        let stretch = Stretch {
+            until,
+            state,
+            realtime: self.realtime.clone(),
+            reporter,
+        };
+        let now = graph.now();
+        let dispatcher = graph.dispatcher.as_deref();
+        let threads = stretch.threads(dispatcher, &mut graph.nodes, &mailboxes, now);
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
             until,
             mailboxes: &mailboxes,
             reports,
-            working: graph.nodes.iter().filter(|node| !node.entry.remote).count(),
+            working: threads.count(),
             log: log.clone(),
         };
         let noter = Noter::new();
+        let Threads { workers, crews } = threads;
         let end = thread::scope(|scope| {
-            let nodes = graph.nodes.iter_mut().zip(&mailboxes).enumerate();
-            for (index, (node, mailbox)) in nodes.filter(|(_, (node, _))| !node.entry.remote) {
-                let name = node.entry.name.clone();
-                let worker = Worker {
-                    node,
-                    index,
-                    mailbox,
-                    arrivals: Inbound::new(),
-                    until,
-                    state: state.clone(),
-                    log: state.threads.stream(SUPERVISOR + 1 + index),
-                    realtime: self.realtime.clone(),
-                    reporter: reporter.clone(),
-                };
-                if let Err(error) = spawn_named(scope, &name, move || worker.run()) {
-                    let (node, at) = (name.to_string(), supervisor.control.now());
-                    let cause = error.into();
-                    let fault = Fault { node, at, cause };
-                    let end = NodeEnd { node: index, at };
-                    let _ = reporter.send(Report::NoThread(end, fault));
+            for worker in workers {
+                let node = worker.node();
+                let spawned = spawn_named(scope, &node.1, || worker.run(&stretch));
+                stretch.check(spawned, node, now);
+            }
+            for (crew, node) in crews.iter().filter_map(|crew| Some((crew, crew.first()?))) {
+                for _ in 0..crew.threads {
+                    let spawned = spawn_named(scope, &node.1, || crew.run(&stretch));
+                    stretch.check(spawned, node.clone(), now);
                 }
             }
             let end = supervisor.supervise();
@@ -195,306 +188,80 @@ impl RealClock {
         });
         let end = supervisor.settle(end);
         drop(noter);
+        crews.iter().for_each(Crew::return_arrivals);
+        drop(crews);
         end_arrivals(graph, &mailboxes);
         log.note_alone(Entry::End(end.entry(until)));
         end.exit(graph)
     }
 }
 
-impl StretchEnd {
-    fn entry(&self, until: Time) -> End {
-        match self {
-            Self::Paused => End::Paused,
-            Self::Exit(ClockExit::Completed) => End::Completed { until },
-            Self::Exit(ClockExit::HandedOver(_)) => End::HandedOver,
-            Self::Exit(_) => End::Stopped,
-            Self::Ended(NodeEnd { node, at }) => End::Ended {
-                node: *node,
-                at: *at,
-            },
-            Self::Failed(NodeEnd { node, at }, _) => End::Failed {
-                node: *node,
-                at: *at,
-            },
-            Self::NoThread(NodeEnd { node, at }, _) => End::NoThread {
-                node: *node,
-                at: *at,
-            },
+/// The mailbox of each node's thread; the nodes of an executor have one in common.
+fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
+    let nodes = graph.nodes.iter();
+    let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
+    for (_, members) in graph.dispatcher.iter().flat_map(|d| d.executors()) {
+        let common = Arc::<Mailbox>::default();
+        for (node, _) in members {
+            mailboxes[*node] = common.clone();
         }
     }
-
-    fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
-        match self {
-            Self::Paused => Ok(None),
-            Self::Exit(exit) => Ok(Some(exit)),
-            Self::Ended(NodeEnd { node, at }) => Ok(Some(ClockExit::Ended {
-                node: graph.nodes[node].entry.name.to_string(),
-                at,
-            })),
-            Self::Failed(_, fault) | Self::NoThread(_, fault) => Err(fault),
-        }
-    }
+    mailboxes
 }
 
-impl Report {
-    /// The end of the stretch, if this is one.
-    fn end(self) -> Option<StretchEnd> {
-        match self {
-            Self::Finished => None,
-            Self::Ended(end) => Some(StretchEnd::Ended(end)),
-            Self::Failed(end, fault) => Some(StretchEnd::Failed(end, fault)),
-            Self::NoThread(end, fault) => Some(StretchEnd::NoThread(end, fault)),
-        }
-    }
-}
-
-/// The calling thread: carries out commands and watches the nodes.
-struct Supervisor<'a> {
-    control: &'a mut ControlPlane,
-    inbox: &'a mut Inbox,
-    until: Time,
-    mailboxes: &'a [Arc<Mailbox>],
-    reports: Receiver<Report>,
-    /// Number of nodes with ticks left before the end.
-    working: usize,
-    log: Arc<Stream>,
-}
-
-impl Supervisor<'_> {
-    /// Starts the nodes; returns when they are to stop.
-    fn supervise(&mut self) -> StretchEnd {
-        let wall = Wall::starting_at(self.control.now());
-        *lock(&self.control.state.zero) = wall.zero();
-        for mailbox in self.mailboxes {
-            mailbox.post(Wakeup::Start(wall));
-        }
-        while self.working > 0 || wall.now() < self.until {
-            match self.next_received(&wall) {
-                Received::Command(command) => {
-                    let exit = self.obey(command, wall.now());
-                    if let Some(exit) = exit {
-                        return StretchEnd::Exit(exit);
-                    }
-                    if self.control.status.paused {
-                        return StretchEnd::Paused;
-                    }
-                }
-                Received::Other(report) => match report.end() {
-                    None => self.working -= 1,
-                    Some(end) => return end,
-                },
-                Received::Timeout => {}
-            }
-        }
-        self.control.set_now(self.until);
-        StretchEnd::Exit(ClockExit::Completed)
-    }
-
-    /// A timed command that is due, or else whatever arrives before the next timed one.
-    fn next_received(&mut self, wall: &Wall) -> Received<Report> {
-        let now = wall.now();
-        let timed = self.inbox.next_timed(self.until);
-        if timed <= now
-            && let Some(timed) = self.inbox.take_timed(self.until)
-        {
-            return Received::Command(timed.command);
-        }
-        let end = if now < self.until {
-            self.until
-        } else {
-            Time::MAX
+impl Stretch {
+    /// Gives the nodes of this process their threads.
+    fn threads<'g>(
+        &self,
+        dispatcher: Option<&Dispatcher>,
+        nodes: &'g mut [ScheduledNode],
+        mailboxes: &'g [Arc<Mailbox>],
+        now: Time,
+    ) -> Threads<'g> {
+        let here = nodes.iter_mut().map(Some);
+        let mut here: Vec<_> = here
+            .map(|node| node.filter(|node| !node.entry.remote))
+            .collect();
+        let logged = |index: usize, node| {
+            let log = self.state.threads.stream(SUPERVISOR + 1 + index);
+            LoggedNode::new(index, node, log)
         };
-        let deadline = wall.instant_of(timed.min(end));
-        self.inbox.receive_or(&self.reports, deadline)
-    }
-
-    fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
-        let node = command.node().map(|node| self.control.local_index(node));
-        if let Some(Ok(index)) = node {
-            self.mailboxes[index].post(Wakeup::Command(command));
-            return None;
-        }
-        let obeyed = steps::supervise(self.control, &command, at);
-        let event = obeyed.event as u64;
-        self.log.note(Entry::Obey { at, event });
-        obeyed.exit
-    }
-
-    /// Combines the reason for the stop with the nodes' reports: a failure has priority,
-    /// then an end.
-    fn settle(&self, end: StretchEnd) -> StretchEnd {
-        let mut end = end;
-        if matches!(end, StretchEnd::Failed(..) | StretchEnd::NoThread(..)) {
-            return end;
-        }
-        for report in self.reports.try_iter() {
-            match report {
-                Report::Ended(node) if !matches!(end, StretchEnd::Ended(_)) => {
-                    end = StretchEnd::Ended(node);
-                }
-                Report::Ended(_) | Report::Finished => {}
-                Report::Failed(node, fault) => return StretchEnd::Failed(node, fault),
-                Report::NoThread(node, fault) => return StretchEnd::NoThread(node, fault),
-            }
-        }
-        end
-    }
-}
-
-/// A node's thread.
-struct Worker<'a> {
-    node: &'a mut ScheduledNode,
-    index: usize,
-    mailbox: &'a Mailbox,
-    arrivals: Inbound,
-    until: Time,
-    state: Arc<RunState>,
-    log: Arc<Stream>,
-    realtime: Option<RealtimePriority>,
-    reporter: Sender<Report>,
-}
-
-impl Worker<'_> {
-    fn run(mut self) {
-        realtime::prepare_thread(self.realtime.as_ref());
-        let _noter = Noter::new();
-        if let Some(wall) = self.start()
-            && let Some(report) = self.work(&wall)
-        {
-            // The supervisor holds the receiver until all threads have ended.
-            let _ = self.reporter.send(report);
-        }
-        self.arrivals.return_to(self.mailbox);
-    }
-
-    /// Waits for the start; `None` for a stop. Messages may arrive before it, of nodes that have
-    /// started.
-    fn start(&mut self) -> Option<Wall> {
-        loop {
-            match self.mailbox.wait() {
-                Wakeup::Start(wall) => return Some(wall),
-                Wakeup::Arrival(arrival) => self.arrivals.add(arrival, Time::ZERO),
-                Wakeup::Command(_) | Wakeup::Stop(_) => return None,
-            }
-        }
-    }
-
-    /// Ticks until there is something to report, or a stop is requested.
-    fn work(&mut self, wall: &Wall) -> Option<Report> {
-        loop {
-            let next = self.next_at(wall);
-            match self.wait_until(wall, next.min(self.until)) {
-                Some(Wakeup::Stop(at)) => {
-                    self.leave(at.min(self.until) + Time::TICK);
-                    return None;
-                }
-                Some(Wakeup::Start(_)) => {}
-                Some(Wakeup::Arrival(arrival)) => self.arrivals.add(arrival, wall.now()),
-                Some(Wakeup::Command(command)) => self.obey(&command, wall.now()),
-                None if next > self.until => {
-                    self.leave(self.until + Time::TICK);
-                    return Some(Report::Finished);
-                }
-                None => {
-                    let outcome = match self.node.running() {
-                        Some(_) => self.finish(wall),
-                        None => self.tick(wall),
-                    };
-                    if let Some(outcome) = outcome {
-                        return Some(self.report(outcome));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Time of the node's next event. A message that waits begins no tick after the end of
-    /// the run.
-    fn next_at(&self, wall: &Wall) -> Time {
-        let node = &*self.node;
-        if !node.is_triggered() || node.is_occupied() || node.is_crashed() {
-            return node.next_at();
-        }
-        match self.arrivals.next_at() {
-            next if next <= self.until && wall.now() > self.until => Time::MAX,
-            next => next,
-        }
-    }
-
-    /// Waits for a wake-up or run time `time`; busy-waits during a tick that keeps a core
-    /// busy.
-    fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
-        match self.node.running() {
-            Some(running) if running.busy => self.mailbox.spin_until(wall, time),
-            _ => self.mailbox.wait_until(wall, time),
-        }
-    }
-
-    fn leave(&mut self, before: Time) {
-        self.node.overrun_before(before);
-        self.log.note(Entry::Leave { before });
-    }
-
-    fn obey(&mut self, command: &Command, at: Time) {
-        let event = steps::obey_node(self.node, &self.state, command, at) as u64;
-        // A node that restarts finds what its queues still keep.
-        self.arrivals.look_at_all();
-        self.log.note(Entry::Obey { at, event });
-    }
-
-    fn tick(&mut self, wall: &Wall) -> Outcome {
-        let began = wall.now();
-        self.arrivals.pass(began);
-        let Some(due) = steps::take_due(self.node, &self.state, began) else {
-            self.arrivals.found_none();
-            self.log.note(Entry::Look { at: began });
-            return None;
-        };
-        self.arrivals.took_one();
-        let (mailbox, until) = (self.mailbox, self.until);
-        let mut entry = Entry::Start { began };
-        let outcome = steps::tick(self.node, due, began, || {
-            let ended = wall.now();
-            let took: Duration = ended.since(began);
-            let passed = passed(mailbox, until, began, ended);
-            entry = Entry::Tick {
-                began,
-                took,
-                passed,
-            };
-            TickEnd { took, passed }
+        let executors = dispatcher.into_iter().flat_map(Dispatcher::executors);
+        let crews = executors.filter_map(|(executor, callbacks)| {
+            let members = callbacks.iter().filter_map(|(index, callback)| {
+                let node = here[*index].take()?;
+                Some((logged(*index, node), callback.clone()))
+            });
+            let members: Vec<_> = members.collect();
+            let mailbox = mailboxes[callbacks.first()?.0].clone();
+            Crew::new(executor, members, mailbox, now)
         });
-        self.log.note(entry);
-        outcome
+        let crews = crews.collect();
+        let own = here.into_iter().zip(mailboxes).enumerate();
+        let own = own.filter_map(|(index, (node, mailbox))| {
+            Some(Worker::new(logged(index, node?), mailbox))
+        });
+        Threads {
+            workers: own.collect(),
+            crews,
+        }
     }
 
-    /// Ends a tick that takes time.
-    fn finish(&mut self, wall: &Wall) -> Outcome {
-        let ended = wall.now();
-        // With logical execution time the next tick begins where this one ends.
-        let running = self.node.running().filter(|_| self.node.is_let());
-        let over = running.map_or(ended, |running| running.ends.min(ended));
-        let passed = passed(self.mailbox, self.until, ended, over);
-        let outcome = steps::finish(self.node, &self.state, ended, passed);
-        self.log.note(Entry::Finish { ended, passed });
-        outcome
-    }
-
-    /// The report after a tick that was the node's last one.
-    fn report(&self, outcome: Result<Time, Fault>) -> Report {
-        let node = self.index;
-        match outcome {
-            Ok(at) => Report::Ended(NodeEnd { node, at }),
-            Err(fault) => Report::Failed(NodeEnd { node, at: fault.at }, fault),
+    /// Reports a thread that the system refused.
+    fn check(&self, spawned: io::Result<()>, (index, name): (usize, Arc<str>), at: Time) {
+        if let Err(error) = spawned {
+            let (node, cause) = (name.to_string(), error.into());
+            let end = NodeEnd { node: index, at };
+            let refused = Report::NoThread(end, Fault { node, at, cause });
+            let _ = self.reporter.send(refused);
         }
     }
 }
 
-/// The limit before which due ticks count as missed, for a tick at `at` that ended at
-/// `ended`. Run time may have stopped or ended while the node was busy: only ticks due by
-/// then are missed.
-fn passed(mailbox: &Mailbox, until: Time, at: Time, ended: Time) -> Time {
-    let stopped = mailbox.stop_requested().unwrap_or(Time::MAX);
-    let last = stopped.max(at).min(until);
-    ended.min(last + Time::TICK)
+impl Threads<'_> {
+    /// Number of threads.
+    fn count(&self) -> usize {
+        let crews = self.crews.iter().map(|crew| crew.threads);
+        self.workers.len() + crews.sum::<usize>()
+    }
 }

@@ -342,6 +342,11 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
+        if let Some(dispatcher) = &mut graph.dispatcher {
+            for arrival in dispatcher.leave() {
+                dispatcher.arrivals().add(arrival);
+            }
+        }
         let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();

@@ -27,15 +27,17 @@ pub(super) struct TickEnd {
 pub(super) type Outcome = Option<Result<Time, Fault>>;
 
 /// Moves on to the next tick, at run time `now`; returns when it was due. A node that
-/// messages trigger takes them: `None` if they are not yet the inputs of a tick.
+/// messages trigger takes them: `None` if they are not yet the inputs of a tick, and for a timer
+/// of an executor that is not due.
 pub(super) fn take_due(node: &mut ScheduledNode, state: &RunState, now: Time) -> Option<Time> {
     state.advance_to(now);
-    match node.is_triggered() {
-        true => {
+    match (node.is_triggered(), node.has_thread()) {
+        (true, _) => {
             node.waited();
             node.take(now)
         }
-        false => Some(node.take_due()),
+        (false, true) => Some(node.take_due()),
+        (false, false) => node.call_timer(now),
     }
 }
 

@@ -15,7 +15,6 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
-    knob::Knob,
     node::{Fault, GO_ON, Tick},
     sync::Instant,
     time::Time,
@@ -215,14 +214,7 @@ impl<'a> Scheduler<'a> {
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
         self.tell_dispatcher(command, at);
         match command {
-            // Knobs that change a node's due time.
-            Command::Set(
-                Knob::Rate { .. }
-                | Knob::Offset { .. }
-                | Knob::Crash { .. }
-                | Knob::Restart { .. }
-                | Knob::Clock { .. },
-            ) => {
+            Command::Set(knob) if knob.crashes().is_some() => {
                 self.queue = EventQueue::new(&self.graph.nodes);
             }
             Command::Speed(_) | Command::Resume => {

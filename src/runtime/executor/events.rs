@@ -33,7 +33,7 @@ impl Queued {
 
 /// The callbacks of an executor that serves events in order.
 #[derive(Debug)]
-pub(super) struct EventOrder {
+pub(crate) struct EventOrder {
     /// Indices of the nodes, in the order of registration.
     nodes: Vec<usize>,
     queue: VecDeque<Queued>,
@@ -42,7 +42,7 @@ pub(super) struct EventOrder {
 }
 
 impl EventOrder {
-    pub(super) fn new(members: &[(usize, Callback)]) -> Self {
+    pub(crate) fn new(members: &[(usize, Callback)]) -> Self {
         Self {
             nodes: members.iter().map(|(node, _)| *node).collect(),
             queue: VecDeque::new(),

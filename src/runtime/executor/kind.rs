@@ -81,6 +81,11 @@ pub enum Executor {
 }
 
 impl Executor {
+    /// Whether it takes nodes off their cores.
+    pub(crate) fn is_preemptive(self) -> bool {
+        matches!(self, Self::FixedPriority { .. } | Self::Edf { .. })
+    }
+
     /// Whether its timers wait in line when they are due, instead of being called once, late.
     pub(crate) fn queues_timers(self) -> bool {
         match self {

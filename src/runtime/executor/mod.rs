@@ -13,5 +13,7 @@ mod windows;
 pub(crate) use agenda::{AgendaItem, Phase, Place};
 pub use callback::Callback;
 pub(crate) use dispatcher::Dispatcher;
+pub(crate) use events::EventOrder;
 pub use kind::Executor;
-pub(crate) use queue::Call;
+pub(crate) use queue::{Call, CallbackQueue, Stage};
+pub(crate) use windows::WindowOrder;

@@ -34,7 +34,7 @@ impl Ready {
 
 /// The callbacks of an executor with one thread or several.
 #[derive(Debug)]
-pub(super) struct WindowOrder {
+pub(crate) struct WindowOrder {
     /// Indices of the nodes, in the order of registration.
     nodes: Vec<usize>,
     groups: Groups,
@@ -49,7 +49,7 @@ pub(super) struct WindowOrder {
 }
 
 impl WindowOrder {
-    pub(super) fn new(members: &[(usize, Callback)], threads: usize) -> Self {
+    pub(crate) fn new(members: &[(usize, Callback)], threads: usize) -> Self {
         Self {
             groups: Groups::new(members.iter().map(|(_, callback)| callback)),
             idle: threads,

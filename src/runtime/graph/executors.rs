@@ -102,10 +102,14 @@ impl Graph {
 
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
-        let mut nodes = self.nodes.iter().filter(|node| !node.has_thread());
-        let node = nodes.next()?;
-        let executor = node.entry.executor?;
-        let why = format!("the real clock has no executor {executor}: choose the virtual clock");
-        Some((node, why))
+        self.nodes.iter().find_map(|node| {
+            let executor = node
+                .entry
+                .executor
+                .filter(|executor| executor.is_preemptive())?;
+            let why =
+                format!("the real clock has no executor {executor}: choose the virtual clock");
+            Some((node, why))
+        })
     }
 }

@@ -28,6 +28,14 @@ pub(crate) enum Entry {
         /// Run time.
         at: Time,
     },
+    /// An executor called a node for a message of one of the topics that trigger it: what it
+    /// takes next is of that topic.
+    Choose {
+        /// Run time.
+        at: Time,
+        /// Number of the topic.
+        input: usize,
+    },
     /// A node began a tick with a configured duration.
     Start {
         /// Start.
@@ -108,6 +116,7 @@ impl Entry {
         match self {
             Self::Tick { began: at, .. }
             | Self::Look { at }
+            | Self::Choose { at, .. }
             | Self::Start { began: at }
             | Self::Finish { ended: at, .. }
             | Self::Obey { at, .. } => Some(*at),
@@ -133,6 +142,7 @@ mod tag {
     pub const ABANDONED: u8 = 9;
     pub const END: u8 = 10;
     pub const LOOK: u8 = 11;
+    pub const CHOOSE: u8 = 12;
     pub const SAME_LOCKS: u8 = 0x80;
 }
 
@@ -211,6 +221,11 @@ impl Coder {
             Entry::Look { at } => {
                 bytes.push(tag::LOOK);
                 self.put_time(bytes, at);
+            }
+            Entry::Choose { at, input } => {
+                bytes.push(tag::CHOOSE);
+                self.put_time(bytes, at);
+                put(bytes, input as u64);
             }
             Entry::Start { began } => {
                 bytes.push(tag::START);
@@ -340,6 +355,10 @@ impl Coder {
             }
             tag::LOOK => Entry::Look {
                 at: self.get_time(reader)?,
+            },
+            tag::CHOOSE => Entry::Choose {
+                at: self.get_time(reader)?,
+                input: usize::try_from(reader.number()?).ok()?,
             },
             tag::START => Entry::Start {
                 began: self.get_time(reader)?,

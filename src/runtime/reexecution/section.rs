@@ -210,7 +210,7 @@ impl SectionReader<'_> {
                     Some(_) => {}
                 },
                 Entry::Tick { .. } | Entry::Start { .. } if !supervises => {}
-                Entry::Look { .. } if !supervises => {}
+                Entry::Look { .. } | Entry::Choose { .. } if !supervises => {}
                 Entry::Finish { .. } | Entry::Leave { .. } if !supervises => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }

@@ -167,7 +167,7 @@ impl Trigger {
 
     /// Has the next [`take`](Self::take) be of this input only.
     pub(crate) fn choose_input(&mut self, input: usize) {
-        self.chosen = Some(input);
+        self.chosen = Some(input).filter(|input| *input < self.inputs.len());
     }
 
     /// Takes the oldest message of an input. Returns the run time of its delivery if it

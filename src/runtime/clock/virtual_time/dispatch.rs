@@ -9,7 +9,6 @@ use crate::runtime::{
     clock::ClockExit,
     command::Command,
     executor::{AgendaItem, Call, Phase, Place},
-    knob::Knob,
     node::{Fault, GO_ON, Tick},
     time::Time,
 };
@@ -141,10 +140,8 @@ impl Scheduler<'_> {
         let (Some(dispatcher), Command::Set(knob)) = (&mut graph.dispatcher, command) else {
             return;
         };
-        let crashed = match knob {
-            Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. } => false,
-            Knob::Crash { .. } | Knob::Restart { .. } => true,
-            _ => return,
+        let Some(crashed) = knob.crashes() else {
+            return;
         };
         if let Ok(node) = graph.control.node_index(knob.target()) {
             dispatcher.changed(node, crashed, at, &mut graph.nodes);

@@ -1,0 +1,293 @@
+//! The threads of an executor.
+//!
+//! Whichever thread is free takes in what arrived, and picks a callback by the rules of virtual
+//! time. The steps of a node are in its own log, whichever thread they are on: with the order of
+//! the locks that they share, this is all that a run needs to be executed again.
+
+use super::{
+    Stretch,
+    board::{Board, NodeState},
+    ends::Report,
+    logged::LoggedNode,
+    mailbox::{Mailbox, Wakeup},
+};
+use crate::runtime::{
+    clock::{realtime, steps::Outcome, wall::Wall},
+    command::Command,
+    executor::{Call, Callback, Executor},
+    reexecution::Noter,
+    sync::{Arc, Mutex, MutexGuard, lock},
+    time::Time,
+    trigger::Arrival,
+};
+
+/// An executor with its nodes and threads.
+pub(super) struct Crew<'g> {
+    pub(super) threads: usize,
+    mailbox: Arc<Mailbox>,
+    members: Vec<Member<'g>>,
+    board: Mutex<Board>,
+}
+
+/// A node of an executor. Its lock is free unless a thread has taken the node on the board.
+struct Member<'g> {
+    index: usize,
+    name: Arc<str>,
+    logged: Mutex<LoggedNode<'g>>,
+}
+
+/// A tick that takes time, with its beginning: the thread waits for its end.
+type Tick = (usize, Time);
+
+/// What a thread does next.
+enum Step {
+    /// Call a callback, at this run time.
+    Call(Call, Time),
+    /// End the node's tick.
+    Finish(usize),
+    /// Wait for more until this run time, with a core kept busy or not.
+    Wait(Time, bool),
+    /// The run is over.
+    Finished,
+    /// The run is stopped.
+    Stop,
+}
+
+impl<'g> Crew<'g> {
+    /// The threads for these nodes at run time `now`; `None` without nodes, and if the executor
+    /// has no threads.
+    pub(super) fn new(
+        executor: Executor,
+        members: Vec<(LoggedNode<'g>, Callback)>,
+        mailbox: Arc<Mailbox>,
+        now: Time,
+    ) -> Option<Self> {
+        let callbacks = members.iter().map(|(_, callback)| callback.clone());
+        let nodes = members.iter().map(|(logged, _)| &*logged.node);
+        let board = Board::new(executor, callbacks, nodes, now)?;
+        let threads = match executor {
+            Executor::Multi { threads } => threads,
+            _ => 1,
+        };
+        let members = members.into_iter().map(|(logged, _)| Member {
+            index: logged.index,
+            name: logged.name(),
+            logged: Mutex::new(logged),
+        });
+        let members: Vec<_> = members.collect();
+        Some(Self {
+            // A node ticks once at a time: more threads would have nothing to do.
+            threads: threads.min(members.len()),
+            mailbox,
+            members,
+            board: Mutex::new(board),
+        })
+    }
+
+    /// Index and name of its first node.
+    pub(super) fn first(&self) -> Option<(usize, Arc<str>)> {
+        let first = self.members.first()?;
+        Some((first.index, first.name.clone()))
+    }
+
+    /// One of its threads.
+    pub(super) fn run(&self, stretch: &Stretch) {
+        realtime::prepare_thread(stretch.realtime.as_ref());
+        let _noter = Noter::new();
+        if let Some(wall) = self.start()
+            && let Some(report) = self.work(stretch, &wall)
+        {
+            // The supervisor holds the receiver until all threads have ended.
+            let _ = stretch.reporter.send(report);
+        }
+    }
+
+    /// Leaves the messages that arrive later in the mailbox.
+    pub(super) fn return_arrivals(&self) {
+        for (at, member, input) in lock(&self.board).take_arrivals() {
+            let node = self.members[member].index;
+            self.mailbox
+                .post(Wakeup::Arrival(Arrival { at, node, input }));
+        }
+    }
+
+    /// Waits for the start; `None` for a stop.
+    fn start(&self) -> Option<Wall> {
+        loop {
+            let seen = self.mailbox.posts();
+            let mut board = lock(&self.board);
+            self.take_in(&mut board);
+            match board.wall {
+                _ if board.stopped => return None,
+                Some(wall) => return Some(wall),
+                None => drop(board),
+            }
+            self.mailbox.wait_past(seen);
+        }
+    }
+
+    /// Ticks until there is something to report, or a stop is requested.
+    fn work(&self, stretch: &Stretch, wall: &Wall) -> Option<Report> {
+        let (mut tick, mut waited) = (None, false);
+        loop {
+            let seen = self.mailbox.posts();
+            let step = self.next(stretch, wall, &mut tick, waited);
+            waited = matches!(step, Step::Wait(..));
+            let (member, outcome) = match step {
+                Step::Stop => return None,
+                Step::Finished => return Some(Report::Finished),
+                Step::Wait(until, busy) => {
+                    match busy {
+                        true => self.mailbox.spin_past_until(seen, wall, until),
+                        false => self.mailbox.wait_past_until(seen, wall, until),
+                    }
+                    continue;
+                }
+                Step::Call(call, began) => {
+                    if self.threads > 1 {
+                        // Another thread looks for the next.
+                        self.mailbox.ring();
+                    }
+                    let outcome = self.call(stretch, wall, call, began, &mut tick);
+                    (call.node(), outcome)
+                }
+                Step::Finish(member) => {
+                    tick = None;
+                    (member, self.finish(stretch, wall, member))
+                }
+            };
+            if let Some(outcome) = outcome {
+                return Some(Report::of(self.members[member].index, outcome));
+            }
+        }
+    }
+
+    /// What to do next, with the `tick` that the thread has begun. After the end of the run, a
+    /// thread that had `waited` for it looks once more.
+    fn next(&self, stretch: &Stretch, wall: &Wall, tick: &mut Option<Tick>, waited: bool) -> Step {
+        let mut board = lock(&self.board);
+        self.take_in(&mut board);
+        let (now, until) = (wall.now(), stretch.until);
+        let waits = self.waits(now);
+        board.pass(now.min(until), &waits);
+        self.obey(stretch, &mut board, now);
+        if board.stopped {
+            return Step::Stop;
+        }
+        if tick.is_none() {
+            *tick = board.unfinished.pop();
+        }
+        if let Some((member, _)) = *tick {
+            match tick.and_then(|tick| self.end_of(tick)) {
+                // It was ended by a crash of its node.
+                None => *tick = None,
+                Some((ends, _)) if ends <= now.min(until) => {
+                    board.taken[member] = true;
+                    return Step::Finish(member);
+                }
+                Some(_) if now >= until => return Step::Finished,
+                Some((ends, busy)) => return Step::Wait(ends.min(until), busy),
+            }
+        }
+        if now > until && !waited {
+            return Step::Finished;
+        }
+        match board.pick(&waits) {
+            Some(call) => Step::Call(call, now),
+            None if now >= until => Step::Finished,
+            None => Step::Wait(board.next_at().min(until), false),
+        }
+    }
+
+    /// Reads the mailbox.
+    fn take_in(&self, board: &mut Board) {
+        for wakeup in self.mailbox.take_all() {
+            match wakeup {
+                Wakeup::Start(wall) => board.wall = Some(wall),
+                Wakeup::Stop(_) => board.stopped = true,
+                Wakeup::Arrival(Arrival { at, node, input }) => {
+                    let member = self.members.iter().position(|known| known.index == node);
+                    if let Some(member) = member {
+                        board.add_arrival(at, member, input);
+                    }
+                }
+                Wakeup::Command(command) => {
+                    let is_of = |known: &Member<'_>| command.node() == Some(&*known.name);
+                    if let Some(member) = self.members.iter().position(is_of) {
+                        board.commands.push_back((member, command));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries out the commands for nodes that no thread has.
+    fn obey(&self, stretch: &Stretch, board: &mut Board, at: Time) {
+        for (member, command) in std::mem::take(&mut board.commands) {
+            if board.taken[member] {
+                board.commands.push_back((member, command));
+                continue;
+            }
+            let mut logged = lock(&self.members[member].logged);
+            logged.obey(stretch, &command, at);
+            if let Command::Set(knob) = &command
+                && let Some(crashes) = knob.crashes()
+            {
+                board.changed(member, crashes, logged.node, at);
+            }
+        }
+    }
+
+    /// When the tick ends, and whether it keeps a core busy; `None` if it has ended.
+    fn end_of(&self, (member, began): Tick) -> Option<(Time, bool)> {
+        let logged = lock(&self.members[member].logged);
+        let running = logged.node.running();
+        let running = running.filter(|running| running.began == began)?;
+        Some((running.ends, running.busy))
+    }
+
+    /// Whether a message waits for a node that no thread has.
+    fn waits(&self, now: Time) -> impl Fn(usize, usize) -> bool {
+        move |member, input| {
+            let logged = lock(&self.members[member].logged);
+            logged.node.waiting_in(input, now) > 0
+        }
+    }
+
+    /// Calls a callback, which may begin a `tick` that takes time.
+    fn call(
+        &self,
+        stretch: &Stretch,
+        wall: &Wall,
+        call: Call,
+        began: Time,
+        tick: &mut Option<Tick>,
+    ) -> Outcome {
+        let member = call.node();
+        let mut logged = lock(&self.members[member].logged);
+        if let Call::Message { input, .. } = call {
+            logged.choose_input(input, began);
+        }
+        let outcome = logged.tick(stretch, wall, began, |ended| ended);
+        *tick = logged.node.running().map(|running| (member, running.began));
+        self.put_back(member, logged, wall);
+        outcome.flatten()
+    }
+
+    /// Ends a tick that takes time.
+    fn finish(&self, stretch: &Stretch, wall: &Wall, member: usize) -> Outcome {
+        let ended = wall.now();
+        let mut logged = lock(&self.members[member].logged);
+        let outcome = logged.finish(stretch, ended, ended);
+        self.put_back(member, logged, wall);
+        outcome
+    }
+
+    /// Puts a node on the board again.
+    fn put_back(&self, member: usize, logged: MutexGuard<'_, LoggedNode<'g>>, wall: &Wall) {
+        let state = NodeState::of(logged.node);
+        drop(logged);
+        let mut board = lock(&self.board);
+        board.put_back(member, state, &self.waits(wall.now()));
+    }
+}

@@ -1,0 +1,198 @@
+//! Wakes the threads of the real clock before their deadlines.
+
+use std::collections::VecDeque;
+
+use crate::runtime::{
+    clock::wall::Wall,
+    command::Command,
+    sync::{Condvar, Instant, Mutex, lock},
+    time::Time,
+    trigger::Arrival,
+};
+
+/// A reason to wake a node's thread.
+#[derive(Debug)]
+pub(super) enum Wakeup {
+    /// Start: the relation of run time to wall time.
+    Start(Wall),
+    /// Carry out this command for the node, and log it.
+    Command(Command),
+    /// A message arrives that triggers the node.
+    Arrival(Arrival),
+    /// Stop: run time has stopped here.
+    Stop(Time),
+}
+
+/// A queue of wake-ups with waits up to a deadline: a wake-up ends the wait at once. A thread
+/// takes its wake-ups one by one; threads that share a mailbox take what is there, and wait for
+/// the number of posts to change.
+#[derive(Debug, Default)]
+pub(super) struct Mailbox {
+    queue: Mutex<Queue>,
+    wake: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    wakeups: VecDeque<Wakeup>,
+    /// Number of posts and rings so far.
+    posts: u64,
+}
+
+impl Mailbox {
+    /// Adds a wake-up and wakes all waiting threads.
+    pub(super) fn post(&self, wakeup: Wakeup) {
+        let mut queue = lock(&self.queue);
+        queue.wakeups.push_back(wakeup);
+        queue.posts += 1;
+        drop(queue);
+        self.wake.notify_all();
+    }
+
+    /// Wakes all waiting threads.
+    pub(super) fn ring(&self) {
+        lock(&self.queue).posts += 1;
+        self.wake.notify_all();
+    }
+
+    /// Number of posts and rings so far.
+    pub(super) fn posts(&self) -> u64 {
+        lock(&self.queue).posts
+    }
+
+    /// Removes all wake-ups.
+    pub(super) fn take_all(&self) -> VecDeque<Wakeup> {
+        std::mem::take(&mut lock(&self.queue).wakeups)
+    }
+
+    /// Waits for more than the posts that were `seen`.
+    pub(super) fn wait_past(&self, seen: u64) {
+        self.wait_for(|queue| (queue.posts != seen).then_some(()));
+    }
+
+    /// The same, until run time `time` at most.
+    pub(super) fn wait_past_until(&self, seen: u64, wall: &Wall, time: Time) {
+        self.wait_for_until(wall, time, |queue| (queue.posts != seen).then_some(()));
+    }
+
+    /// The same, but keeps a core busy while waiting.
+    pub(super) fn spin_past_until(&self, seen: u64, wall: &Wall, time: Time) {
+        self.spin_for_until(wall, time, |queue| (queue.posts != seen).then_some(()));
+    }
+
+    /// The run time of a requested stop; `None` without such a request.
+    pub(super) fn stop_requested(&self) -> Option<Time> {
+        lock(&self.queue)
+            .wakeups
+            .iter()
+            .find_map(|wakeup| match wakeup {
+                Wakeup::Stop(at) => Some(*at),
+                _ => None,
+            })
+    }
+
+    /// The next wake-up, if there is one.
+    pub(super) fn take(&self) -> Option<Wakeup> {
+        lock(&self.queue).wakeups.pop_front()
+    }
+
+    /// Waits for the next wake-up without a deadline.
+    pub(super) fn wait(&self) -> Wakeup {
+        self.wait_for(|queue| queue.wakeups.pop_front())
+    }
+
+    /// Waits for the next wake-up; `None` at run time `time`.
+    pub(super) fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
+        self.wait_for_until(wall, time, |queue| queue.wakeups.pop_front())
+    }
+
+    /// Like [`wait_until`](Self::wait_until), but keeps a core busy while waiting.
+    pub(super) fn spin_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
+        self.spin_for_until(wall, time, |queue| queue.wakeups.pop_front())
+    }
+
+    fn wait_for<R>(&self, mut look: impl FnMut(&mut Queue) -> Option<R>) -> R {
+        let mut queue = lock(&self.queue);
+        loop {
+            if let Some(found) = look(&mut queue) {
+                return found;
+            }
+            queue = self
+                .wake
+                .wait(queue)
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
+    }
+
+    fn wait_for_until<R>(
+        &self,
+        wall: &Wall,
+        time: Time,
+        mut look: impl FnMut(&mut Queue) -> Option<R>,
+    ) -> Option<R> {
+        let deadline = wall.instant_of(time);
+        let mut queue = lock(&self.queue);
+        loop {
+            if let Some(found) = look(&mut queue) {
+                return Some(found);
+            }
+            let remaining = deadline.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
+                return None;
+            }
+            queue = self.park(queue, remaining);
+        }
+    }
+
+    fn spin_for_until<R>(
+        &self,
+        wall: &Wall,
+        time: Time,
+        mut look: impl FnMut(&mut Queue) -> Option<R>,
+    ) -> Option<R> {
+        let deadline = wall.instant_of(time);
+        loop {
+            if let Some(found) = look(&mut lock(&self.queue)) {
+                return Some(found);
+            }
+            if Instant::now() >= deadline {
+                return None;
+            }
+            spin();
+        }
+    }
+
+    #[cfg(not(feature = "model"))]
+    fn park<'q>(
+        &'q self,
+        queue: WakeupQueue<'q>,
+        remaining: std::time::Duration,
+    ) -> WakeupQueue<'q> {
+        match self.wake.wait_timeout(queue, remaining) {
+            Ok((queue, _)) => queue,
+            Err(poisoned) => poisoned.into_inner().0,
+        }
+    }
+
+    /// The model's condition variables have no time-out, but its wall clock advances with
+    /// every read.
+    #[cfg(feature = "model")]
+    fn park<'q>(&'q self, queue: WakeupQueue<'q>, _: std::time::Duration) -> WakeupQueue<'q> {
+        drop(queue);
+        crate::runtime::sync::thread::yield_now();
+        lock(&self.queue)
+    }
+}
+
+type WakeupQueue<'q> = crate::runtime::sync::MutexGuard<'q, Queue>;
+
+/// Keeps a core busy for about a microsecond.
+#[cfg(not(feature = "model"))]
+fn spin() {
+    (0..64).for_each(|_| std::hint::spin_loop());
+}
+
+#[cfg(feature = "model")]
+fn spin() {
+    crate::runtime::sync::thread::yield_now();
+}
