@@ -1,5 +1,5 @@
-//! Triggers and logical execution time under the real clock: what comes of a run is the same
-//! when it is executed again, also with stretches of virtual time in it.
+//! Triggers and executors under the real clock: what comes of a run is the same when it is
+//! executed again, also with stretches of virtual time in it.
 
 use std::{ops::Range, time::Duration};
 
@@ -34,7 +34,18 @@ fn adder(graph: &mut Graph, name: &str, matching: Match, from: &[&Topic<u64>], t
     added.expect(name);
 }
 
-fn robot() -> Robot {
+/// The nodes of an executor, the last two in a group.
+fn callbacks() -> [Callback; 5] {
+    let apart = ["camera", "detector"].map(Callback::of);
+    let [camera, detector] = apart;
+    let reentrant = Callback::of("lidar").in_reentrant_group();
+    let group = ["fusion", "closest"].map(|name| Callback::of(name).in_group("slow"));
+    let [fusion, closest] = group;
+    [camera, reentrant, detector, fusion, closest]
+}
+
+/// Its nodes but for the controller are those of `executor`, if there is one.
+fn robot(executor: Option<Executor>) -> Robot {
     let mut graph = Graph::new();
     let [image, scan, objects, fused, command] =
         ["/image", "/scan", "/objects", "/fused", "/command"]
@@ -76,6 +87,9 @@ fn robot() -> Robot {
         &[&image, &scan],
         &Topic::new("/closest", depth(4)),
     );
+    if let Some(executor) = executor {
+        graph.executor(executor, callbacks()).expect("nodes");
+    }
     Robot {
         graph,
         fused,
@@ -102,8 +116,12 @@ fn hand_over(at: f64, clock: ClockKind) -> TimedCommand {
 }
 
 /// Runs a robot for 0.2 s, first under `real`, then as it hands itself over.
-fn run(real: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Observer, Result) {
-    let mut robot = robot();
+fn run(
+    real: &mut dyn Clock,
+    executor: Option<Executor>,
+    timed: Vec<TimedCommand>,
+) -> (Observer, Result) {
+    let mut robot = robot(executor);
     let taps = robot.graph.tap_handle().ticks(4096);
     let [fused, commands] =
         [&robot.fused, &robot.command].map(|topic| robot.graph.tap(topic, 4096));
@@ -157,7 +175,12 @@ fn knobs() -> Vec<TimedCommand> {
     ]
 }
 
-fn comes_back(first: (Observer, Result), given: &[TimedCommand], virtual_time: Range<Time>) {
+fn comes_back(
+    first: (Observer, Result),
+    executor: Option<Executor>,
+    given: &[TimedCommand],
+    virtual_time: Range<Time>,
+) {
     let (observer, recorded) = first;
     let recorded = without_took(recorded, virtual_time.clone());
     for perturbed in [false, true] {
@@ -166,7 +189,7 @@ fn comes_back(first: (Observer, Result), given: &[TimedCommand], virtual_time: R
         if perturbed {
             rerun.perturb();
         }
-        let (again, result) = run(&mut rerun, given.to_vec());
+        let (again, result) = run(&mut rerun, executor, given.to_vec());
         assert_eq!(rerun.difference(), None);
         assert_eq!(without_took(result, virtual_time.clone()), recorded);
         assert_eq!(again.events(0), observer.events(0));
@@ -176,6 +199,7 @@ fn comes_back(first: (Observer, Result), given: &[TimedCommand], virtual_time: R
 
 /// Runs and executes again, until a run was on time enough for what `shows` looks for.
 fn until(
+    executor: Option<Executor>,
     timed: &[TimedCommand],
     virtual_time: Range<Time>,
     shows: impl Fn(&[Vec<TickRecord>]) -> bool,
@@ -185,9 +209,9 @@ fn until(
     // Given again: what the log of the threads does not have.
     let given: Vec<_> = timed.iter().filter(under_virtual).cloned().collect();
     for _ in 0..20 {
-        let first = run(&mut RealClock::default(), timed.to_vec());
+        let first = run(&mut RealClock::default(), executor, timed.to_vec());
         let shown = shows(&first.1.ticks);
-        comes_back(first, &given, virtual_time.clone());
+        comes_back(first, executor, &given, virtual_time.clone());
         if shown {
             return;
         }
@@ -197,7 +221,7 @@ fn until(
 
 #[test]
 fn a_run_with_triggers_comes_back_to_the_bit() {
-    until(&knobs(), Time::ZERO..Time::ZERO, |ticks| {
+    until(None, &knobs(), Time::ZERO..Time::ZERO, |ticks| {
         let [_, _, detector, fusion, control, closest] = ticks else {
             panic!("six nodes");
         };
@@ -225,7 +249,7 @@ fn triggers_go_on_under_the_other_clock() {
     let mut timed = knobs();
     timed.push(hand_over(0.08, ClockKind::Virtual));
     timed.push(hand_over(0.14, ClockKind::Real));
-    until(&timed, from..to, |ticks| {
+    until(None, &timed, from..to, |ticks| {
         let fused = |range: Range<Time>| ticks[3].iter().any(|tick| range.contains(&tick.at));
         fused(Time::ZERO..from) && fused(from..to) && fused(to..secs(0.2))
     });
@@ -233,7 +257,7 @@ fn triggers_go_on_under_the_other_clock() {
 
 #[test]
 fn every_message_triggers_a_tick_or_is_dropped() {
-    let mut robot = robot();
+    let mut robot = robot(None);
     let run = RealClock::default().run(&mut robot.graph, &mut Inbox::default(), secs(0.3));
     run.expect("no fault");
     let snapshot = robot.graph.observer().snapshot();
@@ -245,4 +269,83 @@ fn every_message_triggers_a_tick_or_is_dropped() {
         accounted == published || accounted + 1 == published,
         "{ticks} ticks and {dropped} dropped of {published}"
     );
+}
+
+fn executors() -> impl Iterator<Item = Option<Executor>> {
+    let texts = ["single", "multi:2", "multi:3", "events"];
+    texts
+        .map(|text| Some(text.parse().expect("a text")))
+        .into_iter()
+}
+
+/// Everything that may change what an executor plans.
+fn upheaval() -> Vec<TimedCommand> {
+    let mut timed = knobs();
+    timed.extend([
+        command(0.02, "rate camera 333"),
+        command(0.04, "crash fusion"),
+        command(0.05, "crash lidar"),
+        command(0.06, "restart fusion"),
+        command(0.07, "restart lidar"),
+        command(0.09, "offset lidar 2"),
+        command(0.1, "takes camera busy 1"),
+        command(0.12, "depth /image 2"),
+        command(0.13, "hang closest 9"),
+    ]);
+    timed
+}
+
+#[test]
+fn a_run_with_an_executor_comes_back_to_the_bit() {
+    for executor in executors() {
+        until(executor, &upheaval(), Time::ZERO..Time::ZERO, |ticks| {
+            ticks.iter().all(|ticks| ticks.len() > 1)
+        });
+    }
+}
+
+#[test]
+fn an_executor_goes_on_under_the_other_clock() {
+    let (from, to) = (secs(0.08), secs(0.14));
+    let mut timed = upheaval();
+    timed.push(hand_over(0.08, ClockKind::Virtual));
+    timed.push(hand_over(0.14, ClockKind::Real));
+    for executor in executors() {
+        until(executor, &timed, from..to, |ticks| {
+            let ticked = |range: Range<Time>| ticks[2].iter().any(|tick| range.contains(&tick.at));
+            ticked(Time::ZERO..from) && ticked(from..to) && ticked(to..secs(0.2))
+        });
+    }
+}
+
+#[test]
+fn the_threads_of_an_executor_are_as_many_as_it_says() {
+    for (executor, most) in [("single", 1), ("events", 1), ("multi:2", 2)] {
+        let mut robot = robot(Some(executor.parse().expect("a text")));
+        let taps = robot.graph.tap_handle().ticks(4096);
+        let (_commander, mut inbox) = Inbox::new(
+            [
+                "takes camera 3",
+                "takes detector 4",
+                "takes lidar 5",
+                "takes closest 2",
+            ]
+            .map(|text| command(0.0, text))
+            .to_vec(),
+        );
+        let run = RealClock::default().run(&mut robot.graph, &mut inbox, secs(0.3));
+        run.expect("no fault");
+        let ticks: Vec<TickRecord> = taps
+            .iter()
+            .enumerate()
+            .filter(|(node, _)| *node != 4)
+            .flat_map(|(_, tap)| tap.items().try_iter())
+            .collect();
+        let at_once = |at: Time| {
+            let holds = |tick: &&TickRecord| tick.at <= at && tick.ends.is_some_and(|end| at < end);
+            ticks.iter().filter(holds).count()
+        };
+        let busiest = ticks.iter().map(|tick| at_once(tick.at)).max();
+        assert_eq!(busiest, Some(most), "{executor}");
+    }
 }
