@@ -9,6 +9,7 @@
 mod support;
 
 mod clock;
+mod executor;
 mod meter;
 mod rerun;
 mod topic;

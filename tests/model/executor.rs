@@ -1,0 +1,131 @@
+//! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
+
+use ratelab::runtime::{
+    Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
+    RealClock, Time, Topic, clock,
+};
+use shuttle::{
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use crate::{
+    SOME, explore,
+    support::{depth, hz, set_rate},
+};
+
+const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];
+
+const UNTIL: Time = Time::from_nanos(60_000_000);
+
+/// A source on a thread of its own; a sink of its messages, a second one that excludes the
+/// first, and a timer, on the threads of an executor.
+fn graph(executor: Executor) -> Graph {
+    let mut graph = Graph::new();
+    let topic = Topic::new("/messages", depth(2));
+    let source = graph.node("source", hz(100.0), 0, |wiring| {
+        let publisher = wiring.publisher(&topic);
+        move |now| {
+            publisher.publish(0_u64, now, None);
+            GO_ON
+        }
+    });
+    source.expect("node");
+    let most = match executor {
+        Executor::Multi { threads } => threads,
+        _ => 1,
+    };
+    let all = Arc::new(AtomicUsize::new(0));
+    let grouped = Arc::new(AtomicUsize::new(0));
+    for name in ["sink", "second"] {
+        let (all, grouped) = (all.clone(), grouped.clone());
+        let added = graph.node(name, Match::Each, 0, |wiring| {
+            let mut messages = wiring.trigger(&topic);
+            move |now| {
+                assert!(
+                    all.fetch_add(1, Ordering::SeqCst) < most,
+                    "too many threads"
+                );
+                assert_eq!(grouped.fetch_add(1, Ordering::SeqCst), 0, "both of a group");
+                assert!(messages.latest(now).is_some(), "a tick without a message");
+                thread::yield_now();
+                grouped.fetch_sub(1, Ordering::SeqCst);
+                all.fetch_sub(1, Ordering::SeqCst);
+                GO_ON
+            }
+        });
+        added.expect("node");
+    }
+    let timer = graph.node("timer", hz(50.0), 0, |_| {
+        move |_| {
+            assert!(
+                all.fetch_add(1, Ordering::SeqCst) < most,
+                "too many threads"
+            );
+            thread::yield_now();
+            all.fetch_sub(1, Ordering::SeqCst);
+            GO_ON
+        }
+    });
+    timer.expect("node");
+    let callbacks = ["sink", "second"].map(|name| Callback::of(name).in_group("group"));
+    let timer = Callback::of("timer");
+    let added = graph.executor(executor, callbacks.into_iter().chain([timer]));
+    added.expect("nodes");
+    graph
+}
+
+fn executors(check: impl Fn(Executor) + Send + Sync + Clone + 'static) {
+    for executor in EXECUTORS {
+        let (executor, check) = (executor.parse().expect("a text"), check.clone());
+        explore(SOME, move || check(executor));
+    }
+}
+
+#[test]
+fn every_message_is_taken_dropped_or_waits_and_no_due_time_is_called_twice() {
+    executors(|executor| {
+        let mut graph = graph(executor);
+        let exit = RealClock::default().run(&mut graph, &mut Inbox::default(), UNTIL);
+        assert_eq!(exit.expect("run"), ClockExit::Completed);
+        let snapshot = graph.observer().snapshot();
+        let topic = &snapshot.topics[0];
+        for (sink, subscription) in snapshot.nodes[1..3].iter().zip(&topic.subscriptions) {
+            let left = topic.published - sink.ticks - subscription.dropped;
+            assert!(left <= 2, "{left} of {} left", topic.published);
+        }
+        // Due at 20, 40 and 60 ms; the clock of the checker may be past all of them at once.
+        assert!(snapshot.nodes[3].ticks <= 3, "a due time was called twice");
+    });
+}
+
+#[test]
+fn commands_and_the_other_clock_leave_no_thread_behind() {
+    executors(|executor| {
+        let mut graph = graph(executor);
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let person = thread::spawn(move || {
+            let sink = || "sink".to_owned();
+            for command in [
+                Command::Set(Knob::Crash { node: sink() }),
+                set_rate("timer", 70.0),
+                Command::Pause,
+                Command::Set(Knob::Restart { node: sink() }),
+                Command::Resume,
+                Command::HandOver(ClockKind::Virtual),
+                Command::HandOver(ClockKind::Real),
+                Command::Stop,
+            ] {
+                thread::yield_now();
+                let _ = commander.send(command);
+            }
+        });
+        let real = &mut RealClock::default();
+        let exit = clock::run(&mut graph, &mut inbox, Time::MAX, ClockKind::Real, real);
+        assert_eq!(exit.expect("run"), ClockExit::Stopped);
+        person.join().expect("person");
+    });
+}
