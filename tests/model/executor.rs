@@ -1,8 +1,8 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
 use ratelab::runtime::{
-    Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
-    RealClock, Time, Topic, clock,
+    Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
+    Match, RealClock, Time, Topic, clock,
 };
 use shuttle::{
     sync::{
@@ -128,4 +128,47 @@ fn commands_and_the_other_clock_leave_no_thread_behind() {
         assert_eq!(exit.expect("run"), ClockExit::Stopped);
         person.join().expect("person");
     });
+}
+
+#[test]
+fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
+    for executor in EXECUTORS {
+        let executor: Executor = executor.parse().expect("a text");
+        // Fair schedules: the source goes on until the sink has both.
+        let check = move || {
+            let mut graph = Graph::new();
+            let topic = Topic::new("/messages", depth(1));
+            let taken = Arc::new(AtomicUsize::new(0));
+            let sink = taken.clone();
+            let source = graph.node("source", hz(100.0), 0, |wiring| {
+                let publisher = wiring.publisher(&topic);
+                let mut published = 0;
+                move |now| {
+                    if taken.load(Ordering::SeqCst) >= 2 {
+                        return END;
+                    }
+                    // The second message comes when the thread waits again.
+                    if published <= taken.load(Ordering::SeqCst) {
+                        published += 1;
+                        publisher.publish(0_u64, now, None);
+                    }
+                    GO_ON
+                }
+            });
+            source.expect("node");
+            let sink = graph.node("sink", Match::Each, 0, |wiring| {
+                let _messages = wiring.trigger(&topic);
+                move |_| {
+                    sink.fetch_add(1, Ordering::SeqCst);
+                    GO_ON
+                }
+            });
+            sink.expect("node");
+            let added = graph.executor(executor, [Callback::of("sink")]);
+            added.expect("a node");
+            let exit = RealClock::default().run(&mut graph, &mut Inbox::default(), Time::MAX);
+            assert!(matches!(exit.expect("run"), ClockExit::Ended { .. }));
+        };
+        shuttle::check_random(check, SOME);
+    }
 }

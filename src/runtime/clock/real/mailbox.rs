@@ -163,11 +163,7 @@ impl Mailbox {
     }
 
     #[cfg(not(feature = "model"))]
-    fn park<'q>(
-        &'q self,
-        queue: WakeupQueue<'q>,
-        remaining: std::time::Duration,
-    ) -> WakeupQueue<'q> {
+    fn park<'q>(&'q self, queue: QueueGuard<'q>, remaining: std::time::Duration) -> QueueGuard<'q> {
         match self.wake.wait_timeout(queue, remaining) {
             Ok((queue, _)) => queue,
             Err(poisoned) => poisoned.into_inner().0,
@@ -175,16 +171,19 @@ impl Mailbox {
     }
 
     /// The model's condition variables have no time-out, but its wall clock advances with
-    /// every read.
+    /// every read: only a long wait is one.
     #[cfg(feature = "model")]
-    fn park<'q>(&'q self, queue: WakeupQueue<'q>, _: std::time::Duration) -> WakeupQueue<'q> {
+    fn park<'q>(&'q self, queue: QueueGuard<'q>, remaining: std::time::Duration) -> QueueGuard<'q> {
+        if remaining > std::time::Duration::from_secs(3600) {
+            return self.wake.wait(queue).expect("no panic");
+        }
         drop(queue);
         crate::runtime::sync::thread::yield_now();
         lock(&self.queue)
     }
 }
 
-type WakeupQueue<'q> = crate::runtime::sync::MutexGuard<'q, Queue>;
+type QueueGuard<'q> = crate::runtime::sync::MutexGuard<'q, Queue>;
 
 /// Keeps a core busy for about a microsecond.
 #[cfg(not(feature = "model"))]
