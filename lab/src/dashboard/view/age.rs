@@ -102,6 +102,7 @@ fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
         PartKind::Worked => theme.glyph("█", "#"),
         PartKind::Travelled => theme.glyph("▄", "-"),
         PartKind::Held => theme.glyph("▓", "="),
+        PartKind::Elsewhere => theme.glyph("?", "?"),
     }
 }
 
@@ -141,7 +142,7 @@ mod tests {
     }
 
     fn push() -> PushData {
-        let parts = [12, 0, 20, 63].map(Duration::from_millis);
+        let parts = [0, 12, 0, 20, 63].map(Duration::from_millis);
         PushData {
             sentence: PushSentence(vec![
                 "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
