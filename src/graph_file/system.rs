@@ -336,7 +336,9 @@ impl System for GraphSystem {
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
-        self.overloads(setup)
+        let mut warnings = self.overloads(setup);
+        warnings.extend(self.file.idle_settings());
+        warnings
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {

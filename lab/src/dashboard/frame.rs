@@ -69,6 +69,8 @@ pub struct NodeData {
     pub caption: Option<&'static str>,
     /// The rate in force.
     pub hz: Hz,
+    /// Whether messages trigger it.
+    pub triggered: bool,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped during long ticks.
@@ -241,6 +243,8 @@ pub struct AgeData {
     pub mean: Duration,
     /// The maximum push age in that time.
     pub greatest: Duration,
+    /// That time, as a stretch of run time.
+    pub stretch: (Time, Time),
     /// The limits of the loop.
     pub limits: AgeLimits,
 }

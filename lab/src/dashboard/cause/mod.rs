@@ -178,7 +178,7 @@ impl Facts<'_> {
                 let none = format!("takes {name} none");
                 let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
                     true => self.mended_by(&none),
-                    false => "a faster one mends it".to_owned(),
+                    false => format!("a faster one {}", self.mends()),
                 };
                 format!(
                     "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
@@ -255,7 +255,15 @@ impl Facts<'_> {
             return format!("{knob} came too late");
         }
         let key = if self.live { ":" } else { "" };
-        format!("{key}{knob} mends it")
+        format!("{key}{knob} {}", self.mends())
+    }
+
+    /// What a cure does: limits of chains may need several of them.
+    fn mends(&self) -> &'static str {
+        match self.system.graph_file() {
+            Some(_) => "lowers it",
+            None => "mends it",
+        }
     }
 
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {

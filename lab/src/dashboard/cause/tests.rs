@@ -198,6 +198,7 @@ fn age(
     (!parts.is_empty()).then(|| AgeData {
         mean: Duration::from_nanos(mean as u64),
         greatest,
+        stretch: (from, to),
         limits,
     })
 }
