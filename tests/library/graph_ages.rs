@@ -212,3 +212,23 @@ path = ["clock", "/tick", "left", "/left", "stereo", "/pose"]
     let matches = matches.filter(|part| matches!(part.stage, Stage::Match { .. }));
     assert_eq!(matches.count(), 1);
 }
+
+#[test]
+fn the_parts_sum_to_the_age_where_images_of_other_times_meet() {
+    let mut wrong = Vec::new();
+    for matching in ["each", "approximate:10"] {
+        for executor in EXECUTORS {
+            let text = pair(matching, executor, "[topic.\"/left\"]\ndepth = 3\n");
+            // A camera at a rate of its own.
+            let (before, right) = text.split_once("[node.right-camera]").expect("a camera");
+            let right = right.replacen("trigger = [\"/tick\"]", "rate = 31", 1);
+            let text = format!("{before}[node.right-camera]{right}");
+            let from = "path = [\"clock\", \"/tick\", \"right-camera\"";
+            let text = text.replace(from, "path = [\"right-camera\"");
+            if let [first, ..] = &faults(&text)[..] {
+                wrong.push(format!("{matching} {executor}: {first}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
