@@ -241,7 +241,10 @@ impl Checker<'_> {
     }
 
     fn without_publisher(&self, file: &GraphFile, topic: &Placed) -> GraphFileError {
-        let published = file.nodes.iter().flat_map(|node| &node.publishes);
+        // Its own outputs are of no use to a node.
+        let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
+        let others = file.nodes.iter().filter(|node| !reads(node));
+        let published = others.flat_map(|node| &node.publishes);
         let instead = instead(&topic.text, published.map(|topic| &*topic.text));
         self.refuse(
             topic.at,

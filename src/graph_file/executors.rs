@@ -23,11 +23,39 @@ impl GraphFile {
         rest.map(|text| Placed { text, at }).collect()
     }
 
+    /// The groups and deadlines of nodes whose executors have no use for them.
+    pub(super) fn idle_settings(&self) -> Vec<String> {
+        let nodes = self.nodes.iter();
+        let placed = nodes.filter_map(|node| Some((node, self.executor_of(&node.name)?.kind)));
+        let idle = placed.flat_map(|(node, kind)| {
+            let callback = &node.callback;
+            let group = !has_groups(kind) && callback.group_name().is_some();
+            let deadline = !matches!(kind, Executor::Edf { .. }) && callback.deadline.is_some();
+            let name = &node.name;
+            let group = group.then(|| {
+                let of = "single, multi and events have";
+                format!("group of {name} has no effect: executor {kind} has no groups; {of}")
+            });
+            let deadline = deadline.then(|| {
+                format!("deadline_ms of {name} has no effect: executor {kind} has none; edf has")
+            });
+            group.into_iter().chain(deadline)
+        });
+        idle.collect()
+    }
+
     /// A node as its executor knows it; one of the system in the middle is known by its name.
     pub(super) fn callback(&self, node: &str) -> Callback {
         let known = self.nodes.iter().find(|known| known.name == node);
         known.map_or_else(|| Callback::of(node), |known| known.callback.clone())
     }
+}
+
+fn has_groups(kind: Executor) -> bool {
+    matches!(
+        kind,
+        Executor::Single | Executor::Multi { .. } | Executor::Events
+    )
 }
 
 impl Checker<'_> {

@@ -38,6 +38,8 @@ pub struct GraphSystem {
     verdicts: &'static [&'static VerdictKind],
     kept: &'static VerdictKind,
     stopped: &'static VerdictKind,
+    /// The topics before the last node of the first chain.
+    first_path: &'static [&'static str],
 }
 
 /// A topic of a graph file, with the chains through it.
@@ -74,6 +76,14 @@ impl ChainSpec {
         let mut nodes = self.path.iter().rev();
         let last = nodes.find(|place| !place.text.starts_with('/'));
         last.map_or("", |node| &node.text)
+    }
+
+    /// The topics before that node.
+    fn topics(&self) -> impl Iterator<Item = String> {
+        let last = self.place(self.last()).unwrap_or_default();
+        let topics = self.path[..last].iter();
+        let topics = topics.filter(|place| place.text.starts_with('/'));
+        topics.map(|topic| topic.text.clone())
     }
 
     fn place(&self, name: &str) -> Option<usize> {
@@ -115,6 +125,7 @@ impl GraphSystem {
             groups: groups(file, &chains, inner.as_deref()),
             name: leaked(&file.name),
             verdicts: verdicts.leak(),
+            first_path: leaked_list(file.chains.first().into_iter().flat_map(ChainSpec::topics)),
             file: file.clone(),
             inner,
             topology,
@@ -325,7 +336,9 @@ impl System for GraphSystem {
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
-        self.overloads(setup)
+        let mut warnings = self.overloads(setup);
+        warnings.extend(self.file.idle_settings());
+        warnings
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
@@ -379,6 +392,13 @@ impl System for GraphSystem {
         match &self.inner {
             Some(inner) => inner.latency(),
             None => self.chains.first().map(|chain| (chain.last, chain.name)),
+        }
+    }
+
+    fn latency_path(&self) -> &'static [&'static str] {
+        match self.inner {
+            Some(_) => &[],
+            None => self.first_path,
         }
     }
 

@@ -275,6 +275,9 @@ impl Graph {
         self.control.connect(endpoints)?;
         let mut node = ScheduledNode::new(name, priority, release, self.now(), node, wired);
         node.entry.triggers = triggers.into();
+        if let Release::On(matching) = release {
+            node.entry.matching = matching;
+        }
         node.seed = self.control.seed;
         if node.is_triggered() {
             self.dispatcher();

@@ -181,6 +181,12 @@ pub trait System: Send + Sync + 'static {
         None
     }
 
+    /// The topics on the way of the data to the node of that latency, the sensor first; empty
+    /// if the origin of each message tells it.
+    fn latency_path(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// The topic of the plant's steps: each message gives a row of a table, a picture and
     /// a verdict.
     fn state(&self) -> Option<&'static str> {

@@ -448,3 +448,38 @@ fn refused(text: &str, place: (usize, usize), what: &str) {
     assert_eq!((error.line, error.column), place, "{error}\n{text}");
     assert!(error.what.contains(what), "{error}: expected {what:?}");
 }
+
+#[test]
+fn a_group_or_deadline_that_an_executor_has_no_use_for_is_a_warning() {
+    let text = r#"
+name = "idle"
+[node.a]
+rate = 10
+group = "one"
+deadline_ms = 5
+[executor.all]
+kind = "fixed-priority:1"
+"#;
+    let kept = warnings(text);
+    assert_eq!(
+        kept,
+        [
+            "group of a has no effect: executor fixed-priority:1 has no groups; single, multi and \
+             events have",
+            "deadline_ms of a has no effect: executor fixed-priority:1 has none; edf has",
+        ]
+    );
+    let single = text.replace("fixed-priority:1", "single");
+    assert_eq!(warnings(&single).len(), 1);
+}
+
+#[test]
+fn a_topic_that_a_node_misses_is_none_of_its_own() {
+    let text = "name = \"x\"\n[node.a]\nrate = 10\nreads = [\"/zz\"]\npublishes = [\"/a\"]\n\
+                [node.b]\nrate = 10\npublishes = [\"/b\"]\n";
+    let error = system(text).err().expect("an error").to_string();
+    assert!(
+        error.contains("expected /b") && !error.contains("/a"),
+        "{error}"
+    );
+}

@@ -28,6 +28,7 @@ mod expected;
 mod faults;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod golden;
+mod graph_ages;
 mod graph_executors;
 mod graph_file;
 mod hand_over;

@@ -40,7 +40,11 @@ fn graph(frame: &FrameData) -> [String; 3] {
     let dropped: u64 = frame.topics.iter().map(|topic| topic.dropped).sum();
     [
         format!(
-            "Boxes are nodes, each at a rate of its own: {}.",
+            "Boxes are nodes, each {}: {}.",
+            match frame.nodes.iter().any(|node| node.triggered) {
+                true => "at a rate of its own or on messages",
+                false => "at a rate of its own",
+            },
             list(nodes)
         ),
         format!(

@@ -69,6 +69,8 @@ pub struct NodeData {
     pub caption: Option<&'static str>,
     /// The rate in force.
     pub hz: Hz,
+    /// Whether messages trigger it.
+    pub triggered: bool,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped during long ticks.
@@ -241,6 +243,8 @@ pub struct AgeData {
     pub mean: Duration,
     /// The maximum push age in that time.
     pub greatest: Duration,
+    /// That time, as a stretch of run time.
+    pub stretch: (Time, Time),
     /// The limits of the loop.
     pub limits: AgeLimits,
 }
@@ -293,19 +297,29 @@ pub enum PartKind {
     Travelled,
     /// In force.
     Held,
+    /// In an unknown part of the chain.
+    Elsewhere,
 }
 
 impl PartKind {
     /// All kinds, in order of occurrence.
-    pub const ALL: [Self; 4] = [Self::Waited, Self::Worked, Self::Travelled, Self::Held];
+    pub const ALL: [Self; 5] = [
+        Self::Elsewhere,
+        Self::Waited,
+        Self::Worked,
+        Self::Travelled,
+        Self::Held,
+    ];
 
     /// The kind of `stage`.
     pub fn of(stage: Stage) -> Self {
         match stage {
             Stage::Wait { .. }
+            | Stage::Match { .. }
             | Stage::Executor { .. }
             | Stage::Queue { .. }
             | Stage::Reuse { .. } => Self::Waited,
+            Stage::Before => Self::Elsewhere,
             Stage::Cost { .. } => Self::Worked,
             Stage::Link { .. } => Self::Travelled,
             Stage::Held { .. } | Stage::Kept { .. } => Self::Held,
@@ -319,6 +333,7 @@ impl PartKind {
             Self::Worked => "worked",
             Self::Travelled => "on the way",
             Self::Held => "held",
+            Self::Elsewhere => "elsewhere",
         }
     }
 }

@@ -54,8 +54,8 @@ impl KnobFocus {
     }
 }
 
-/// The node of the first alias for a rate; without one the node with the most inputs
-/// and outputs, the plant last among equals.
+/// The node of the first alias for a rate; without one the node at a rate with the most
+/// inputs and outputs, the plant last among equals.
 pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeView> {
     if let Some(node) = paced_node(system).and_then(|name| graph.node(name)) {
         return Some(node);
@@ -71,7 +71,10 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
     let makes_states = |node| states.is_some_and(|topic| topic.publishers.contains(&node));
     let nodes = graph.nodes.iter().enumerate().rev();
     nodes
-        .max_by_key(|(index, _)| (ends(*index), !makes_states(*index)))
+        .max_by_key(|(index, node)| {
+            let paced = node.triggers.is_empty();
+            (paced, ends(*index), !makes_states(*index))
+        })
         .map(|(_, node)| node)
 }
 

@@ -32,7 +32,9 @@ impl LineageTaps {
     pub fn new(experiment: &Experiment) -> Self {
         let observer = experiment.observer();
         let (taps, setup) = (experiment.taps(), &experiment.config().setup);
-        let mut lineage = Lineage::new(observer.topology()).keeping(KEPT);
+        let path = experiment.system().latency_path();
+        let lineage = Lineage::new(observer.topology()).keeping(KEPT);
+        let mut lineage = lineage.along(path);
         begin(&mut lineage, setup);
         Self {
             topics: topics(&taps, &lineage),

@@ -39,6 +39,8 @@ pub struct RecentAge {
     pub mean: Duration,
     /// The greatest.
     pub greatest: Duration,
+    /// Its stretch of run time.
+    pub stretch: (Time, Time),
 }
 
 impl PushAges {
@@ -85,6 +87,11 @@ impl PushAges {
             self.late = view.late_s.map(|mean| RecentAge {
                 mean: Duration::from_secs_f64(mean),
                 greatest: view.late_greatest,
+                stretch: (
+                    view.first
+                        .max(Time::ZERO + view.at.since(Time::ZERO + LATELY)),
+                    view.at,
+                ),
             });
         }
     }
@@ -113,12 +120,14 @@ impl PushAges {
         if time.is_zero() || time > window * 2 {
             return None;
         }
+        let stretch = (begin, now);
         let begin = begin.as_secs_f64();
         let recent = self.saw.iter().rev().take_while(|(at, _)| *at > begin);
         let greatest = recent.map(|(_, ms)| *ms).fold(0.0, f64::max);
         Some(RecentAge {
             mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
             greatest: Duration::from_secs_f64(greatest / 1e3),
+            stretch,
         })
     }
 

@@ -164,7 +164,7 @@ impl Sampler {
         self.push_ages.look(&counters);
         let age = self.age(session, &counters);
         let verdict = self.verdict(session, &counters, age);
-        let push = push(session, &counters);
+        let push = push(session, &counters, age);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
         self.figures
@@ -307,6 +307,7 @@ impl Sampler {
         Some(AgeData {
             mean: recent.mean,
             greatest: recent.greatest,
+            stretch: recent.stretch,
             limits: self.limits.follow(system, setup, over),
         })
     }
@@ -445,8 +446,11 @@ impl Sampler {
         let setup = self.setup(session);
         let (system, live) = (session.shared_system().clone(), session.live());
         let lineage = session.lineage();
-        let late = acting(&*system, graph)
-            .map_or((Time::ZERO, graph.now), |acts| latest(graph, lineage, acts));
+        let late = match (age, acting(&*system, graph)) {
+            (Some(age), _) => age.stretch,
+            (None, Some(acts)) => latest(graph, lineage, acts),
+            (None, None) => (Time::ZERO, graph.now),
+        };
         let facts = Facts {
             system: &*system,
             setup: &setup,
@@ -494,19 +498,27 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
 }
 
 /// The parts of the age of the push in force.
-fn push(session: &mut impl RunSource, graph: &Snapshot) -> Option<PushData> {
+fn push(session: &mut impl RunSource, graph: &Snapshot, age: Option<AgeData>) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
     let lineage = session.lineage();
-    let (from, to) = latest(graph, lineage, acts);
-    let parts = lineage.push_at(acts, to)?.parts(to);
+    let (from, to) = match age {
+        Some(age) => age.stretch,
+        None => latest(graph, lineage, acts),
+    };
+    let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
     let stages = lineage.mean_parts(acts, from, to);
-    let mean = PartKind::ALL.map(|kind| {
+    let mut mean = PartKind::ALL.map(|kind| {
         let of_kind = stages
             .iter()
             .filter(|(stage, _)| PartKind::of(*stage) == kind);
         let ns: f64 = of_kind.map(|(_, ns)| ns).sum();
         (kind, Duration::from_nanos(ns as u64))
     });
+    let known: Duration = mean.iter().map(|(_, took)| *took).sum();
+    let rest = age.map_or(Duration::ZERO, |age| age.mean.saturating_sub(known));
+    mean.iter_mut()
+        .filter(|(kind, _)| *kind == PartKind::Elsewhere)
+        .for_each(|(_, took)| *took += rest);
     Some(PushData {
         sentence: PushSentence::of(&parts, lineage.topology()),
         reaction: reaction::greatest(lineage, acts, from, to),
@@ -545,6 +557,7 @@ fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
         name: node.name.clone(),
         caption: None,
         hz: node.hz,
+        triggered: !node.triggers.is_empty(),
         ticks: node.ticks,
         overruns: node.overruns,
         lit,

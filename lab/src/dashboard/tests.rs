@@ -2,6 +2,7 @@
 
 mod adders;
 mod again;
+mod ages;
 mod branch;
 mod faults;
 mod files;

@@ -52,7 +52,8 @@ impl GatheredRun {
             speed: Speed::REAL_TIME,
         };
         let counters = ReplayCounters::new(&topology, status);
-        let mut lineage = Lineage::new(topology.clone()).keeping(KEPT);
+        let lineage = Lineage::new(topology.clone()).keeping(KEPT);
+        let mut lineage = lineage.along(system.latency_path());
         let setup = config.setup.iter();
         setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {

@@ -116,7 +116,7 @@ fn is_fault(knob: &Knob) -> bool {
 mod tests {
     use ratelab::{
         runtime::{
-            Hz, Knob, Time,
+            Hz, Knob, Match, Time,
             telemetry::{Event, EventKind, NodeTopology},
         },
         system::Setup,
@@ -144,6 +144,7 @@ mod tests {
             hz: hz(50.0),
             meters: Vec::new(),
             triggers: Vec::new(),
+            matching: Match::Each,
             executor: None,
             executor_index: None,
         };

@@ -16,6 +16,7 @@ use crate::runtime::{
         lock,
     },
     time::{Hz, Time},
+    trigger::Match,
 };
 
 /// The state of a graph's clock.
@@ -63,6 +64,8 @@ pub(crate) struct NodeEntry {
     pub(crate) remote: bool,
     /// Indices of the topics that trigger it; empty for a node at a rate.
     pub(crate) triggers: Arc<[usize]>,
+    /// What a tick needs of them.
+    pub(crate) matching: Match,
     /// Its executor, if it has no thread of its own.
     pub(crate) executor: Option<Executor>,
     /// Number of that executor in the graph, if its nodes share threads.
@@ -393,6 +396,7 @@ impl NodeEntry {
             push_age,
             remote: false,
             triggers: Arc::default(),
+            matching: Match::Each,
             executor: None,
             executor_index: None,
         };

@@ -205,6 +205,7 @@ impl ReplayNode {
             Some(PushAge::default()),
         );
         entry.triggers = topology.triggers.as_slice().into();
+        entry.matching = topology.matching;
         entry.executor = topology.executor;
         Self {
             entry,

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::Observer;
-use crate::runtime::{depth::Depth, executor::Executor, sync::atomic::Ordering, time::Hz};
+use crate::runtime::{
+    depth::Depth, executor::Executor, sync::atomic::Ordering, time::Hz, trigger::Match,
+};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +28,9 @@ pub struct NodeTopology {
     /// The topics that trigger it, as indices into [`Topology::topics`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub triggers: Vec<usize>,
+    /// What a tick needs of several triggers.
+    #[serde(default, skip_serializing_if = "is_each")]
+    pub matching: Match,
     /// Its executor, if it has no thread of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor: Option<Executor>,
@@ -49,6 +54,10 @@ pub struct TopicTopology {
     pub readers: Vec<usize>,
 }
 
+fn is_each(matching: &Match) -> bool {
+    *matching == Match::Each
+}
+
 impl Observer {
     /// The current topology of the graph.
     pub fn topology(&self) -> Topology {
@@ -58,6 +67,7 @@ impl Observer {
             priority: node.priority,
             hz,
             triggers: node.triggers.to_vec(),
+            matching: node.matching,
             executor: node.executor,
             executor_index: node.executor_index,
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),

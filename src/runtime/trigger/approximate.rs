@@ -10,8 +10,8 @@ const PENALTY_TENTHS: i128 = 11;
 
 /// Searches the messages for the closest set (`approximate_time.hpp`, message_filters
 /// `361e42c`): each message is in one set at most, and sets do not cross.
-#[derive(Debug)]
-pub(super) struct Approximate {
+#[derive(Clone, Debug)]
+pub(crate) struct Approximate {
     /// The most messages of a topic that wait.
     queue: usize,
     /// The longest interval within a set.
@@ -21,7 +21,7 @@ pub(super) struct Approximate {
 }
 
 /// The messages of a topic, oldest first.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct HeldMessages {
     messages: VecDeque<Taken>,
     /// Number of these that the search has passed.
@@ -40,7 +40,7 @@ impl HeldMessages {
 }
 
 /// The best set so far.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Search {
     choice: Choice,
     start: Time,

@@ -4,8 +4,8 @@ use super::{Choice, Taken};
 
 /// Holds the newest message of each topic until all have one, and begins anew then: the
 /// fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).
-#[derive(Debug)]
-pub(super) struct Each {
+#[derive(Clone, Debug)]
+pub(crate) struct Each {
     newest: Vec<Option<u64>>,
 }
 

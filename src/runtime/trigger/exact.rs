@@ -6,8 +6,8 @@ use super::{Choice, Taken};
 use crate::runtime::time::Time;
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
-#[derive(Debug)]
-pub(super) struct Exact {
+#[derive(Clone, Debug)]
+pub(crate) struct Exact {
     inputs: usize,
     /// The most stamps that wait.
     queue: usize,

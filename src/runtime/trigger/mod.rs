@@ -29,7 +29,7 @@ pub(crate) struct Taken {
 }
 
 /// The sequence numbers of a set, one for each input.
-type Choice = Vec<u64>;
+pub(crate) type Choice = Vec<u64>;
 
 /// A topic that triggers a node, regardless of its payload.
 pub(crate) trait Intake: Send {
@@ -66,8 +66,8 @@ pub(crate) struct Trigger {
 }
 
 /// The messages that wait for the rest of their set.
-#[derive(Debug)]
-enum Sets {
+#[derive(Clone, Debug)]
+pub(crate) enum Sets {
     Each(Each),
     Exact(Exact),
     Approximate(Approximate),
@@ -83,7 +83,7 @@ struct More {
 }
 
 impl Sets {
-    fn new(matching: Match, inputs: usize) -> Self {
+    pub(crate) fn new(matching: Match, inputs: usize) -> Self {
         match matching {
             Match::Each => Self::Each(Each::new(inputs)),
             Match::Exact { queue } => Self::Exact(Exact::new(inputs, queue.get())),
@@ -94,7 +94,12 @@ impl Sets {
     }
 
     /// Adds a message; returns the set that it completes, and puts any others into `more`.
-    fn add(&mut self, input: usize, taken: Taken, more: &mut VecDeque<Choice>) -> Option<Choice> {
+    pub(crate) fn add(
+        &mut self,
+        input: usize,
+        taken: Taken,
+        more: &mut VecDeque<Choice>,
+    ) -> Option<Choice> {
         match self {
             Self::Each(each) => each.add(input, taken),
             Self::Exact(exact) => exact.add(input, taken),

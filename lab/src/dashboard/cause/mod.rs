@@ -141,16 +141,30 @@ impl Facts<'_> {
     }
 
     /// The lateness of a node, by its thread or by its executor.
-    fn blame_lateness(&self, node: usize) -> String {
+    fn blame_lateness(&self, node: usize, explained: &Explained<'_>) -> String {
         let name = self.node(node);
         if let Some(executor) = self.graph.nodes[node].executor {
+            let share = self.share(Owner::Late(node), explained);
             return format!(
-                "the age arose as the {name} waits for its executor {executor}: quicker nodes in it \
-                 mend it, or another executor"
+                "the age arose as the {name} waits for its executor {executor}{share}: quicker \
+                 nodes in it help, or another executor"
             );
         }
         let cure = self.mended_by(&format!("wakes {name} none"));
         format!("the age arose in the {name}: it wakes late. {cure}")
+    }
+
+    /// The share of an owner in the age, in parentheses.
+    fn share(&self, owner: Owner, explained: &Explained<'_>) -> String {
+        let owners = acting(self.system, self.graph).map(|acts| explained.owners(acts));
+        let owners = owners.unwrap_or_default();
+        let all: Duration = owners.iter().map(|(_, took)| *took).sum();
+        let own = owners.iter().find(|(known, _)| *known == owner);
+        own.filter(|_| !all.is_zero())
+            .map_or_else(String::new, |(_, took)| {
+                let share = took.as_secs_f64() / all.as_secs_f64() * 100.0;
+                format!(" ({share:.0} % of it)")
+            })
     }
 
     /// The stage in which the age arose, and its cure.
@@ -159,19 +173,27 @@ impl Facts<'_> {
             Owner::Rate(node) => self.blame_rate(node, explained),
             Owner::Cost(node) => {
                 let (name, every) = (self.node(node), ms(explained.interval(node)));
-                let time = explained.to.since(explained.from).as_secs_f64();
+                let time = explained.time().as_secs_f64();
                 let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
                 let none = format!("takes {name} none");
                 let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
                     true => self.mended_by(&none),
-                    false => "a faster one mends it".to_owned(),
+                    false => format!("a faster one {}", self.mends()),
                 };
                 format!(
                     "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
                      come every {every}. {cure}"
                 )
             }
-            Owner::Late(node) => self.blame_lateness(node),
+            Owner::Late(node) => self.blame_lateness(node, explained),
+            Owner::Match(topic, node) => {
+                let (name, other) = (self.node(node), self.topic(topic));
+                let share = self.share(owner, explained);
+                format!(
+                    "the age arose as the {name} waits for {other}, to match{share}: what makes \
+                     {other} come sooner helps"
+                )
+            }
             Owner::Crash(node) => {
                 let name = self.node(node);
                 let cure = self.mended_by(&format!("restart {name}"));
@@ -233,7 +255,15 @@ impl Facts<'_> {
             return format!("{knob} came too late");
         }
         let key = if self.live { ":" } else { "" };
-        format!("{key}{knob} mends it")
+        format!("{key}{knob} {}", self.mends())
+    }
+
+    /// What a cure does: limits of chains may need several of them.
+    fn mends(&self) -> &'static str {
+        match self.system.graph_file() {
+            Some(_) => "lowers it",
+            None => "mends it",
+        }
     }
 
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {

@@ -29,6 +29,8 @@ pub enum Owner {
     Link(usize),
     /// A queue with read order oldest.
     Order(usize),
+    /// A topic whose messages come late for those that they match, and the node that waits.
+    Match(usize, usize),
 }
 
 /// A run with an age to explain.
@@ -50,7 +52,9 @@ impl Explained<'_> {
     pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
         let mut owners: Vec<(Owner, f64)> = Vec::new();
         for (stage, ns) in self.lineage.mean_parts(node, self.from, self.to) {
-            let owner = self.owner(stage, ns);
+            let Some(owner) = self.owner(stage, ns) else {
+                continue;
+            };
             match owners.iter_mut().find(|(known, _)| *known == owner) {
                 Some((_, sum)) => *sum += ns,
                 None => owners.push((owner, ns)),
@@ -64,15 +68,18 @@ impl Explained<'_> {
             .collect()
     }
 
-    fn owner(&self, stage: Stage, ns: f64) -> Owner {
-        match stage {
+    /// The owner of a part; `None` where it is unknown.
+    fn owner(&self, stage: Stage, ns: f64) -> Option<Owner> {
+        Some(match stage {
+            Stage::Before => return None,
+            Stage::Match { topic, node } => Owner::Match(topic, node),
             Stage::Cost { node } => Owner::Cost(node),
             Stage::Link { topic } => Owner::Link(topic),
             Stage::Executor { node } => Owner::Late(node),
             Stage::Queue { topic, .. } => Owner::Order(topic),
             Stage::Wait { node, .. } | Stage::Kept { node, .. } => self.slow(node, true),
             Stage::Reuse { topic, .. } | Stage::Held { topic, .. } => self.silent(topic, ns),
-        }
+        })
     }
 
     /// The owner of a mean gap of `ns` nanoseconds without a newer message on a topic.
@@ -190,12 +197,28 @@ impl Explained<'_> {
         let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
         let last = self.ticks(node).next().map(ends);
         let now = self.graph.nodes[node].busy;
-        let period = self.graph.nodes[node].hz.period();
-        let since = last.unwrap_or(self.from) + period;
+        let since = self.begun(node, last.unwrap_or(self.from));
         match now {
             true => busy + self.to.since(since),
             false => busy,
         }
+    }
+
+    /// The begin of the tick in progress of a node whose last one ended at `last`.
+    fn begun(&self, node: usize, last: Time) -> Time {
+        let view = &self.graph.nodes[node];
+        if view.triggers.is_empty() {
+            return last + view.hz.period();
+        }
+        // When the oldest message was there that its last tick left.
+        let before = self.ticks(node).next();
+        let waiting = view.triggers.iter().filter_map(|topic| {
+            let mut reads = before.into_iter().flat_map(|worked| &worked.reads);
+            let read = reads.find(|(of, _)| of == topic).map(|(_, seq)| *seq);
+            let news = self.recent(*topic).filter(|sent| Some(sent.seq) > read);
+            news.filter_map(|sent| sent.arrives).min()
+        });
+        waiting.max().unwrap_or(self.to).max(last)
     }
 
     /// Recent mean lateness of a node's ticks.
@@ -208,7 +231,8 @@ impl Explained<'_> {
         sum / count.max(1)
     }
 
-    fn time(&self) -> Duration {
+    /// Length of the stretch.
+    pub fn time(&self) -> Duration {
         self.to.since(self.from)
     }
 }

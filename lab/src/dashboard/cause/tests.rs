@@ -198,6 +198,7 @@ fn age(
     (!parts.is_empty()).then(|| AgeData {
         mean: Duration::from_nanos(mean as u64),
         greatest,
+        stretch: (from, to),
         limits,
     })
 }
@@ -221,6 +222,7 @@ fn is_mended_by(owner: Owner, knob: &Knob, graph: &Snapshot) -> bool {
                 )
         }
         Owner::Order(index) => topic(index) && matches!(knob, Knob::Read { .. }),
+        Owner::Match(..) => false,
     }
 }
 
@@ -236,6 +238,7 @@ fn names(owners: &[Owner], graph: &Snapshot) -> Vec<String> {
         Owner::Phase(index) => node("Phase", index),
         Owner::Link(index) => topic("Link", index),
         Owner::Order(index) => topic("Order", index),
+        Owner::Match(index, _) => topic("Match", index),
     };
     owners.iter().map(name).collect()
 }

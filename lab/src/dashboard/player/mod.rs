@@ -421,7 +421,10 @@ impl Playhead {
     fn new(replay: Replay, playing: Option<Instant>) -> Self {
         Self {
             observer: replay.observer(),
-            lineage: replay.recording().lineage(),
+            lineage: replay
+                .recording()
+                .lineage()
+                .along(replay.system().latency_path()),
             at: replay.begins(),
             replay,
             held: None,

@@ -86,11 +86,19 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
 
 /// The parts of the age, the largest first, each with its glyph in the bar.
 fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
-    let mut parts: Vec<_> = mean.iter().filter(|(_, took)| ms(*took) > 0).collect();
-    parts.sort_by_key(|(_, took)| Reverse(*took));
-    let words = parts.iter().map(|(kind, took)| {
+    // Rounded as running sums: their sum is the rounded age.
+    let (mut sum, mut shown) = (Duration::ZERO, 0);
+    let rounded = mean.iter().map(|(kind, took)| {
+        sum += *took;
+        let part = ms(sum) - shown;
+        shown = ms(sum);
+        (*kind, part)
+    });
+    let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
+    parts.sort_by_key(|(_, part)| Reverse(*part));
+    let words = parts.iter().map(|(kind, part)| {
         let glyph = glyph(*kind, theme);
-        format!("{glyph} {} {}", kind.word(), ms(*took))
+        format!("{glyph} {} {part}", kind.word())
     });
     words.collect::<Vec<_>>().join(" + ")
 }
@@ -102,6 +110,7 @@ fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
         PartKind::Worked => theme.glyph("█", "#"),
         PartKind::Travelled => theme.glyph("▄", "-"),
         PartKind::Held => theme.glyph("▓", "="),
+        PartKind::Elsewhere => theme.glyph("?", "?"),
     }
 }
 
@@ -141,7 +150,7 @@ mod tests {
     }
 
     fn push() -> PushData {
-        let parts = [12, 0, 20, 63].map(Duration::from_millis);
+        let parts = [0, 12, 0, 20, 63].map(Duration::from_millis);
         PushData {
             sentence: PushSentence(vec![
                 "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"

@@ -171,6 +171,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
     AgeData {
         mean: ms(mean),
         greatest: ms(greatest),
+        stretch: (Time::ZERO, Time::ZERO + ms(1_000)),
         limits: AgeLimits {
             grows: Some(ms(60)),
             falls: Some(ms(90)),
@@ -184,6 +185,7 @@ pub fn node(name: &str, hz: f64, ticks: u64, lit: bool) -> NodeData {
         name: name.into(),
         caption: None,
         hz: Hz::new(hz).expect("a valid rate"),
+        triggered: false,
         ticks,
         overruns: 0,
         lit,

@@ -22,7 +22,8 @@ fn node(node: &NodeTopology) -> String {
         hz,
         triggers,
         executor,
-        // Recordings of before have none.
+        // Recordings of before have neither.
+        matching: _,
         executor_index: _,
         meters,
     } = node;

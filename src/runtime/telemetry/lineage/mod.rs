@@ -3,6 +3,7 @@
 //! A running graph stores none of this: it follows from the output of taps, or from a
 //! recording. A graph without taps pays nothing for it.
 
+mod meeting;
 mod occupancy;
 mod parts;
 mod push;
@@ -15,6 +16,7 @@ pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, Stage};
 pub use push::{Chain, PushInForce};
 
+use self::meeting::Meeting;
 use super::Topology;
 use crate::runtime::{
     depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
@@ -30,6 +32,9 @@ pub struct Lineage {
     topology: Topology,
     topics: Vec<TopicRecord>,
     nodes: Vec<NodeRecord>,
+    /// The topics on the way of the data to the node that acts, the sensor first; empty if the
+    /// times of the sensing tell it.
+    path: Vec<usize>,
     /// Number of messages and ticks kept per topic and node.
     kept: usize,
 }
@@ -50,6 +55,8 @@ struct NodeRecord {
     ticks: VecDeque<Worked>,
     /// Number of these ticks with known reads.
     settled: usize,
+    /// What it has taken, if several topics trigger it.
+    meeting: Option<Meeting>,
 }
 
 /// A published message.
@@ -112,6 +119,7 @@ impl Lineage {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
+            path: Vec::new(),
             kept: usize::MAX,
         }
     }
@@ -121,6 +129,19 @@ impl Lineage {
     #[must_use]
     pub fn keeping(self, kept: usize) -> Self {
         Self { kept, ..self }
+    }
+
+    /// Returns the same lineage with the names of the topics on the way of the data to the
+    /// node that acts, the sensor first. Where readings meet, it tells which of them counts.
+    #[must_use]
+    pub fn along(self, path: &[impl AsRef<str>]) -> Self {
+        let topics = &self.topology.topics;
+        let place = |name: &str| topics.iter().position(|topic| topic.name == name);
+        let path: Option<Vec<usize>> = path.iter().map(|name| place(name.as_ref())).collect();
+        Self {
+            path: path.unwrap_or_default(),
+            ..self
+        }
     }
 
     /// The graph.

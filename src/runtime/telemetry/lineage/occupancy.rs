@@ -21,7 +21,7 @@ pub struct Occupied {
 
 impl Lineage {
     /// The other nodes on the threads of a node's executor.
-    fn companions(&self, node: usize) -> impl Iterator<Item = usize> {
+    pub(super) fn companions(&self, node: usize) -> impl Iterator<Item = usize> {
         let nodes = &self.topology.nodes;
         let executor = nodes[node].executor_index;
         let others = (0..nodes.len()).filter(move |other| *other != node);

@@ -8,12 +8,24 @@ use crate::runtime::{telemetry::Topology, time::Time};
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
 
+/// The time before the first known tick, in words.
+const BEFORE: &str = "before the first tick";
+
 /// A stage of an age. Nodes and topics are indices into the topology.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
+    /// Before the first known tick: the error of a clock, or an unrecorded part of the chain.
+    Before,
     /// From the arrival of a message to the next tick of the node that reads it.
     Wait {
         /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// From the arrival of a message to that of the message that completes its set.
+    Match {
+        /// The topic of the other message.
         topic: usize,
         /// The reader.
         node: usize,
@@ -130,7 +142,7 @@ impl AgeParts {
         let costs = self.parts.iter();
         let costs = costs.filter(|part| matches!(part.stage, Stage::Cost { .. }));
         let alone = costs.count() == 1;
-        let before = Some((self.before_ns, "before the first tick".to_owned()));
+        let before = Some((self.before_ns, BEFORE.to_owned()));
         let parts = self.parts.iter().map(|part| {
             let name = part.stage.words(topology, alone);
             (nanos(part.took), name)
@@ -161,7 +173,9 @@ impl Stage {
         let node_name = |node: usize| &topology.nodes[node].name;
         let topic_name = |topic: usize| &topology.topics[topic].name;
         match self {
+            Self::Before => BEFORE.to_owned(),
             Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
+            Self::Match { topic, .. } => format!("waiting for {} to match", topic_name(topic)),
             Self::Executor { node } => {
                 format!("waiting for the executor of the {}", node_name(node))
             }
@@ -183,7 +197,7 @@ fn thinks(topology: &Topology, node: usize) -> bool {
 }
 
 /// The duration in nanoseconds; longer than any run on overflow.
-pub(super) fn nanos(duration: Duration) -> i64 {
+fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
@@ -199,20 +213,41 @@ impl Lineage {
         let sent = self.topics.get(topic)?.message(seq)?;
         let (node, index) = self.made_by(topic, seq)?;
         let began = self.nodes[node].ticks[index].tick.at;
-        let mut parts = match self.derived_from(node, index, sent.sensed) {
-            Some((input, read)) if sent.derived => {
+        let mut parts = match self.behind((topic, seq), node, index) {
+            Some((input, read)) => {
                 let mut parts = self.chain(input, read, hops.checked_sub(1)?)?;
                 self.add_reading(&mut parts, (input, read), node, index);
                 parts
             }
             _ => AgeParts {
                 parts: Vec::new(),
-                before_ns: signed(began) - signed(sent.sensed),
+                before_ns: match self.path.first() == Some(&topic) {
+                    true => 0, // Its data begin with the tick.
+                    false => signed(began) - signed(sent.sensed),
+                },
             },
         };
         parts.add(Stage::Cost { node }, began, sent.released);
         parts.add(Stage::Link { topic }, sent.released, sent.arrives?);
         Some(parts)
+    }
+
+    /// The message that the data of another one, made by this tick, came with; `None` if they
+    /// begin with the tick.
+    pub(super) fn behind(
+        &self,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) -> Option<(usize, u64)> {
+        if let Some(place) = self.path.iter().position(|on_it| *on_it == topic) {
+            let before = *self.path.get(place.checked_sub(1)?)?;
+            let read = self.nodes[node].ticks[index].read(before)?;
+            return Some((before, read));
+        }
+        let sent = self.topics[topic].message(seq)?;
+        self.derived_from(node, index, sent.sensed)
+            .filter(|_| sent.derived)
     }
 
     /// The tick that made message number `seq` of a topic, as a node and the index of a
@@ -277,6 +312,20 @@ impl Lineage {
         let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
         let at = |index: usize| ticks[index].tick.at;
         let first_read = self.first_read((topic, seq), node, index);
+        if self.meets(node, topic) {
+            let begins = at(first_read).max(arrives);
+            let due = self.completed(node, first_read).clamp(arrives, begins);
+            if let Some(other) = self.waited_for(node, first_read, topic) {
+                parts.add(Stage::Match { topic: other, node }, arrives, due);
+            }
+            let waits = match self.topology.nodes[node].executor {
+                Some(_) => Stage::Executor { node },
+                None => Stage::Wait { topic, node },
+            };
+            parts.add(waits, due, begins);
+            parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
+            return;
+        }
         let first = ticks.partition_point(|worked| worked.tick.at < arrives);
         let could = (first..first_read).find(|&index| self.is_seen(topic, sent, node, at(index)));
         let could = could.unwrap_or(first_read);
@@ -311,6 +360,6 @@ impl Lineage {
     }
 }
 
-fn signed(time: Time) -> i64 {
+pub(super) fn signed(time: Time) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{
     Lineage, Worked,
-    parts::{AgeParts, MOST_HOPS, Stage},
+    parts::{AgeParts, MOST_HOPS, Stage, signed},
 };
 use crate::runtime::time::Time;
 
@@ -42,6 +42,8 @@ impl PushInForce {
     /// Adds the integrals of its parts from `begin` to `end` (ns²) to `sums`.
     fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
         let stretch = end.since(begin).as_nanos() as f64;
+        let before = self.parts.before_ns as f64;
+        sums.add(Stage::Before, before * stretch);
         for part in &self.parts.parts {
             sums.add(part.stage, part.took.as_nanos() as f64 * stretch);
         }
@@ -87,13 +89,17 @@ impl Lineage {
     /// The push applied by the tick with this index, for the first time or again.
     pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
-        let &(topic, seq) = ticks[index].reads.first()?;
+        let (topic, seq) = self.applied_by(node, index)?;
         let first = self.first_read((topic, seq), node, index);
         let mut parts = self.parts_at_arrival(topic, seq)?;
         self.add_reading(&mut parts, (topic, seq), node, first);
         let Worked { tick, .. } = &ticks[first];
         let since = tick.ends?;
         parts.add(Stage::Cost { node }, tick.at, since);
+        if let Some(push) = ticks[index].tick.push {
+            // What is recorded of the chain may begin later.
+            parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
+        }
         let newer = self.topics[topic].after(Some(seq), Time::MAX).take(64);
         Some(PushInForce {
             topic,
@@ -103,6 +109,16 @@ impl Lineage {
             outdated: newer.filter_map(|sent| sent.arrives).min(),
             parts,
         })
+    }
+
+    /// The message that a tick of an acting node applied.
+    pub(super) fn applied_by(&self, node: usize, index: usize) -> Option<(usize, u64)> {
+        let worked = &self.nodes[node].ticks[index];
+        let last = self.path.last();
+        let on_path = last.and_then(|topic| Some((*topic, worked.read(*topic)?)));
+        let sensed = worked.tick.push.map(|push| push.sensed);
+        let known = || self.derived_from(node, index, sensed?);
+        on_path.or_else(known).or(worked.reads.first().copied())
     }
 
     /// Run time of a node's first known push; zero if there is none.
@@ -166,12 +182,9 @@ impl Lineage {
         let mut next = Some((push.topic, push.seq));
         while let Some((topic, seq)) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
             chain.messages.push((topic, seq));
-            let sent = self.topics[topic].message(seq).filter(|sent| sent.derived);
             let made = self.made_by(topic, seq);
             chain.ticks.extend(made);
-            next = made
-                .zip(sent)
-                .and_then(|((node, index), sent)| self.derived_from(node, index, sent.sensed));
+            next = made.and_then(|(node, index)| self.behind((topic, seq), node, index));
         }
         chain
     }

@@ -59,12 +59,19 @@ impl TopicRecord {
 impl Lineage {
     /// The reads of the tick with this index of a node, as pairs of a topic and a
     /// sequence number.
-    pub(super) fn reads_of(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
+    pub(super) fn reads_of(&mut self, node: usize, index: usize) -> Vec<(usize, u64)> {
+        let met = match self.topology.nodes[node].triggers.len() {
+            0 | 1 => Vec::new(),
+            _ => self.met(node, index),
+        };
         let record = &self.nodes[node];
         let at = record.ticks[index].tick.at;
         let before = index.checked_sub(1).map(|before| &record.ticks[before]);
         let inputs = record.inputs.iter();
         let read = |&topic: &usize| {
+            if let Some(set) = met.iter().find(|(of, _)| *of == topic) {
+                return Some(*set);
+            }
             let last = before.and_then(|tick| tick.read(topic));
             let read = self.to_read(topic, node, at, last)?;
             Some((topic, read))
@@ -75,31 +82,49 @@ impl Lineage {
     /// The sequence number read by a tick at `at` after a tick that read `last`.
     fn to_read(&self, topic: usize, node: usize, at: Time, last: Option<u64>) -> Option<u64> {
         let record = &self.topics[topic];
-        let mut news = record
-            .after(last, at)
-            .filter(|sent| self.is_seen(topic, sent, node, at));
         let order = match self.topology.nodes[node].triggers[..] {
             [only] if only == topic => ReadOrder::Oldest,
             _ => record.order(at),
         };
         let next = match order {
-            ReadOrder::Newest => news.next_back().map(|sent| sent.seq),
-            ReadOrder::Oldest => {
-                let mut queue: Vec<&Sent> = Vec::new();
-                for sent in news.rev() {
-                    // A delivery after that of a newer message is overtaken.
-                    if queue
-                        .last()
-                        .is_none_or(|newer| sent.arrives <= newer.arrives)
-                    {
-                        queue.push(sent);
-                    }
-                }
-                queue.reverse();
-                record.oldest_kept(&queue, at).map(|sent| sent.seq)
-            }
+            ReadOrder::Newest => self.news(topic, node, at, last).next_back(),
+            ReadOrder::Oldest => self.oldest(topic, node, at, last),
         };
-        next.or(last)
+        next.map(|sent| sent.seq).or(last)
+    }
+
+    /// The messages after `last` that a tick of `node` at run time `at` finds delivered.
+    fn news(
+        &self,
+        topic: usize,
+        node: usize,
+        at: Time,
+        last: Option<u64>,
+    ) -> impl DoubleEndedIterator<Item = &Sent> {
+        let after = self.topics[topic].after(last, at);
+        after.filter(move |sent| self.is_seen(topic, sent, node, at))
+    }
+
+    /// The oldest of them that the queue of the topic still keeps.
+    pub(super) fn oldest(
+        &self,
+        topic: usize,
+        node: usize,
+        at: Time,
+        last: Option<u64>,
+    ) -> Option<&Sent> {
+        let mut queue: Vec<&Sent> = Vec::new();
+        for sent in self.news(topic, node, at, last).rev() {
+            // A delivery after that of a newer message is overtaken.
+            if queue
+                .last()
+                .is_none_or(|newer| sent.arrives <= newer.arrives)
+            {
+                queue.push(sent);
+            }
+        }
+        queue.reverse();
+        self.topics[topic].oldest_kept(&queue, at)
     }
 
     /// Whether a tick of `node` at run time `at` finds `sent` delivered.

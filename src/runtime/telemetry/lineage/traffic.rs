@@ -29,9 +29,9 @@ impl Lineage {
     pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
         let mut pushes: Vec<PushInForce> = Vec::new();
         for index in 0..self.nodes[node].ticks.len() {
-            let read = self.nodes[node].ticks[index].reads.first();
+            let read = self.applied_by(node, index);
             let again = pushes.last().map(|push| (push.topic, push.seq));
-            if read.copied() != again {
+            if read != again {
                 pushes.extend(self.push_of(node, index));
             }
         }

@@ -1,0 +1,86 @@
+//! The age in the header and its parts, in graphs with triggers and executors.
+
+use ratelab::{
+    experiment::Config,
+    graph_file::GraphFile,
+    runtime::{Speed, Time},
+    system::System,
+};
+
+use super::*;
+
+/// The age of the header (ms), and the sum of its parts as they are printed.
+fn header(text: &str) -> Option<(u64, u64)> {
+    let known: Arc<dyn System> = Arc::new(CartPole::default());
+    let system = GraphFile::parse(text).expect("a graph").system(&[known]);
+    let system = Arc::new(system.expect("a graph"));
+    let config = Config {
+        end: Time::from_secs_f64(7.3).expect("a time"),
+        speed: Speed::Unlimited,
+        setup: system.settings(),
+        ..Config::default()
+    };
+    let mut app = App::new(&config, Setup::new(system, false)).expect("session");
+    while !app.ended() {
+        app.sample().expect("no fault");
+        std::thread::yield_now();
+    }
+    app.sample().expect("no fault");
+    let screen = screen(&app, &PLAIN, 160, 50);
+    let line = screen.lines().find(|line| line.contains(" held "))?;
+    let digits = |text: &str| -> u64 {
+        let digits: String = text.chars().filter(char::is_ascii_digit).collect();
+        digits.parse().unwrap_or_default()
+    };
+    let (age, parts) = line.split_once(" ms ")?;
+    Some((digits(age), parts.split(" + ").map(digits).sum()))
+}
+
+/// Two images that match, and a planner with a rate of its own; the times are no whole
+/// milliseconds.
+const PAIR: &str = r#"
+name = "pair"
+[node.left]
+rate = 13
+takes = "3..9"
+publishes = ["/left"]
+[node.right]
+rate = 31
+takes = "5..30"
+publishes = ["/right"]
+[node.stereo]
+trigger = ["/left", "/right"]
+match = "MATCH"
+takes = "2..7"
+publishes = ["/pose"]
+[node.planner]
+rate = 17
+takes = 3.3
+reads = ["/pose"]
+publishes = ["/path"]
+[executor.one]
+kind = "KIND"
+nodes = ["stereo", "planner"]
+[chain.see]
+path = ["left", "/left", "stereo", "/pose", "planner", "/path"]
+[chain.other]
+path = ["right", "/right", "stereo", "/pose", "planner", "/path"]
+"#;
+
+#[test]
+fn the_parts_in_the_header_add_up_to_the_age() {
+    for matching in ["each", "approximate:10"] {
+        for kind in ["single", "multi:2", "events", "fixed-priority:1"] {
+            let text = PAIR.replace("MATCH", matching).replace("KIND", kind);
+            let (age, sum) = header(&text).expect("an age");
+            assert_eq!(sum, age, "{matching} {kind}");
+            assert!(age > 0);
+        }
+    }
+    for file in ["autoware", "robot"] {
+        let path = format!("{}/../graphs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).expect("a file");
+        let (age, sum) = header(&text).expect("an age");
+        assert_eq!(sum, age, "{file}");
+    }
+}
