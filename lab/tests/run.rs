@@ -7,7 +7,7 @@ use std::{fs, path::Path, process::Command};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use support::{path, ratelab, text};
+use support::{complaint, path, ratelab, text};
 
 fn metrics(args: &[&str]) -> Value {
     let output = ratelab(&[&["run", "--clock", "virtual", "--json"], args].concat());
@@ -525,4 +525,41 @@ fn what_links_did_is_in_the_summary_and_in_the_metrics() {
         !plain.contains("links") && !plain.contains("stale"),
         "{plain}"
     );
+}
+
+#[test]
+fn the_real_clock_takes_a_core_away_by_priority_where_the_system_grants_it() {
+    let folder = TempDir::new().expect("folder");
+    let (graph, recorded) = (path(&folder, "graph.toml"), path(&folder, "run.rrd"));
+    let text_of_graph = "\
+        name = \"core\"\n[node.fast]\nrate = 100\ntakes = 2\npriority = 0\n\
+        [node.slow]\nrate = 10\ntakes = 30\npriority = 1\npublishes = [\"/slow\"]\n\
+        [executor.core]\nkind = \"fixed-priority:1\"\nnodes = [\"fast\", \"slow\"]\n";
+    fs::write(&graph, text_of_graph).expect("written");
+    let run = [
+        "run",
+        &graph,
+        "--clock",
+        "real",
+        "--duration-s",
+        "1",
+        "--json",
+    ];
+    assert!(complaint(&ratelab(&run), 2).contains("needs real-time priority"));
+    let output = ratelab(&[&run[..], &["--realtime", "--record", &recorded]].concat());
+    if !output.status.success() {
+        println!("skipped: {}", text(&output.stderr));
+        return;
+    }
+    let metrics: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let slow = metrics["nodes"].as_array().expect("nodes");
+    let slow = slow
+        .iter()
+        .find(|node| node["name"] == "slow")
+        .expect("slow");
+    // Three ticks of the fast node come within 30 ms.
+    let cost = slow["cost_p50_ms"].as_f64().expect("a cost");
+    assert!(cost > 34.0, "{cost} ms: it was never set aside");
+    let verified = ratelab(&["verify", &recorded]);
+    assert!(verified.status.success(), "{}", text(&verified.stderr));
 }

@@ -148,6 +148,16 @@ impl Experiment {
         })
     }
 
+    /// Checks that the caller's real clock can run the graph, if the run begins under it.
+    ///
+    /// # Errors
+    /// [`BuildError`] if an executor needs more than the clock has.
+    pub fn check_clock(&mut self, real: &dyn Clock) -> Result<(), BuildError> {
+        self.graph.cores = real.cores();
+        let refusal = self.graph.refusal_of(self.config.clock);
+        refusal.map_or(Ok(()), |why| Err(BuildError::Setting(why)))
+    }
+
     /// The inputs of the run, with messages in recordable form; see [`System::resolve`].
     pub fn config(&self) -> &Config {
         &self.config

@@ -94,6 +94,8 @@ pub struct Graph {
     arrivals: Arc<Arrivals>,
     /// The triggered nodes and those of executors, if there are any.
     pub(crate) dispatcher: Option<Box<Dispatcher>>,
+    /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
+    pub(crate) cores: Option<usize>,
 }
 
 /// The part of a graph that commands change and observers read: everything except the
@@ -174,6 +176,7 @@ impl Graph {
             },
             arrivals: Arc::default(),
             dispatcher: None,
+            cores: Some(usize::MAX),
         }
     }
 

@@ -81,6 +81,7 @@ mod placement;
 mod push;
 mod rate;
 mod read_order;
+mod realtime;
 mod reexecution;
 mod release;
 mod rows;

@@ -395,20 +395,22 @@ impl ScheduledNode {
         }
     }
 
-    /// Number of due times in wait.
-    pub(crate) fn queued_timers(&self) -> usize {
-        self.backlog.len()
+    /// The due times in wait.
+    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = Time> {
+        self.backlog.iter().copied()
     }
 
-    /// Takes the running tick off its core.
-    pub(crate) fn suspend(&mut self) {
-        self.resume(Time::MAX);
+    /// Takes the running tick off its core; it needs `remaining` more.
+    pub(crate) fn suspend(&mut self, remaining: Duration) {
+        if let Some(running) = self.timing().running.as_mut() {
+            (running.ends, running.suspended) = (Time::MAX, Some(remaining));
+        }
     }
 
     /// Puts the running tick on a core again, where it is over at `ends`.
     pub(crate) fn resume(&mut self, ends: Time) {
         if let Some(running) = self.timing().running.as_mut() {
-            running.ends = ends;
+            (running.ends, running.suspended) = (ends, None);
         }
     }
 
@@ -515,6 +517,7 @@ impl ScheduledNode {
             busy: self.timing.as_ref().is_some_and(|t| t.takes.busy),
             flow: outcome?,
             noted: false,
+            suspended: None,
         };
         self.entry.counters.busy.store(true, Ordering::Relaxed);
         let ends = running.ends;

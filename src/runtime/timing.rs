@@ -36,8 +36,17 @@ pub(crate) struct Running {
     pub(crate) busy: bool,
     /// Whether the run ends after the tick.
     pub(crate) flow: ControlFlow<()>,
+    /// Time on a core that it needs, while it has none.
+    pub(crate) suspended: Option<Duration>,
     /// Whether the tick is already recorded, because the run ended before it was over.
     pub(crate) noted: bool,
+}
+
+impl Running {
+    /// Time on a core that the tick needs from `now` on.
+    pub(crate) fn remaining(&self, now: Time) -> Duration {
+        self.suspended.unwrap_or_else(|| self.ends.since(now))
+    }
 }
 
 impl Default for TickTiming {

@@ -581,17 +581,26 @@ fn invalid_triggers_and_executors_are_refused_with_a_remedy() {
 }
 
 #[test]
-fn the_real_clock_refuses_executors_by_name() {
-    let mut bench = Bench::default();
-    bench.timer("A", 10.0, 0.0, &["/x"]);
-    bench.executor("multi:2", &["A"], &[]);
-    let inbox = &mut Inbox::default();
-    let run = RealClock::default().run(&mut bench.graph, inbox, Time::from_nanos(1));
-    assert_eq!(
-        run.expect_err("a refusal").to_string(),
-        "node \"A\" failed at 0.000 s: the real clock has no executor multi:2: choose the \
-         virtual clock"
-    );
+fn the_real_clock_refuses_what_it_cannot_run_by_name() {
+    for (executor, why) in [
+        (
+            "edf:1",
+            "the real clock has no executor edf:1: choose the virtual clock",
+        ),
+        (
+            "fixed-priority:1",
+            "under the real clock fixed-priority:1 needs real-time priority (--realtime): choose \
+             the virtual clock",
+        ),
+    ] {
+        let mut bench = Bench::default();
+        bench.timer("A", 10.0, 0.0, &["/x"]);
+        bench.executor(executor, &["A"], &[]);
+        let inbox = &mut Inbox::default();
+        let run = RealClock::default().run(&mut bench.graph, inbox, Time::from_nanos(1));
+        let refusal = run.expect_err("a refusal").to_string();
+        assert_eq!(refusal, format!("node \"A\" failed at 0.000 s: {why}"));
+    }
 }
 
 const GOLDEN: &str = include_str!("../golden/executors.txt");

@@ -28,18 +28,19 @@ const DEFAULTS: Defaults = Defaults {
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     let like = options::like(program, &args.graph)?;
     let config = options::config(program, args, &DEFAULTS, like.as_ref())?;
-    let experiment = Experiment::new(program.system.clone(), &config)?;
+    let mut experiment = Experiment::new(program.system.clone(), &config)?;
+    let realtime = options::realtime(&args.graph);
+    let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
+    experiment.check_clock(&real)?;
     let commands = experiment.commands();
     // After the end of the run the first signal has no effect, so that its results are
     // still written.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     let recorder = record(destination(args), &experiment)?;
-    let realtime = options::realtime(&args.graph);
     let mut csv = outputs.take_csv();
     let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
     let rows = rows.map(|file| csv::StepWriter::start(Ok(file), &experiment));
-    let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {
         recorder.end(StopReason::of(&outcome));

@@ -85,8 +85,9 @@ impl Prepared {
     /// # Errors
     /// [`LabError`] if the setup fails, or the file of rows cannot be opened.
     pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
-        let experiment = Experiment::new(setup.system.clone(), config)?;
+        let mut experiment = Experiment::new(setup.system.clone(), config)?;
         let real = RealClock::new(setup.realtime.clone());
+        experiment.check_clock(&real)?;
         Self::of(experiment, Box::new(real), setup)
     }
 

@@ -14,14 +14,13 @@ mod obey;
 mod pacer;
 mod players;
 mod real;
-mod realtime;
 mod rerun;
 mod steps;
 mod virtual_time;
 mod wall;
 
+pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
 pub use real::RealClock;
-pub use realtime::{RealtimeError, RealtimePriority, lower_priority};
 pub use rerun::Rerun;
 pub use virtual_time::VirtualClock;
 
@@ -33,6 +32,12 @@ use super::{
 pub trait Clock {
     /// Kind of this clock.
     fn kind(&self) -> ClockKind;
+
+    /// Number of cores on which it can have threads take turns by priority; `None` if the
+    /// system has not granted real-time priority.
+    fn cores(&self) -> Option<usize> {
+        None
+    }
 
     /// Runs `graph` from its current run time up to and including `until`, and carries
     /// out the commands in `inbox`.
@@ -78,6 +83,7 @@ pub fn run(
     real: &mut dyn Clock,
 ) -> Result<ClockExit, Fault> {
     let mut kind = first;
+    graph.cores = real.cores();
     loop {
         let exit = match kind {
             ClockKind::Real => real.run(graph, inbox, until),

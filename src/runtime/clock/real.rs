@@ -9,7 +9,10 @@ mod mailbox;
 mod supervisor;
 mod worker;
 
-use std::io;
+use std::{
+    collections::{BTreeSet, HashMap},
+    io,
+};
 
 use crossbeam_channel::Sender;
 
@@ -22,13 +25,14 @@ use self::{
     supervisor::Supervisor,
     worker::Worker,
 };
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest, realtime::RealtimePriority};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
 use crate::runtime::{
     command::ClockKind,
-    executor::Dispatcher,
+    executor::{Dispatcher, Executor},
     graph::Graph,
     inbox::{Inbox, Wait},
     node::Fault,
+    realtime::{CoreShare, RealtimePriority, spare_cores},
     reexecution::{Entry, Noter},
     scheduled_node::ScheduledNode,
     sync::{Arc, lock, spawn_named, thread},
@@ -77,12 +81,17 @@ impl Clock for RealClock {
         ClockKind::Real
     }
 
+    fn cores(&self) -> Option<usize> {
+        self.realtime.as_ref().map(|_| spare_cores().len())
+    }
+
     fn run(
         &mut self,
         graph: &mut Graph,
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<ClockExit, Fault> {
+        graph.cores = self.cores();
         if let Some((node, why)) = graph.needs_virtual_time() {
             return Err(node.fault(graph.now(), why.into()));
         }
@@ -120,7 +129,7 @@ fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
 const SUPERVISOR: usize = 0;
 
 /// What all threads have in common until the next pause or end.
-struct Stretch {
+struct ThreadContext {
     until: Time,
     state: Arc<RunState>,
     realtime: Option<RealtimePriority>,
@@ -146,7 +155,7 @@ impl RealClock {
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
         let log = state.threads.begin(graph.nodes.len());
-        let stretch = Stretch {
+        let context = ThreadContext {
             until,
             state,
             realtime: self.realtime.clone(),
@@ -154,7 +163,7 @@ impl RealClock {
         };
         let now = graph.now();
         let dispatcher = graph.dispatcher.as_deref();
-        let threads = stretch.threads(dispatcher, &mut graph.nodes, &mailboxes, now);
+        let threads = context.threads(dispatcher, &mut graph.nodes, &mailboxes, now);
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
@@ -169,13 +178,13 @@ impl RealClock {
         let end = thread::scope(|scope| {
             for worker in workers {
                 let node = worker.node();
-                let spawned = spawn_named(scope, &node.1, || worker.run(&stretch));
-                stretch.check(spawned, node, now);
+                let spawned = spawn_named(scope, &node.1, || worker.run(&context));
+                context.check(spawned, node, now);
             }
             for (crew, node) in crews.iter().filter_map(|crew| Some((crew, crew.first()?))) {
                 for _ in 0..crew.threads {
-                    let spawned = spawn_named(scope, &node.1, || crew.run(&stretch));
-                    stretch.check(spawned, node.clone(), now);
+                    let spawned = spawn_named(scope, &node.1, || crew.run(&context));
+                    context.check(spawned, node.clone(), now);
                 }
             }
             let end = supervisor.supervise();
@@ -200,7 +209,8 @@ impl RealClock {
 fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
     let nodes = graph.nodes.iter();
     let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
-    for (_, members) in graph.dispatcher.iter().flat_map(|d| d.executors()) {
+    let executors = graph.dispatcher.iter().flat_map(|known| known.executors());
+    for (_, members) in executors.filter(|(executor, _)| !executor.is_preemptive()) {
         let common = Arc::<Mailbox>::default();
         for (node, _) in members {
             mailboxes[*node] = common.clone();
@@ -209,7 +219,33 @@ fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
     mailboxes
 }
 
-impl Stretch {
+/// The cores of each node whose executor takes it off them for others, by its index.
+fn shares(
+    dispatcher: Option<&Dispatcher>,
+    nodes: &[Option<&mut ScheduledNode>],
+) -> HashMap<usize, CoreShare> {
+    let (mut spare, mut shares) = (spare_cores(), HashMap::new());
+    for (executor, members) in dispatcher.into_iter().flat_map(Dispatcher::executors) {
+        let Executor::FixedPriority { cores } = executor else {
+            continue;
+        };
+        let cores = spare.split_off(spare.len().saturating_sub(cores));
+        let members = members.iter().filter_map(|(index, _)| {
+            let node = nodes[*index].as_ref()?;
+            Some((*index, node.entry.priority))
+        });
+        let members: Vec<_> = members.collect();
+        let priorities: BTreeSet<u32> = members.iter().map(|(_, priority)| *priority).collect();
+        shares.extend(members.into_iter().map(|(index, priority)| {
+            let rank = priorities.range(..priority).count();
+            let cores = cores.clone();
+            (index, CoreShare { rank, cores })
+        }));
+    }
+    shares
+}
+
+impl ThreadContext {
     /// Gives the nodes of this process their threads.
     fn threads<'g>(
         &self,
@@ -226,7 +262,9 @@ impl Stretch {
             let log = self.state.threads.stream(SUPERVISOR + 1 + index);
             LoggedNode::new(index, node, log)
         };
+        let mut shares = shares(dispatcher, &here);
         let executors = dispatcher.into_iter().flat_map(Dispatcher::executors);
+        let executors = executors.filter(|(executor, _)| !executor.is_preemptive());
         let crews = executors.filter_map(|(executor, callbacks)| {
             let members = callbacks.iter().filter_map(|(index, callback)| {
                 let node = here[*index].take()?;
@@ -239,7 +277,11 @@ impl Stretch {
         let crews = crews.collect();
         let own = here.into_iter().zip(mailboxes).enumerate();
         let own = own.filter_map(|(index, (node, mailbox))| {
-            Some(Worker::new(logged(index, node?), mailbox))
+            Some(Worker::new(
+                logged(index, node?),
+                mailbox,
+                shares.remove(&index),
+            ))
         });
         Threads {
             workers: own.collect(),

@@ -282,8 +282,14 @@ impl Clock for Rerun {
         ClockKind::Real
     }
 
+    /// It needs none: the order is recorded.
+    fn cores(&self) -> Option<usize> {
+        Some(usize::MAX)
+    }
+
     /// As recorded; the live commands in `inbox` are not read.
     fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
+        graph.cores = self.cores();
         graph.set_clock(ClockKind::Real);
         // There is no wall to keep up with: taps lose nothing.
         graph.control.backpressure.set(true);

@@ -7,7 +7,7 @@ use super::{
     events::EventOrder,
     kind::Executor,
     preemptive::{Preemptive, Urgency},
-    queue::{AtInstant, Call, CallbackQueue, Stage},
+    queue::{AtInstant, Call, CallbackQueue, Nodes},
     windows::WindowOrder,
 };
 use crate::runtime::{
@@ -114,13 +114,8 @@ impl Dispatcher {
         known.queue = queue;
         for member in 0..known.members.len() {
             let node = self.executors[executor].members[member].0;
-            let ends = nodes[node].running().map(|running| running.ends);
-            let timers = nodes[node].queued_timers();
             self.with(node, now, nodes, |queue, member, stage| {
-                queue.take_over(member, timers, ends.is_some());
-                if let Some(ends) = ends {
-                    stage.plan_end(node, ends);
-                }
+                queue.take_over(member, stage);
             });
             self.add_waiting(node, now, nodes);
         }

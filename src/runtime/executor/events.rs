@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use super::{
     callback::Callback,
-    queue::{Call, CallbackQueue, Stage},
+    queue::{Call, CallbackQueue, Nodes},
 };
 use crate::runtime::time::Time;
 
@@ -51,7 +51,7 @@ impl EventOrder {
     }
 }
 
-impl<S: Stage> CallbackQueue<S> for EventOrder {
+impl<S: Nodes> CallbackQueue<S> for EventOrder {
     fn due(&mut self, member: usize, stage: &mut S) -> Option<Time> {
         let (room, next) = stage.queue_timer(self.nodes[member]);
         if room {
@@ -88,11 +88,13 @@ impl<S: Stage> CallbackQueue<S> for EventOrder {
         self.runs = None;
     }
 
-    fn take_over(&mut self, member: usize, timers: usize, runs: bool) {
-        let timers = (0..timers).map(|_| Queued::Timer { member });
+    fn take_over(&mut self, member: usize, stage: &mut S) {
+        let node = self.nodes[member];
+        let timers = (0..stage.queued_timers(node)).map(|_| Queued::Timer { member });
         self.queue.extend(timers);
-        if runs {
+        if let Some(ends) = stage.ends(node) {
             self.runs = Some(member);
+            stage.plan_end(node, ends);
         }
     }
 

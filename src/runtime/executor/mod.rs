@@ -15,5 +15,5 @@ pub use callback::Callback;
 pub(crate) use dispatcher::Dispatcher;
 pub(crate) use events::EventOrder;
 pub use kind::Executor;
-pub(crate) use queue::{Call, CallbackQueue, Stage};
+pub(crate) use queue::{Call, CallbackQueue, Nodes};
 pub(crate) use windows::WindowOrder;

@@ -135,7 +135,7 @@ impl Preemptive {
                 stage.agenda.remove(end);
                 job.remaining = job.remaining.saturating_sub(stage.now.since(since));
                 job.on_core = None;
-                stage.nodes[task.node].suspend();
+                stage.nodes[task.node].suspend(job.remaining);
             }
         }
     }
@@ -208,8 +208,23 @@ impl CallbackQueue<AtInstant<'_>> for Preemptive {
         self.refresh(member, stage);
     }
 
-    /// The real clock has no preemptive executors.
-    fn take_over(&mut self, _: usize, _: usize, _: bool) {}
+    /// Deadlines do not matter: under the real clock there is no `edf`.
+    fn take_over(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+        let task = &mut self.tasks[member];
+        let node = &stage.nodes[task.node];
+        let queued = node.queued_timers();
+        task.released.extend(queued.map(|due| (due, Time::MAX)));
+        task.job = node.running().map(|running| Job {
+            key: JobKey {
+                urgency: node.entry.priority.into(),
+                released: running.began,
+                member,
+            },
+            remaining: running.remaining(stage.now),
+            on_core: None,
+        });
+        self.refresh(member, stage);
+    }
 
     fn forget(&mut self, member: usize) {
         let task = &mut self.tasks[member];

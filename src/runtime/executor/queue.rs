@@ -19,7 +19,7 @@ impl AtInstant<'_> {
 }
 
 /// What a queue of callbacks asks of the nodes, in any kind of time.
-pub(crate) trait Stage {
+pub(crate) trait Nodes {
     /// Whether a message of a topic that triggers a node waits for it.
     fn waits(&mut self, node: usize, input: usize) -> bool;
 
@@ -31,9 +31,15 @@ pub(crate) trait Stage {
 
     /// Plans the end of a node's tick.
     fn plan_end(&mut self, node: usize, at: Time);
+
+    /// Number of a node's due times in wait.
+    fn queued_timers(&self, node: usize) -> usize;
+
+    /// The end of a node's tick, if it is in one.
+    fn ends(&self, node: usize) -> Option<Time>;
 }
 
-impl Stage for AtInstant<'_> {
+impl Nodes for AtInstant<'_> {
     fn waits(&mut self, node: usize, input: usize) -> bool {
         self.nodes[node].oldest_of(input, self.now).is_some()
     }
@@ -49,6 +55,14 @@ impl Stage for AtInstant<'_> {
 
     fn plan_end(&mut self, node: usize, at: Time) {
         self.add_end(node, at);
+    }
+
+    fn queued_timers(&self, node: usize) -> usize {
+        self.nodes[node].queued_timers().len()
+    }
+
+    fn ends(&self, node: usize) -> Option<Time> {
+        self.nodes[node].running().map(|running| running.ends)
     }
 }
 
@@ -91,9 +105,8 @@ pub(crate) trait CallbackQueue<S>: Send {
     /// A callback was called and is over.
     fn ended(&mut self, member: usize, stage: &mut S);
 
-    /// Takes a node over as it is after a change of the clock: with `timers` due times in wait,
-    /// and perhaps a tick that `runs`.
-    fn take_over(&mut self, member: usize, timers: usize, runs: bool);
+    /// Takes a node over as it is after a change of the clock, but for its messages.
+    fn take_over(&mut self, member: usize, stage: &mut S);
 
     /// Forgets what is due or runs of a node that crashed.
     fn forget(&mut self, member: usize);

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use super::{
     callback::Callback,
     groups::Groups,
-    queue::{Call, CallbackQueue, Stage},
+    queue::{Call, CallbackQueue, Nodes},
 };
 use crate::runtime::time::Time;
 
@@ -94,7 +94,7 @@ impl WindowOrder {
     }
 }
 
-impl<S: Stage> CallbackQueue<S> for WindowOrder {
+impl<S: Nodes> CallbackQueue<S> for WindowOrder {
     fn due(&mut self, member: usize, _: &mut S) -> Option<Time> {
         self.ready.insert(Ready::Timer { member });
         None
@@ -136,9 +136,11 @@ impl<S: Stage> CallbackQueue<S> for WindowOrder {
         self.release(member);
     }
 
-    fn take_over(&mut self, member: usize, _: usize, runs: bool) {
-        if runs {
+    fn take_over(&mut self, member: usize, stage: &mut S) {
+        let node = self.nodes[member];
+        if let Some(ends) = stage.ends(node) {
             self.occupy(member);
+            stage.plan_end(node, ends);
         }
     }
 
@@ -171,7 +173,7 @@ impl WindowOrder {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, stage: &mut impl Stage) {
+    fn taken(&mut self, member: usize, stage: &mut impl Nodes) {
         let node = self.nodes[member];
         for input in 0..stage.inputs(node) {
             if !stage.waits(node, input) {

@@ -11,8 +11,10 @@ use crate::runtime::{
 
 impl Graph {
     /// Has an executor run these nodes, which were added before, in the order of their
-    /// registration. Each executor has threads of its own. The real clock has
-    /// logical execution time only.
+    /// registration. Each executor has threads of its own, under the real clock as well: there
+    /// `fixed-priority` needs
+    /// [`RealtimePriority`](crate::runtime::clock::RealtimePriority) and cores to spare, and
+    /// `edf` is refused.
     ///
     /// ```
     /// use ratelab::runtime::{
@@ -102,14 +104,29 @@ impl Graph {
 
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
-        self.nodes.iter().find_map(|node| {
-            let executor = node
-                .entry
-                .executor
-                .filter(|executor| executor.is_preemptive())?;
-            let why =
-                format!("the real clock has no executor {executor}: choose the virtual clock");
-            Some((node, why))
+        let mut spare = self.cores.unwrap_or(0);
+        let mut executors = self.dispatcher.iter().flat_map(|known| known.executors());
+        executors.find_map(|(executor, members)| {
+            let why = match executor {
+                Executor::Edf { .. } => format!("the real clock has no executor {executor}"),
+                Executor::FixedPriority { .. } if self.cores.is_none() => {
+                    format!("under the real clock {executor} needs real-time priority (--realtime)")
+                }
+                Executor::FixedPriority { cores } if cores > spare => format!(
+                    "under the real clock {executor} needs {cores} cores beside the one for all \
+                     other threads, and {spare} are left"
+                ),
+                Executor::FixedPriority { cores } => {
+                    spare -= cores;
+                    return None;
+                }
+                _ => return None,
+            };
+            let (node, _) = members.first()?;
+            Some((
+                &self.nodes[*node],
+                format!("{why}: choose the virtual clock"),
+            ))
         })
     }
 }

@@ -122,6 +122,10 @@ impl Clock for BranchClock {
         ClockKind::Real
     }
 
+    fn cores(&self) -> Option<usize> {
+        self.rerun.as_ref().map_or(self.real.cores(), Rerun::cores)
+    }
+
     fn run(
         &mut self,
         graph: &mut Graph,

@@ -8,7 +8,7 @@ use std::{
 use crate::runtime::{
     clock::wall::Wall,
     command::Command,
-    executor::{Call, Callback, CallbackQueue, EventOrder, Executor, Stage, WindowOrder},
+    executor::{Call, Callback, CallbackQueue, EventOrder, Executor, Nodes, WindowOrder},
     rate::Rate,
     scheduled_node::{MOST_WAITING, ScheduledNode},
     time::Time,
@@ -21,7 +21,7 @@ pub(super) struct Board {
     timers: Vec<Timer>,
     /// Number of topics that trigger each node.
     inputs: Vec<usize>,
-    arrivals: BinaryHeap<Reverse<Planned>>,
+    arrivals: BinaryHeap<Reverse<PlannedArrival>>,
     /// Number of arrivals so far.
     arrived: u64,
     /// Whether a thread has each node.
@@ -37,7 +37,7 @@ pub(super) struct Board {
 type CrewQueue = dyn for<'a> CallbackQueue<Look<'a>>;
 
 /// The arrival of a message: time, number among all, node and its input.
-type Planned = (Time, u64, usize, usize);
+type PlannedArrival = (Time, u64, usize, usize);
 
 /// The next due time of a node's timer.
 struct Timer {
@@ -53,7 +53,7 @@ impl Timer {
         Self {
             due: node.due(),
             rate: node.rate.clone(),
-            waiting: node.queued_timers(),
+            waiting: node.queued_timers().len(),
         }
     }
 }
@@ -83,9 +83,10 @@ pub(super) struct Look<'a> {
     taken: &'a [bool],
     timers: &'a mut [Timer],
     inputs: &'a [usize],
+    unfinished: &'a [(usize, Time)],
 }
 
-impl Stage for Look<'_> {
+impl Nodes for Look<'_> {
     /// A node that a thread has may still get to its messages.
     fn waits(&mut self, node: usize, input: usize) -> bool {
         self.taken[node] || (self.waits)(node, input)
@@ -106,6 +107,16 @@ impl Stage for Look<'_> {
 
     /// The thread that has the node waits for the end of its tick.
     fn plan_end(&mut self, _: usize, _: Time) {}
+
+    fn queued_timers(&self, node: usize) -> usize {
+        self.timers[node].waiting
+    }
+
+    fn ends(&self, node: usize) -> Option<Time> {
+        let unfinished = self.unfinished.iter().find(|tick| tick.0 == node);
+        // When it ends is for the thread that takes it over.
+        unfinished.map(|tick| tick.1)
+    }
 }
 
 impl Board {
@@ -139,9 +150,8 @@ impl Board {
             board.timers.push(Timer::of(node));
             board.inputs.push(node.inputs());
             let running = node.running().map(|running| (member, running.began));
-            let queued = node.queued_timers();
-            board.queue.take_over(member, queued, running.is_some());
             board.unfinished.extend(running);
+            board.with(&|_, _| false, |queue, look| queue.take_over(member, look));
             board.add_waiting(member, node, now);
         }
         Some(board)
@@ -245,6 +255,7 @@ impl Board {
             taken: &self.taken,
             timers: &mut self.timers,
             inputs: &self.inputs,
+            unfinished: &self.unfinished,
         };
         call(&mut *self.queue, &mut look)
     }

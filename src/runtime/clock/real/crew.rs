@@ -5,16 +5,17 @@
 //! the locks that they share, this is all that a run needs to be executed again.
 
 use super::{
-    Stretch,
+    ThreadContext,
     board::{Board, NodeState},
     ends::Report,
     logged::LoggedNode,
     mailbox::{Mailbox, Wakeup},
 };
 use crate::runtime::{
-    clock::{realtime, steps::Outcome, wall::Wall},
+    clock::{steps::Outcome, wall::Wall},
     command::Command,
     executor::{Call, Callback, Executor},
+    realtime,
     reexecution::Noter,
     sync::{Arc, Mutex, MutexGuard, lock},
     time::Time,
@@ -25,12 +26,12 @@ use crate::runtime::{
 pub(super) struct Crew<'g> {
     pub(super) threads: usize,
     mailbox: Arc<Mailbox>,
-    members: Vec<Member<'g>>,
+    members: Vec<CrewNode<'g>>,
     board: Mutex<Board>,
 }
 
 /// A node of an executor. Its lock is free unless a thread has taken the node on the board.
-struct Member<'g> {
+struct CrewNode<'g> {
     index: usize,
     name: Arc<str>,
     logged: Mutex<LoggedNode<'g>>,
@@ -40,7 +41,7 @@ struct Member<'g> {
 type Tick = (usize, Time);
 
 /// What a thread does next.
-enum Step {
+enum CrewStep {
     /// Call a callback, at this run time.
     Call(Call, Time),
     /// End the node's tick.
@@ -69,7 +70,7 @@ impl<'g> Crew<'g> {
             Executor::Multi { threads } => threads,
             _ => 1,
         };
-        let members = members.into_iter().map(|(logged, _)| Member {
+        let members = members.into_iter().map(|(logged, _)| CrewNode {
             index: logged.index,
             name: logged.name(),
             logged: Mutex::new(logged),
@@ -91,14 +92,14 @@ impl<'g> Crew<'g> {
     }
 
     /// One of its threads.
-    pub(super) fn run(&self, stretch: &Stretch) {
-        realtime::prepare_thread(stretch.realtime.as_ref());
+    pub(super) fn run(&self, context: &ThreadContext) {
+        realtime::prepare_thread(context.realtime.as_ref());
         let _noter = Noter::new();
         if let Some(wall) = self.start()
-            && let Some(report) = self.work(stretch, &wall)
+            && let Some(report) = self.work(context, &wall)
         {
             // The supervisor holds the receiver until all threads have ended.
-            let _ = stretch.reporter.send(report);
+            let _ = context.reporter.send(report);
         }
     }
 
@@ -127,33 +128,33 @@ impl<'g> Crew<'g> {
     }
 
     /// Ticks until there is something to report, or a stop is requested.
-    fn work(&self, stretch: &Stretch, wall: &Wall) -> Option<Report> {
+    fn work(&self, context: &ThreadContext, wall: &Wall) -> Option<Report> {
         let (mut tick, mut waited) = (None, false);
         loop {
             let seen = self.mailbox.posts();
-            let step = self.next(stretch, wall, &mut tick, waited);
-            waited = matches!(step, Step::Wait(..));
+            let step = self.next(context, wall, &mut tick, waited);
+            waited = matches!(step, CrewStep::Wait(..));
             let (member, outcome) = match step {
-                Step::Stop => return None,
-                Step::Finished => return Some(Report::Finished),
-                Step::Wait(until, busy) => {
+                CrewStep::Stop => return None,
+                CrewStep::Finished => return Some(Report::Finished),
+                CrewStep::Wait(until, busy) => {
                     match busy {
                         true => self.mailbox.spin_past_until(seen, wall, until),
                         false => self.mailbox.wait_past_until(seen, wall, until),
                     }
                     continue;
                 }
-                Step::Call(call, began) => {
+                CrewStep::Call(call, began) => {
                     if self.threads > 1 {
                         // Another thread looks for the next.
                         self.mailbox.ring();
                     }
-                    let outcome = self.call(stretch, wall, call, began, &mut tick);
+                    let outcome = self.call(context, wall, call, began, &mut tick);
                     (call.node(), outcome)
                 }
-                Step::Finish(member) => {
+                CrewStep::Finish(member) => {
                     tick = None;
-                    (member, self.finish(stretch, wall, member))
+                    (member, self.finish(context, wall, member))
                 }
             };
             if let Some(outcome) = outcome {
@@ -164,15 +165,21 @@ impl<'g> Crew<'g> {
 
     /// What to do next, with the `tick` that the thread has begun. After the end of the run, a
     /// thread that had `waited` for it looks once more.
-    fn next(&self, stretch: &Stretch, wall: &Wall, tick: &mut Option<Tick>, waited: bool) -> Step {
+    fn next(
+        &self,
+        context: &ThreadContext,
+        wall: &Wall,
+        tick: &mut Option<Tick>,
+        waited: bool,
+    ) -> CrewStep {
         let mut board = lock(&self.board);
         self.take_in(&mut board);
-        let (now, until) = (wall.now(), stretch.until);
+        let (now, until) = (wall.now(), context.until);
         let waits = self.waits(now);
         board.pass(now.min(until), &waits);
-        self.obey(stretch, &mut board, now);
+        self.obey(context, &mut board, now);
         if board.stopped {
-            return Step::Stop;
+            return CrewStep::Stop;
         }
         if tick.is_none() {
             *tick = board.unfinished.pop();
@@ -183,19 +190,19 @@ impl<'g> Crew<'g> {
                 None => *tick = None,
                 Some((ends, _)) if ends <= now.min(until) => {
                     board.taken[member] = true;
-                    return Step::Finish(member);
+                    return CrewStep::Finish(member);
                 }
-                Some(_) if now >= until => return Step::Finished,
-                Some((ends, busy)) => return Step::Wait(ends.min(until), busy),
+                Some(_) if now >= until => return CrewStep::Finished,
+                Some((ends, busy)) => return CrewStep::Wait(ends.min(until), busy),
             }
         }
         if now > until && !waited {
-            return Step::Finished;
+            return CrewStep::Finished;
         }
         match board.pick(&waits) {
-            Some(call) => Step::Call(call, now),
-            None if now >= until => Step::Finished,
-            None => Step::Wait(board.next_at().min(until), false),
+            Some(call) => CrewStep::Call(call, now),
+            None if now >= until => CrewStep::Finished,
+            None => CrewStep::Wait(board.next_at().min(until), false),
         }
     }
 
@@ -212,7 +219,7 @@ impl<'g> Crew<'g> {
                     }
                 }
                 Wakeup::Command(command) => {
-                    let is_of = |known: &Member<'_>| command.node() == Some(&*known.name);
+                    let is_of = |known: &CrewNode<'_>| command.node() == Some(&*known.name);
                     if let Some(member) = self.members.iter().position(is_of) {
                         board.commands.push_back((member, command));
                     }
@@ -222,14 +229,14 @@ impl<'g> Crew<'g> {
     }
 
     /// Carries out the commands for nodes that no thread has.
-    fn obey(&self, stretch: &Stretch, board: &mut Board, at: Time) {
+    fn obey(&self, context: &ThreadContext, board: &mut Board, at: Time) {
         for (member, command) in std::mem::take(&mut board.commands) {
             if board.taken[member] {
                 board.commands.push_back((member, command));
                 continue;
             }
             let mut logged = lock(&self.members[member].logged);
-            logged.obey(stretch, &command, at);
+            logged.obey(context, &command, at);
             if let Command::Set(knob) = &command
                 && let Some(crashes) = knob.crashes()
             {
@@ -257,7 +264,7 @@ impl<'g> Crew<'g> {
     /// Calls a callback, which may begin a `tick` that takes time.
     fn call(
         &self,
-        stretch: &Stretch,
+        context: &ThreadContext,
         wall: &Wall,
         call: Call,
         began: Time,
@@ -268,17 +275,17 @@ impl<'g> Crew<'g> {
         if let Call::Message { input, .. } = call {
             logged.choose_input(input, began);
         }
-        let outcome = logged.tick(stretch, wall, began, |ended| ended);
+        let outcome = logged.tick(context, wall, began, |ended| ended);
         *tick = logged.node.running().map(|running| (member, running.began));
         self.put_back(member, logged, wall);
         outcome.flatten()
     }
 
     /// Ends a tick that takes time.
-    fn finish(&self, stretch: &Stretch, wall: &Wall, member: usize) -> Outcome {
+    fn finish(&self, context: &ThreadContext, wall: &Wall, member: usize) -> Outcome {
         let ended = wall.now();
         let mut logged = lock(&self.members[member].logged);
-        let outcome = logged.finish(stretch, ended, ended);
+        let outcome = logged.finish(context, ended, ended);
         self.put_back(member, logged, wall);
         outcome
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::Stretch;
+use super::ThreadContext;
 use crate::runtime::{
     clock::{
         steps::{self, Outcome, TickEnd},
@@ -32,8 +32,8 @@ impl<'g> LoggedNode<'g> {
     }
 
     /// Has the node carry out a command.
-    pub(super) fn obey(&mut self, stretch: &Stretch, command: &Command, at: Time) {
-        let event = steps::obey_node(self.node, &stretch.state, command, at) as u64;
+    pub(super) fn obey(&mut self, context: &ThreadContext, command: &Command, at: Time) {
+        let event = steps::obey_node(self.node, &context.state, command, at) as u64;
         self.log.note(Entry::Obey { at, event });
     }
 
@@ -48,12 +48,12 @@ impl<'g> LoggedNode<'g> {
     /// ended at that run time.
     pub(super) fn tick(
         &mut self,
-        stretch: &Stretch,
+        context: &ThreadContext,
         wall: &Wall,
         began: Time,
         passed: impl FnOnce(Time) -> Time,
     ) -> Option<Outcome> {
-        let Some(due) = steps::take_due(self.node, &stretch.state, began) else {
+        let Some(due) = steps::take_due(self.node, &context.state, began) else {
             self.log.note(Entry::Look { at: began });
             return None;
         };
@@ -74,8 +74,8 @@ impl<'g> LoggedNode<'g> {
     }
 
     /// Ends a tick that takes time. Ticks due before `passed` are missed.
-    pub(super) fn finish(&mut self, stretch: &Stretch, ended: Time, passed: Time) -> Outcome {
-        let outcome = steps::finish(self.node, &stretch.state, ended, passed);
+    pub(super) fn finish(&mut self, context: &ThreadContext, ended: Time, passed: Time) -> Outcome {
+        let outcome = steps::finish(self.node, &context.state, ended, passed);
         self.log.note(Entry::Finish { ended, passed });
         outcome
     }

@@ -28,12 +28,12 @@ pub(super) enum Wakeup {
 /// the number of posts to change.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
-    queue: Mutex<Queue>,
+    queue: Mutex<Wakeups>,
     wake: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct Queue {
+struct Wakeups {
     wakeups: VecDeque<Wakeup>,
     /// Number of posts and rings so far.
     posts: u64,
@@ -111,7 +111,21 @@ impl Mailbox {
         self.spin_for_until(wall, time, |queue| queue.wakeups.pop_front())
     }
 
-    fn wait_for<R>(&self, mut look: impl FnMut(&mut Queue) -> Option<R>) -> R {
+    /// The same; `None` already when `over`.
+    pub(super) fn spin_until_or(
+        &self,
+        wall: &Wall,
+        time: Time,
+        over: impl Fn() -> bool,
+    ) -> Option<Wakeup> {
+        let woken = self.spin_for_until(wall, time, |queue| {
+            let wakeup = queue.wakeups.pop_front();
+            (wakeup.is_some() || over()).then_some(wakeup)
+        });
+        woken.flatten()
+    }
+
+    fn wait_for<R>(&self, mut look: impl FnMut(&mut Wakeups) -> Option<R>) -> R {
         let mut queue = lock(&self.queue);
         loop {
             if let Some(found) = look(&mut queue) {
@@ -128,7 +142,7 @@ impl Mailbox {
         &self,
         wall: &Wall,
         time: Time,
-        mut look: impl FnMut(&mut Queue) -> Option<R>,
+        mut look: impl FnMut(&mut Wakeups) -> Option<R>,
     ) -> Option<R> {
         let deadline = wall.instant_of(time);
         let mut queue = lock(&self.queue);
@@ -148,7 +162,7 @@ impl Mailbox {
         &self,
         wall: &Wall,
         time: Time,
-        mut look: impl FnMut(&mut Queue) -> Option<R>,
+        mut look: impl FnMut(&mut Wakeups) -> Option<R>,
     ) -> Option<R> {
         let deadline = wall.instant_of(time);
         loop {
@@ -183,7 +197,7 @@ impl Mailbox {
     }
 }
 
-type QueueGuard<'q> = crate::runtime::sync::MutexGuard<'q, Queue>;
+type QueueGuard<'q> = crate::runtime::sync::MutexGuard<'q, Wakeups>;
 
 /// Keeps a core busy for about a microsecond.
 #[cfg(not(feature = "model"))]

@@ -18,18 +18,34 @@ pub struct RealtimeError {
     why: String,
 }
 
+/// The cores that a thread shares with those of other priorities.
+#[derive(Clone, Debug)]
+pub(crate) struct CoreShare {
+    /// Place of its priority among those of the executor, the highest first.
+    pub(crate) rank: usize,
+    /// Numbers of the cores.
+    pub(crate) cores: Vec<usize>,
+}
+
 #[cfg(target_os = "linux")]
 mod system {
-    use nix::sys::{
-        mman::{MlockAllFlags, mlockall},
-        prctl,
+    use std::time::Duration;
+
+    use nix::{
+        sched::{CpuSet, sched_getaffinity, sched_setaffinity},
+        sys::{
+            mman::{MlockAllFlags, mlockall},
+            prctl,
+        },
+        time::{ClockId, clock_gettime},
+        unistd::Pid,
     };
     use thread_priority::{
         NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority,
         ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
     };
 
-    use super::{RealtimeError, RealtimePriority};
+    use super::{CoreShare, RealtimeError, RealtimePriority};
 
     /// Middle of the range of SCHED_FIFO: above every ordinary thread, below the kernel's
     /// own interrupt threads.
@@ -43,7 +59,8 @@ mod system {
         /// [`RealtimeError`] with the refused request. The run can still go on without
         /// it.
         pub fn request() -> Result<Self, RealtimeError> {
-            let probe = std::thread::spawn(|| raise_priority().map_err(|e| format!("{e:?}")));
+            let probe =
+                std::thread::spawn(|| raise_priority(PRIORITY).map_err(|e| format!("{e:?}")));
             let raised = probe.join().unwrap_or_else(|_| Err("no thread".to_owned()));
             raised.map_err(|why| RealtimeError {
                 what: "SCHED_FIFO",
@@ -66,8 +83,37 @@ mod system {
         let _ = prctl::set_timerslack(1);
         if realtime.is_some() {
             // `request` has tested this permission already.
-            let _ = raise_priority();
+            let _ = raise_priority(PRIORITY);
         }
+    }
+
+    /// The cores for executors with priorities: all but the first, which is for the rest.
+    pub(crate) fn spare_cores() -> Vec<usize> {
+        let allowed = sched_getaffinity(Pid::from_raw(0)).unwrap_or_default();
+        let all = 0..CpuSet::count();
+        let allowed = all.filter(|core| allowed.is_set(*core).unwrap_or_default());
+        allowed.skip(1).collect()
+    }
+
+    /// Gives the calling thread its share of cores: below the threads of other nodes, so that
+    /// what comes from outside is on time.
+    pub(crate) fn share_cores(share: &CoreShare) {
+        let below = u8::try_from(share.rank)
+            .unwrap_or(u8::MAX)
+            .saturating_add(1);
+        // `request` has tested this permission already.
+        let _ = raise_priority(PRIORITY.saturating_sub(below).max(1));
+        let mut cores = CpuSet::new();
+        for core in &share.cores {
+            let _ = cores.set(*core);
+        }
+        let _ = sched_setaffinity(Pid::from_raw(0), &cores);
+    }
+
+    /// The time that the calling thread has had on a core.
+    pub(crate) fn core_time() -> Duration {
+        let time = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID);
+        time.map(Duration::from).unwrap_or_default()
     }
 
     /// Lowers the priority of the calling thread and of the threads it starts: they run
@@ -79,10 +125,10 @@ mod system {
         let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
     }
 
-    fn raise_priority() -> Result<(), thread_priority::Error> {
+    fn raise_priority(priority: u8) -> Result<(), thread_priority::Error> {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
         let priority = ThreadPriority::Crossplatform(
-            PRIORITY
+            priority
                 .try_into()
                 .map_err(|_| thread_priority::Error::Priority("not within 0 to 99"))?,
         );
@@ -92,7 +138,9 @@ mod system {
 
 #[cfg(not(target_os = "linux"))]
 mod system {
-    use super::{RealtimeError, RealtimePriority};
+    use std::time::Duration;
+
+    use super::{CoreShare, RealtimeError, RealtimePriority};
 
     impl RealtimePriority {
         /// Requests real-time scheduling, which has no common interface on this system.
@@ -109,9 +157,20 @@ mod system {
 
     pub(crate) fn prepare_thread(_: Option<&RealtimePriority>) {}
 
+    pub(crate) fn spare_cores() -> Vec<usize> {
+        Vec::new()
+    }
+
+    pub(crate) fn share_cores(_: &CoreShare) {}
+
+    /// Nobody asks without real-time scheduling.
+    pub(crate) fn core_time() -> Duration {
+        Duration::ZERO
+    }
+
     /// Has no effect on this system.
     pub fn lower_priority() {}
 }
 
 pub use system::lower_priority;
-pub(crate) use system::prepare_thread;
+pub(crate) use system::{core_time, prepare_thread, share_cores, spare_cores};
