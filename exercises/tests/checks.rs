@@ -21,11 +21,13 @@ fn broken_lines(table: &Table) -> Vec<String> {
     wide.map(str::to_owned).collect()
 }
 
-/// The questions of an exercise, each with its findings, which all tests share. A blocked
-/// runtime would keep the test from ending, so this ends the whole process.
-fn findings(number: u32) -> &'static [(&'static dyn Exercise, Findings)] {
-    static MEASURED: [OnceLock<Vec<(&dyn Exercise, Findings)>>; ALL.len()] =
-        [const { OnceLock::new() }; ALL.len()];
+/// The questions of an exercise, each with its findings.
+type Measured = Vec<(&'static dyn Exercise, Findings)>;
+
+/// Measures an exercise once for all tests. A blocked runtime would keep the test from
+/// ending, so this ends the whole process.
+fn findings(number: u32) -> &'static Measured {
+    static MEASURED: [OnceLock<Measured>; ALL.len()] = [const { OnceLock::new() }; ALL.len()];
     let first = exercises::find(number).expect("an exercise");
     MEASURED[number as usize - 1].get_or_init(|| {
         let measured = parts(first).map(|exercise| {
