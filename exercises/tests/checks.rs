@@ -22,12 +22,12 @@ fn broken_lines(table: &Table) -> Vec<String> {
 }
 
 /// The questions of an exercise, each with its findings.
-type Measured = Vec<(&'static dyn Exercise, Findings)>;
+type SharedFindings = Vec<(&'static dyn Exercise, Findings)>;
 
 /// Measures an exercise once for all tests. A blocked runtime would keep the test from
 /// ending, so this ends the whole process.
-fn findings(number: u32) -> &'static Measured {
-    static MEASURED: [OnceLock<Measured>; ALL.len()] = [const { OnceLock::new() }; ALL.len()];
+fn findings(number: u32) -> &'static SharedFindings {
+    static MEASURED: [OnceLock<SharedFindings>; ALL.len()] = [const { OnceLock::new() }; ALL.len()];
     let first = exercises::find(number).expect("an exercise");
     MEASURED[number as usize - 1].get_or_init(|| {
         let measured = parts(first).map(|exercise| {
