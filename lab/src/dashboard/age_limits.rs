@@ -36,6 +36,11 @@ impl LimitsInForce {
         self.limits
     }
 
+    /// Whether limits are being computed.
+    pub fn are_coming(&self) -> bool {
+        self.coming.is_some()
+    }
+
     /// The limits as far as computed.
     pub fn known(&self) -> AgeLimits {
         self.limits

@@ -36,6 +36,8 @@ pub struct FrameData {
     pub latency: Option<LatencyData>,
     /// The recent push age, if the system has one.
     pub age: Option<AgeData>,
+    /// Whether the limits of that age are still being computed.
+    pub awaits_limits: bool,
     /// The parts of that age, if known.
     pub push: Option<PushData>,
     /// Whether the run equals the previous one so far, bit for bit; `None` without a

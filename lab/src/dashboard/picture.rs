@@ -96,13 +96,9 @@ fn drawn(model: &mut impl Model, size: Size, theme: &Theme) -> Result<String, La
 /// The screen, once the background computations for it are done.
 fn buffer(model: &mut impl Model, size: Size, theme: &Theme) -> Result<Buffer, LabError> {
     model.sample()?;
-    let limited = |model: &_| {
-        let screen = Model::screen(model);
-        let age = screen.and_then(|screen| screen.frame.age);
-        age.is_none_or(|age| age.limit().is_some())
-    };
+    let waits = |model: &_| Model::screen(model).is_some_and(|screen| screen.frame.awaits_limits);
     let mut waited = Duration::ZERO;
-    while !limited(model) && waited < PATIENCE {
+    while waits(model) && waited < PATIENCE {
         thread::sleep(LOOK);
         waited += LOOK;
         model.sample()?;

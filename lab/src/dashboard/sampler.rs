@@ -182,6 +182,7 @@ impl Sampler {
             settings: self.settings(session),
             verdict,
             age,
+            awaits_limits: self.limits.are_coming(),
             push,
             same: self.same(session),
             latency: figures.latency.as_ref().map(|latency| LatencyData {

@@ -418,7 +418,8 @@ fn with_map() -> App {
     press(&mut app, "m");
     while !screen(&app, &PLAIN, 120, 36).contains("3000 runs of 10 s") {
         app.sample().expect("no fault");
-        std::thread::sleep(Duration::from_millis(5));
+        // To draw takes a core as long as to run.
+        std::thread::sleep(Duration::from_millis(50));
     }
     app
 }

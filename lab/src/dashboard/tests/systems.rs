@@ -2,10 +2,14 @@
 
 use ratelab::{
     runtime::{END, Fields, GO_ON, Time},
-    system::{BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind},
+    system::{
+        BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
+        VerdictKind,
+    },
 };
 
 use super::{adders::Adders, *};
+use crate::dashboard::age_limits::LimitsInForce;
 
 /// Height (m) and thrust.
 #[derive(Clone, Copy, Debug)]
@@ -339,4 +343,17 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
     until(&|app| ticks(app) > now + 8, &mut app);
     assert_eq!(app.notice, None, "it was noticed before");
     app.finish().ended.expect("no fault");
+}
+
+#[test]
+fn limits_of_a_system_that_has_none_are_computed_once_and_not_awaited() {
+    let system: Arc<dyn System> = Arc::new(Drone);
+    let mut limits = LimitsInForce::default();
+    limits.follow(&system, RunSetup::default(), false);
+    assert!((0..100).any(|_| {
+        limits.follow(&system, RunSetup::default(), true);
+        !limits.are_coming()
+    }));
+    limits.follow(&system, RunSetup::default(), false);
+    assert!(!limits.are_coming());
 }

@@ -258,6 +258,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             period: Duration::from_millis(20),
         }),
         age: Some(age(25, 43)),
+        awaits_limits: false,
         push: None,
         same: None,
         state: state(0.04, -0.012, 0.18),
