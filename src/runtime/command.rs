@@ -106,10 +106,20 @@ impl fmt::Display for Command {
 /// Kind of clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockKind {
-    /// One thread per node against the wall clock.
+    /// Threads against the wall clock.
     Real,
     /// One thread, discrete-event time, bit-for-bit reproducible.
     Virtual,
+}
+
+impl ClockKind {
+    /// The other clock.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Real => Self::Virtual,
+            Self::Virtual => Self::Real,
+        }
+    }
 }
 
 impl fmt::Display for ClockKind {

@@ -7,12 +7,10 @@ mod ends;
 mod logged;
 mod mailbox;
 mod supervisor;
+mod threads;
 mod worker;
 
-use std::{
-    collections::{BTreeSet, HashMap},
-    io,
-};
+use std::io;
 
 use crossbeam_channel::Sender;
 
@@ -20,21 +18,18 @@ use self::{
     arrivals::{begin_arrivals, end_arrivals},
     crew::Crew,
     ends::{NodeEnd, Report},
-    logged::LoggedNode,
-    mailbox::{Mailbox, Wakeup},
+    mailbox::Wakeup,
     supervisor::Supervisor,
-    worker::Worker,
+    threads::{Threads, mailboxes},
 };
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
 use crate::runtime::{
     command::ClockKind,
-    executor::{Dispatcher, Executor},
     graph::Graph,
     inbox::{Inbox, Wait},
     node::Fault,
-    realtime::{CoreShare, RealtimePriority, spare_cores},
+    realtime::{RealtimePriority, spare_cores},
     reexecution::{Entry, Noter},
-    scheduled_node::ScheduledNode,
     sync::{Arc, lock, spawn_named, thread},
     telemetry::RunState,
     time::Time,
@@ -136,12 +131,6 @@ struct ThreadContext {
     reporter: Sender<Report>,
 }
 
-/// The nodes of this process, each with its thread or with others on those of an executor.
-struct Threads<'g> {
-    workers: Vec<Worker<'g>>,
-    crews: Vec<Crew<'g>>,
-}
-
 impl RealClock {
     /// Runs until the end or a pause; returns `None` for a pause.
     fn stretch(
@@ -163,7 +152,13 @@ impl RealClock {
         };
         let now = graph.now();
         let dispatcher = graph.dispatcher.as_deref();
-        let threads = context.threads(dispatcher, &mut graph.nodes, &mailboxes, now);
+        let threads = Threads::new(
+            &context.state,
+            dispatcher,
+            &mut graph.nodes,
+            &mailboxes,
+            now,
+        );
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
@@ -205,90 +200,7 @@ impl RealClock {
     }
 }
 
-/// The mailbox of each node's thread; the nodes of an executor have one in common.
-fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
-    let nodes = graph.nodes.iter();
-    let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
-    let executors = graph.dispatcher.iter().flat_map(|known| known.executors());
-    for (_, members) in executors.filter(|(executor, _)| !executor.is_preemptive()) {
-        let common = Arc::<Mailbox>::default();
-        for (node, _) in members {
-            mailboxes[*node] = common.clone();
-        }
-    }
-    mailboxes
-}
-
-/// The cores of each node whose executor takes it off them for others, by its index.
-fn shares(
-    dispatcher: Option<&Dispatcher>,
-    nodes: &[Option<&mut ScheduledNode>],
-) -> HashMap<usize, CoreShare> {
-    let (mut spare, mut shares) = (spare_cores(), HashMap::new());
-    for (executor, members) in dispatcher.into_iter().flat_map(Dispatcher::executors) {
-        let Executor::FixedPriority { cores } = executor else {
-            continue;
-        };
-        let cores = spare.split_off(spare.len().saturating_sub(cores));
-        let members = members.iter().filter_map(|(index, _)| {
-            let node = nodes[*index].as_ref()?;
-            Some((*index, node.entry.priority))
-        });
-        let members: Vec<_> = members.collect();
-        let priorities: BTreeSet<u32> = members.iter().map(|(_, priority)| *priority).collect();
-        shares.extend(members.into_iter().map(|(index, priority)| {
-            let rank = priorities.range(..priority).count();
-            let cores = cores.clone();
-            (index, CoreShare { rank, cores })
-        }));
-    }
-    shares
-}
-
 impl ThreadContext {
-    /// Gives the nodes of this process their threads.
-    fn threads<'g>(
-        &self,
-        dispatcher: Option<&Dispatcher>,
-        nodes: &'g mut [ScheduledNode],
-        mailboxes: &'g [Arc<Mailbox>],
-        now: Time,
-    ) -> Threads<'g> {
-        let here = nodes.iter_mut().map(Some);
-        let mut here: Vec<_> = here
-            .map(|node| node.filter(|node| !node.entry.remote))
-            .collect();
-        let logged = |index: usize, node| {
-            let log = self.state.threads.stream(SUPERVISOR + 1 + index);
-            LoggedNode::new(index, node, log)
-        };
-        let mut shares = shares(dispatcher, &here);
-        let executors = dispatcher.into_iter().flat_map(Dispatcher::executors);
-        let executors = executors.filter(|(executor, _)| !executor.is_preemptive());
-        let crews = executors.filter_map(|(executor, callbacks)| {
-            let members = callbacks.iter().filter_map(|(index, callback)| {
-                let node = here[*index].take()?;
-                Some((logged(*index, node), callback.clone()))
-            });
-            let members: Vec<_> = members.collect();
-            let mailbox = mailboxes[callbacks.first()?.0].clone();
-            Crew::new(executor, members, mailbox, now)
-        });
-        let crews = crews.collect();
-        let own = here.into_iter().zip(mailboxes).enumerate();
-        let own = own.filter_map(|(index, (node, mailbox))| {
-            Some(Worker::new(
-                logged(index, node?),
-                mailbox,
-                shares.remove(&index),
-            ))
-        });
-        Threads {
-            workers: own.collect(),
-            crews,
-        }
-    }
-
     /// Reports a thread that the system refused.
     fn check(&self, spawned: io::Result<()>, (index, name): (usize, Arc<str>), at: Time) {
         if let Err(error) = spawned {
@@ -297,13 +209,5 @@ impl ThreadContext {
             let refused = Report::NoThread(end, Fault { node, at, cause });
             let _ = self.reporter.send(refused);
         }
-    }
-}
-
-impl Threads<'_> {
-    /// Number of threads.
-    fn count(&self) -> usize {
-        let crews = self.crews.iter().map(|crew| crew.threads);
-        self.workers.len() + crews.sum::<usize>()
     }
 }

@@ -2,7 +2,10 @@
 
 use ratelab::{
     experiment::{Config, Experiment},
-    runtime::{Knob, KnobKind, Link, telemetry::Event},
+    runtime::{
+        Command, Knob, KnobKind, Link,
+        telemetry::{Event, EventKind},
+    },
     system::KnobText,
 };
 
@@ -236,6 +239,13 @@ impl App {
     pub(super) fn follow(&mut self, event: &Event) {
         if let Some(refusal) = self.knobs.follow(event) {
             self.notify(refusal);
+        }
+        if let EventKind::Refused {
+            command: Command::HandOver(_),
+            reason,
+        } = &event.what
+        {
+            self.stays_on_clock(reason.clone());
         }
     }
 }

@@ -41,13 +41,16 @@ impl App {
 
     pub(super) fn other_clock(&mut self) {
         if self.alive() {
-            let other = match self.clock() {
-                ClockKind::Real => ClockKind::Virtual,
-                ClockKind::Virtual => ClockKind::Real,
-            };
+            let other = self.clock().other();
             self.session.send(Command::HandOver(other));
             self.config.clock = other;
         }
+    }
+
+    /// The graph stays under its clock, whatever was wanted.
+    pub(super) fn stays_on_clock(&mut self, reason: String) {
+        self.config.clock = self.session.observer().status().clock;
+        self.notify(reason);
     }
 
     pub(super) fn change_speed(&mut self, direction: Direction) {

@@ -171,20 +171,7 @@ impl Facts<'_> {
     fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
         match owner {
             Owner::Rate(node) => self.blame_rate(node, explained),
-            Owner::Cost(node) => {
-                let (name, every) = (self.node(node), ms(explained.interval(node)));
-                let time = explained.time().as_secs_f64();
-                let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
-                let none = format!("takes {name} none");
-                let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
-                    true => self.mended_by(&none),
-                    false => format!("a faster one {}", self.mends()),
-                };
-                format!(
-                    "the age arose in the {name}: its ticks take {busy:.0} % of the time and \
-                     come every {every}. {cure}"
-                )
-            }
+            Owner::Cost(node) => self.blame_cost(node, explained),
             Owner::Late(node) => self.blame_lateness(node, explained),
             Owner::Match(topic, node) => {
                 let (name, other) = (self.node(node), self.topic(topic));
@@ -230,6 +217,21 @@ impl Facts<'_> {
                 )
             }
         }
+    }
+
+    fn blame_cost(&self, node: usize, explained: &Explained<'_>) -> String {
+        let (name, every) = (self.node(node), ms(explained.interval(node)));
+        let time = explained.time().as_secs_f64();
+        let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
+        let none = format!("takes {name} none");
+        let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
+            true => self.mended_by(&none),
+            false => format!("a faster one {}", self.mends()),
+        };
+        format!(
+            "the age arose in the {name}: its ticks take {busy:.0} % of the time and come every \
+             {every}. {cure}"
+        )
     }
 
     /// Whether a knob sets the duration of the ticks of `node`; without one they take the

@@ -3,24 +3,29 @@
 use ratelab::{
     experiment::Config,
     graph_file::GraphFile,
-    runtime::{Speed, Time},
+    runtime::{ClockKind, Speed, Time},
     system::System,
 };
 
 use super::*;
 
-/// The age of the header (ms), and the sum of its parts as they are printed.
-fn header(text: &str) -> Option<(u64, u64)> {
+/// A session with the graph in `text`.
+fn session(text: &str, speed: Speed) -> App {
     let known: Arc<dyn System> = Arc::new(CartPole::default());
     let system = GraphFile::parse(text).expect("a graph").system(&[known]);
     let system = Arc::new(system.expect("a graph"));
     let config = Config {
         end: Time::from_secs_f64(7.3).expect("a time"),
-        speed: Speed::Unlimited,
+        speed,
         setup: system.settings(),
         ..Config::default()
     };
-    let mut app = App::new(&config, Setup::new(system, false)).expect("session");
+    App::new(&config, Setup::new(system, false)).expect("session")
+}
+
+/// The age of the header (ms), and the sum of its parts as they are printed.
+fn header(text: &str) -> Option<(u64, u64)> {
+    let mut app = session(text, Speed::Unlimited);
     while !app.ended() {
         app.sample().expect("no fault");
         std::thread::yield_now();
@@ -83,4 +88,20 @@ fn the_parts_in_the_header_add_up_to_the_age() {
         let (age, sum) = header(&text).expect("an age");
         assert_eq!(sum, age, "{file}");
     }
+}
+
+#[test]
+fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
+    let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
+    let deadline = "[node.stereo]\ndeadline_ms = 20";
+    let mut app = session(&text.replace("[node.stereo]", deadline), Speed::default());
+    press(&mut app, "c");
+    while app.notice.is_none() {
+        app.sample().expect("no fault");
+        std::thread::yield_now();
+    }
+    let notice = app.notice.clone().unwrap_or_default();
+    assert!(notice.contains("no executor edf:1"), "{notice}");
+    assert_eq!(app.clock(), ClockKind::Virtual);
+    assert!(screen(&app, &PLAIN, 80, 24).contains("no executor edf:1"));
 }
