@@ -3,7 +3,10 @@
 use ratelab::runtime::{ClockKind, Command, Speed};
 
 use super::App;
-use crate::dashboard::presets::{self, Direction};
+use crate::dashboard::{
+    presets::{self, Direction},
+    sampler::RunSource,
+};
 
 impl App {
     pub(super) fn pause(&mut self) {

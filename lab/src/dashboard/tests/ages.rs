@@ -94,7 +94,10 @@ fn the_parts_in_the_header_add_up_to_the_age() {
 fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
     let deadline = "[node.stereo]\ndeadline_ms = 20";
-    let mut app = session(&text.replace("[node.stereo]", deadline), Speed::default());
+    let mut app = session(
+        &text.replace("[node.stereo]", deadline),
+        Speed::times(1.0).expect("a speed"),
+    );
     press(&mut app, "c");
     while app.notice.is_none() {
         app.sample().expect("no fault");
@@ -102,6 +105,6 @@ fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     }
     let notice = app.notice.clone().unwrap_or_default();
     assert!(notice.contains("no executor edf:1"), "{notice}");
-    assert_eq!(app.clock(), ClockKind::Virtual);
+    assert_eq!(app.config.clock, ClockKind::Virtual);
     assert!(screen(&app, &PLAIN, 80, 24).contains("no executor edf:1"));
 }
