@@ -125,6 +125,28 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
 }
 
 #[test]
+fn a_branch_at_the_end_of_a_run_goes_on_for_some_seconds() {
+    let folder = folder();
+    let file = path(&folder, "short.rrd");
+    let args = [
+        "run",
+        "--clock",
+        "virtual",
+        "--duration-s",
+        "1",
+        "--record",
+        &file,
+    ];
+    assert!(ratelab(&args).status.success());
+    let branch = ["branch", &file, "--at", "1", "--knob", "takes policy 250"];
+    let output = ratelab(&branch);
+    assert!(
+        text(&output.stdout).contains("branch    FELL"),
+        "{output:?}"
+    );
+}
+
+#[test]
 fn all_of_several_recordings_are_verified_even_after_a_failure() {
     let folder = folder();
     let good = record(&folder, "good.rrd", &["--break"]);

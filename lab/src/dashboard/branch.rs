@@ -27,7 +27,7 @@ pub struct LeftRun {
 pub type PreparedBranch = (Prepared, LeftRun);
 
 /// Prepares a session that leaves `recording` at run time `at` with the knobs in `text`,
-/// and goes on at `speed` until `end`.
+/// and goes on at `speed` until `end`, or for some seconds if it is left there.
 ///
 /// # Errors
 /// Why this is impossible.
@@ -41,7 +41,7 @@ pub fn prepare(
     let departure = Departure {
         at,
         knobs: knobs.map_err(|error| error.to_string())?,
-        end: Some(end),
+        end: Some(end).filter(|end| *end > at),
         speed,
     };
     let branch = branch(recording, &setup.system, &departure);

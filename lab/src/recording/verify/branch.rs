@@ -15,7 +15,7 @@ use ratelab::{
 use super::{VerifyError, again, events, order};
 use crate::recording::reader::Recording;
 
-/// Run time of a branch of an endless run.
+/// Run time of a branch that begins at the end of the run, or of an endless one.
 const BRANCH: Duration = Duration::from_secs(10);
 
 /// Where a recorded run is left, and what is changed there.
@@ -144,11 +144,11 @@ impl Clock for BranchClock {
     }
 }
 
-/// The configured end, if the run has one.
+/// The configured end, if the run has one and is left before it.
 fn end_of(recording: &Recording, at: Time) -> Time {
     match recording.origin.config.end {
-        Time::MAX => recording.until.max(at + BRANCH),
-        end => end,
+        end if end > at && end < Time::MAX => end,
+        _ => recording.until.max(at + BRANCH),
     }
 }
 
