@@ -53,7 +53,8 @@ impl KnotView {
 }
 
 /// The operation after the one at `here`, a knot and a number of operations, or before it;
-/// without one, the first after run time `at`, or the last before.
+/// without one, the first of the knot that goes on at run time `at` or comes after it, or the
+/// last of the knot begun there or before.
 pub fn neighbour(
     knots: &[Knot],
     here: Option<(usize, usize)>,
@@ -61,12 +62,13 @@ pub fn neighbour(
     later: bool,
 ) -> Option<(usize, usize)> {
     let last = |knot: usize| Some((knot, knots.get(knot)?.operations.len()));
+    let over = || knots.partition_point(|knot| knot.to <= at);
     let begun = || knots.partition_point(|knot| knot.from <= at);
     match (here, later) {
         (Some((knot, done)), true) if last(knot)?.1 > done => Some((knot, done + 1)),
         (Some((knot, done)), false) if done > 1 => Some((knot, done - 1)),
         (Some((knot, _)), true) => last(knot + 1).map(|(knot, _)| (knot, 1)),
-        (None, true) => last(begun()).map(|(knot, _)| (knot, 1)),
+        (None, true) => last(over()).map(|(knot, _)| (knot, 1)),
         (Some((knot, _)), false) => last(knot.checked_sub(1)?),
         (None, false) => last(begun().checked_sub(1)?),
     }
@@ -108,9 +110,12 @@ mod tests {
         assert_eq!(backwards, [(1, 3), (1, 2), (1, 1), (0, 2), (0, 1)]);
         for (at, later, found) in [
             (9, true, Some((0, 1))),
-            (10, true, Some((1, 1))),
-            (30, true, None),
+            (10, true, Some((0, 1))),
+            (14, true, Some((0, 1))),
+            (15, true, Some((1, 1))),
+            (35, true, None),
             (9, false, None),
+            (10, false, Some((0, 2))),
             (29, false, Some((0, 2))),
         ] {
             let at = Time::from_nanos(at);

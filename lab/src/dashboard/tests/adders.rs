@@ -1,11 +1,18 @@
 //! A system whose ticks overlap.
 
-use std::sync::{Arc, Mutex};
+use std::{
+    sync::{Arc, Mutex},
+    thread,
+    time::Duration,
+};
 
 use ratelab::{
     runtime::{GO_ON, Shared},
     system::{BuildError, Builder, System},
 };
+
+/// How long a node is between its two operations, so that those of the other come between.
+const BETWEEN: Duration = Duration::from_micros(300);
 
 /// Two nodes that add to a number, and publish it: two operations each, in which they cross.
 #[derive(Default)]
@@ -38,6 +45,7 @@ impl System for Adders {
                         *number += 1.0;
                         *number
                     };
+                    thread::sleep(BETWEEN);
                     sum.publish(added, now, None);
                     GO_ON
                 }

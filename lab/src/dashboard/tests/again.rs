@@ -129,18 +129,14 @@ fn ticks_that_overlap_are_stepped_through_operation_by_operation() {
         end: Time::from_nanos(100_000_000),
         ..Config::default()
     };
-    let (mut player, first) = loop {
-        let recording = recorded(setup.clone(), &config, 0.0, folder.path());
-        let mut player = played(&setup, recording);
-        key(&mut player, KeyCode::Home);
-        let first = loop {
-            let first = said(&mut player, 'o');
-            if first != "the run is still executed again" {
-                break first;
-            }
-        };
-        if first != "no ticks overlap in this run" {
-            break (player, first);
+    let recording = recorded(setup.clone(), &config, 0.0, folder.path());
+    let mut player = played(&setup, recording);
+    // The first ticks overlap, too.
+    key(&mut player, KeyCode::Home);
+    let first = loop {
+        let first = said(&mut player, 'o');
+        if first != "the run is still executed again" {
+            break first;
         }
     };
     assert!(
