@@ -1,7 +1,7 @@
 //! The JSON Schema of graph files, from their table of keys.
 
 use ratelab::{
-    graph_file::format::{FileSection, Form, Key, SECTIONS},
+    graph_file::format::{FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS},
     runtime::{Depth, Hz, KnobKind},
 };
 use serde_json::{Map, Value, json};
@@ -66,6 +66,9 @@ fn values(form: Form) -> Value {
         Form::Topics | Form::Nodes | Form::Path => texts,
         Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
+        Form::Milliseconds => {
+            json!({ "type": "number", "minimum": SHORTEST_MS, "maximum": LONGEST_MS })
+        }
         Form::Remap => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
     }
 }

@@ -152,11 +152,19 @@ fn what_is_no_model_of_a_machine_is_refused() {
     let whole = fs::read(&file).expect("a file");
     let torn = path(&folder, "torn.rrd");
     fs::write(&torn, &whole[..whole.len() * 9 / 10]).expect("written");
+    let graph = path(&folder, "graph.rrd");
+    let of_file = ["run", "../graphs/one-thread.toml", "--clock", "real"];
+    let short = ["--duration-s", "0.2", "--record", &graph];
+    assert!(ratelab(&[of_file, short].concat()).status.success());
     let fall = reference("fall-5hz.rrd");
     for (args, part) in [
         (&["--like", &fall][..], "on the virtual clock"),
         (&["--like", &torn], "good up to"),
         (&["--like", "nowhere.rrd"], "nowhere.rrd"),
+        (
+            &["--like", &graph],
+            "the graph file one-thread: give that file, too",
+        ),
         (
             &["--like", &file, "--clock", "real"],
             "leave --clock real out",

@@ -154,7 +154,7 @@ fn smoke_is_two_seconds_of_virtual_time() {
 
 #[test]
 fn bad_input_is_one_line_that_names_option_value_and_range() {
-    let cases: [(&[&str], &[&str]); 16] = [
+    let cases: [(&[&str], &[&str]); 17] = [
         (
             &["--control-hz", "-5"],
             &["--control-hz", "-5", "0.001 to 10000"],
@@ -174,6 +174,7 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
         ),
         (&["--queue-depth", "0"], &["--queue-depth", "1 to 1000000"]),
         (&["--duration-s", "-1"], &["--duration-s", "-1", "0.001 to"]),
+        (&["--duration", "1"], &["similar", "--duration-s"]),
         (&["--seed", "-1"], &["--seed", "-1", "0 to"]),
         (
             &["--policy", "alexnet"],

@@ -9,7 +9,7 @@ use toml::{
 
 use super::{
     error::{GraphFileError, instead},
-    format::{FileSection, Form, Key, SECTIONS},
+    format::{FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS},
 };
 
 /// A text with its place in the file.
@@ -54,7 +54,7 @@ impl Block {
         let knobs = self.entries.iter();
         knobs.filter_map(|(key, at, value)| match (key.form, value) {
             (Form::Knob(_), FileValue::Text(text)) => Some((*key, *at, text.clone())),
-            (Form::Knob(_), FileValue::Number(number)) => Some((*key, *at, number.to_string())),
+            (Form::Knob(_), FileValue::Number(number)) => Some((*key, *at, written(*number))),
             _ => None,
         })
     }
@@ -243,6 +243,11 @@ impl DocumentReader<'_> {
                 let number = number(value).filter(|number| *number > 0.0 && *number <= most);
                 number.map(FileValue::Number)
             }
+            (Form::Milliseconds, value) => {
+                let limits = SHORTEST_MS..=LONGEST_MS;
+                let number = number(value).filter(|number| limits.contains(number));
+                number.map(FileValue::Number)
+            }
             (Form::Whole(most), value) => {
                 let whole = number(value).filter(|number| number.fract() == 0.0);
                 let number = whole.filter(|number| (0.0..=f64::from(most)).contains(number));
@@ -270,6 +275,14 @@ fn text(value: ValueOf<'_>) -> Option<Placed> {
     let text = value.get_ref().as_str()?.to_owned();
     let at = value.span().start;
     Some(Placed { text, at })
+}
+
+/// A number as a person writes it: without a hundred zeros.
+fn written(number: f64) -> String {
+    match number.abs() {
+        1e-9..1e15 | 0.0 => number.to_string(),
+        _ => format!("{number:e}"),
+    }
 }
 
 /// The number in `value`.

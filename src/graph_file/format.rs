@@ -51,6 +51,8 @@ pub enum Form {
     Path,
     /// A number above zero, up to this one.
     Number(f64),
+    /// A number of milliseconds, from [`SHORTEST_MS`] to [`LONGEST_MS`].
+    Milliseconds,
     /// A table from topics to topics.
     Remap,
 }
@@ -60,7 +62,10 @@ impl Form {
     pub fn expected(self) -> String {
         match self {
             Self::Name => "a name in quotes".to_owned(),
-            Self::Knob(kind) => format!("a number or a text, as of {}", kind.usage()),
+            Self::Knob(kind) => format!(
+                "a number or a text in quotes, as in the knob {}",
+                kind.usage()
+            ),
             Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
             Self::Nodes => r#"a list of nodes, such as ["camera", "detector"]"#.to_owned(),
             Self::Match => {
@@ -75,13 +80,17 @@ impl Form {
                 r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#.to_owned()
             }
             Self::Number(most) => format!("a number above 0, up to {most}"),
+            Self::Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
             Self::Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
         }
     }
 }
 
+/// The shortest limit of an age (ms).
+pub const SHORTEST_MS: f64 = 1e-3;
+
 /// The longest limit of an age (ms).
-const LONGEST_MS: f64 = 1e9;
+pub const LONGEST_MS: f64 = 1e9;
 
 const fn optional(name: &'static str, form: Form, help: &'static str) -> Key {
     Key {
@@ -166,7 +175,7 @@ pub const SECTIONS: [FileSection; 6] = [
             ),
             optional(
                 "deadline_ms",
-                Form::Number(LONGEST_MS),
+                Form::Milliseconds,
                 "Its deadline in an edf executor, from the time when it is due (ms) [default: \
                  its period]",
             ),
@@ -227,7 +236,7 @@ pub const SECTIONS: [FileSection; 6] = [
             ),
             optional(
                 "age_ms",
-                Form::Number(LONGEST_MS),
+                Form::Milliseconds,
                 "Limit of the age of the data at the end of the path (ms)",
             ),
             optional(

@@ -340,7 +340,12 @@ fn errors_have_a_place_and_a_remedy() {
         (
             after_a_node("takes = true\n"),
             (4, 9),
-            "takes: expected a number or a text",
+            "takes: expected a number or a text in quotes, as in the knob takes NODE",
+        ),
+        (
+            after_a_node("deadline_ms = 1e-9\n"),
+            (4, 15),
+            "deadline_ms: expected milliseconds from 0.001 to 1000000000",
         ),
         (
             after_a_node("takes = \"recorded:x.rrd\"\n"),
@@ -355,7 +360,7 @@ fn errors_have_a_place_and_a_remedy() {
         (
             after_a_node("[node.b]\nrate = 1e99\n"),
             (5, 8),
-            "is not a rate",
+            "\"1e99\" is not a rate",
         ),
         (
             after_a_node("[node.b]\nrate = nan\n"),

@@ -26,6 +26,10 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
         match line.strip_prefix("tip: ") {
             // No option here takes values that look like options.
             Some(line) if line.contains("as a value, use '--") => {}
+            // What has underscores is an alias of an option with hyphens.
+            Some(line) if line.starts_with("a similar argument") => {
+                tip = Some(line.replace('_', "-"));
+            }
             Some(line) => tip = Some(line.to_owned()),
             None if line.starts_with("For more information") => {}
             None => said.push(line),

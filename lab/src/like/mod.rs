@@ -63,9 +63,12 @@ fn check(program: &Program, recording: &Recording) -> Result<(), String> {
                 "this is a recording of another version of the graph {of}: record this one"
             ));
         }
-        return Err(format!(
-            "this is a recording of the system {of}: expected one of {expected}"
-        ));
+        return Err(match recording.origin.graph_file {
+            Some(_) => format!(
+                "this is a recording of the graph file {of}: give that file, too, before --like"
+            ),
+            None => format!("this is a recording of the system {of}: expected one of {expected}"),
+        });
     }
     if let Some(defect) = recording.defect() {
         return Err(format!("{defect}; expected a whole recording"));
