@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::{
     names::{self, good, key},
     report::{ReportContext, saw_the_wall},
-    timing::is_timed,
+    timing::{is_timed, was_late},
 };
 
 /// The metrics by their keys.
@@ -121,7 +121,8 @@ fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     }))
 }
 
-/// The figures of a node, including the duration of its ticks where one is set.
+/// The figures of a node, including the duration of its ticks where one is set, and its
+/// lateness where it was late.
 fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
     let mut figures = object(json!({
         "hz": rounded(node.hz.get()),
@@ -134,6 +135,9 @@ fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
             "lateness": milliseconds(&node.lateness),
             "response": milliseconds(&node.response),
         })));
+    }
+    if was_late(node) {
+        figures.insert("lateness".to_owned(), milliseconds(&node.lateness));
     }
     (node.name.clone(), Value::Object(figures))
 }

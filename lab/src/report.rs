@@ -14,7 +14,7 @@ use ratelab::{
 use crate::{
     names::{self, label, node_label, rate_alias, short_value},
     recording::Recorded,
-    timing,
+    timing::{self, was_late},
 };
 
 /// Information for a report beside the summary.
@@ -71,12 +71,13 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
 }
 
 /// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
-/// nodes with configured timing.
+/// nodes with configured timing, and of those that were late without it, for an executor.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let timed = |node: &NodeSummary| timing::is_timed(summary, &node.name);
     let wall = saw_the_wall(summary);
-    let shown = |node: &NodeSummary| wall || timed(node);
-    let late = |node: &NodeSummary| wall || (timed(node) && node.lateness.count() > 0);
+    let late =
+        |node: &NodeSummary| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);
+    let shown = |node: &NodeSummary| wall || timed(node) || was_late(node) || node.overruns > 0;
     let costly = |node: &NodeSummary| timed(node) && node.tick_time.count() > 0;
     let lines = [
         ("lateness", each_node(summary, late, lateness)),

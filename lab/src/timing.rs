@@ -1,9 +1,9 @@
 //! The configured timing of nodes.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    experiment::{Config, Experiment, Summary},
+    experiment::{Config, Experiment, NodeSummary, Summary},
     runtime::{Knob, KnobKind},
     system::{System, WorldKind},
 };
@@ -28,6 +28,11 @@ pub fn depends_on_the_world(knob: &Knob) -> bool {
 /// Whether the timing of `node` was configured at any time of a run.
 pub fn is_timed(summary: &Summary, node: &str) -> bool {
     knobs(summary).any(|knob| is_of_time(&knob) && knob.target() == node)
+}
+
+/// Whether a tick of `node` began after it was due.
+pub fn was_late(node: &NodeSummary) -> bool {
+    node.lateness.max() > Some(Duration::ZERO)
 }
 
 /// The knobs turned before and during a run.
