@@ -130,7 +130,7 @@ fn a_recording_of_a_graph_file_needs_the_file_no_more() {
     told(&["export-web", &rrd, "-o", &web]);
     told(&["trace", &rrd, "-o", &trace]);
     let refused = complaint(&drone(&["run", "--like", &rrd]), 2);
-    assert!(refused.contains("of the system robot"), "{refused}");
+    assert!(refused.contains("of the graph file robot"), "{refused}");
 }
 
 #[test]

@@ -368,7 +368,7 @@ fn errors_about_executors_have_a_place_and_a_remedy() {
         (
             "deadline_ms = 0\n",
             (5, 15),
-            "deadline_ms: expected a number above 0",
+            "deadline_ms: expected milliseconds from",
         ),
         (
             group,
