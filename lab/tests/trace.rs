@@ -98,7 +98,7 @@ fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<Event>) {
     (tracks, events)
 }
 
-/// A run with costs, a link and lateness: its metrics, and its trace.
+/// A run: its metrics, and its trace.
 struct Traced {
     metrics: serde_json::Value,
     tracks: BTreeMap<String, u64>,
@@ -106,22 +106,21 @@ struct Traced {
 }
 
 impl Traced {
+    /// A run with costs, a link and lateness.
     fn new() -> Self {
+        let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
+        let mut args = vec!["--world", "own"];
+        knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
+        Self::of(&args)
+    }
+
+    /// Two seconds of virtual time with these arguments.
+    fn of(args: &[&str]) -> Self {
         let folder = folder();
         let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
-        let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
-        let mut args = vec![
-            "run",
-            "--clock",
-            "virtual",
-            "--world",
-            "own",
-            "--duration-s",
-            "2",
-        ];
-        knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
-        args.extend(["--record", &file, "--json"]);
-        let ran = ratelab(&args);
+        let (before, after) = (["run"], ["--clock", "virtual", "--duration-s", "2"]);
+        let record = ["--record", &file, "--json"];
+        let ran = ratelab(&[&before, args, &after, &record].concat());
         let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
         let said = text(&ratelab(&["trace", &file]).stdout);
         assert!(
@@ -199,6 +198,32 @@ fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
         .map(|(.., event)| f64::from_bits(event[&44][0].number()));
     let ages: Vec<f64> = ages.collect();
     assert!(ages.iter().all(|age| *age >= 42.0), "{ages:?}");
+}
+
+#[test]
+fn a_message_that_waits_for_a_match_is_a_slice_before_the_tick() {
+    let folder = folder();
+    let graph = path(&folder, "pair.toml");
+    let node = |name: &str, more: &str| format!("[node.{name}]\n{more}\n");
+    let camera = |side: &str, ms: u64| {
+        let more = format!("trigger = [\"/tick\"]\ntakes = {ms}\npublishes = [\"/{side}\"]");
+        node(side, &more)
+    };
+    let file = [
+        "name = \"pair\"\n".to_owned(),
+        node("clock", "rate = 10\npublishes = [\"/tick\"]"),
+        camera("left", 5),
+        camera("right", 30),
+        node("stereo", "trigger = [\"/left\", \"/right\"]\ntakes = 8"),
+    ];
+    fs::write(&graph, file.concat()).expect("written");
+    let trace = Traced::of(&[&graph]);
+    let slices = trace.on("stereo", 1).take(2);
+    let slices: Vec<_> = slices
+        .map(|(at, .., event)| (at / 1_000_000, event[&23][0].text()))
+        .collect();
+    let waits = "waiting for /right to match".to_owned();
+    assert_eq!(slices, [(5, waits), (30, "tick".to_owned())]);
 }
 
 #[test]

@@ -211,6 +211,14 @@ path = ["clock", "/tick", "left", "/left", "stereo", "/pose"]
     let matches = parts.parts.iter();
     let matches = matches.filter(|part| matches!(part.stage, Stage::Match { .. }));
     assert_eq!(matches.count(), 1);
+    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
+    let ticks = lineage.ticks_between(acts, ms(100), ms(148));
+    let (last, _) = ticks.last().expect("a tick");
+    let matched = lineage.waited_for_match(acts, last).expect("a wait");
+    assert_eq!((matched.from, matched.to), (ms(105), ms(130)));
+    assert_eq!(lineage.topology().topics[matched.topic].name, "/right");
+    let executed = lineage.waited(acts, last).expect("a wait");
+    assert_eq!((executed.from, executed.to), (ms(130), ms(140)));
 }
 
 #[test]

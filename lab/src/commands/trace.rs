@@ -15,12 +15,11 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let path = args.output.clone();
     let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
     let system = recording.system(&program.of(&recording).system);
-    let acts = system.latency().map(|(node, _)| node);
     write_whole(
         "--output",
         &path,
         Some(args.file.as_path()),
-        &encoded(&recording, acts),
+        &encoded(&recording, &*system),
     )?;
     print_line(&format!(
         "{}: open it in https://ui.perfetto.dev",

@@ -104,7 +104,7 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Whether it belongs to the chain of the selected push.
     pub bright: bool,
-    /// The node that had the executor meanwhile.
+    /// The node that had the executor meanwhile, or the topic whose message was missing.
     pub by: Option<String>,
 }
 
@@ -115,7 +115,7 @@ pub enum MarkKind {
     Tick,
     /// The delay between a tick's due time and its start.
     Late,
-    /// The same, as others had the executor.
+    /// The same, as others had the executor; or the delay until messages matched.
     Waiting,
     /// A part of a tick for which it was set aside for a more urgent one.
     Aside,
@@ -244,26 +244,31 @@ impl Window {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let name = |node: usize| lineage.topology().nodes[node].name.clone();
-            let mut add = |at, until, kind, by: Option<usize>| {
+            let topology = lineage.topology();
+            let name = |node: usize| Some(topology.nodes[node].name.clone());
+            let mut add = |at, until, kind, by: Option<String>| {
                 marks.push(Mark {
                     at,
                     until,
                     kind,
                     bright,
-                    by: by.map(name),
+                    by,
                 });
             };
+            if let Some(wait) = lineage.waited_for_match(node, index) {
+                let topic = topology.topics[wait.topic].name.clone();
+                add(wait.from, wait.to, MarkKind::Waiting, Some(topic));
+            }
             let late = tick.lateness.unwrap_or_default();
             if let Some(waited) = lineage.waited(node, index) {
-                add(waited.from, waited.to, MarkKind::Waiting, Some(waited.by));
+                add(waited.from, waited.to, MarkKind::Waiting, name(waited.by));
             } else if !late.is_zero() {
                 let due = Time::ZERO + tick.at.since(Time::ZERO + late);
                 add(due, tick.at, MarkKind::Late, None);
             }
             add(tick.at, ends, MarkKind::Tick, None);
             for aside in lineage.set_aside(node, index) {
-                add(aside.from, aside.to, MarkKind::Aside, Some(aside.by));
+                add(aside.from, aside.to, MarkKind::Aside, name(aside.by));
             }
             if more {
                 add(ends, ends, MarkKind::Overrun, None);

@@ -5,18 +5,22 @@ mod perfetto;
 mod tracks;
 
 use prost::Message;
-use ratelab::runtime::{
-    Time,
-    telemetry::{Lineage, Sent, Worked},
+use ratelab::{
+    runtime::{
+        Time,
+        telemetry::{Lineage, Sent, Worked},
+    },
+    system::System,
 };
 
 use crate::recording::{Recording, end_of};
 use perfetto::DebugAnnotation;
 use tracks::{Slice, Tracks};
 
-/// The bytes of a trace of `recording`; `acts` is the node with a push age.
-pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
-    let lineage = recording.lineage();
+/// The bytes of a trace of `recording`, a run of `system`.
+pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
+    let lineage = recording.lineage().along(system.latency_path());
+    let acts = system.latency().map(|(node, _)| node);
     let topology = lineage.topology();
     let mut tracks = Tracks::new();
     let nodes = tracks.group("nodes");
@@ -45,7 +49,8 @@ pub fn trace(recording: &Recording, acts: Option<&str>) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// A tick, with its lateness before it, and what it was set aside for.
+/// A tick, with its lateness and its wait for a match before it, and what it was set aside
+/// for.
 fn tick(
     tracks: &mut Tracks,
     lane: u64,
@@ -53,7 +58,12 @@ fn tick(
     (node, index, worked): (usize, usize, &Worked),
 ) {
     let tick = &worked.tick;
-    let name = |node: usize| &lineage.topology().nodes[node].name;
+    let topology = lineage.topology();
+    let name = |node: usize| &topology.nodes[node].name;
+    if let Some(wait) = lineage.waited_for_match(node, index) {
+        let what = format!("waiting for {} to match", topology.topics[wait.topic].name);
+        tracks.slice(lane, Slice::new(&what, wait.from, wait.to));
+    }
     if let Some(waited) = lineage.waited(node, index) {
         let what = format!("waiting for {}", name(waited.by));
         tracks.slice(lane, Slice::new(&what, waited.from, waited.to));

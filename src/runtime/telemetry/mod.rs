@@ -18,7 +18,9 @@ mod window;
 
 pub use counters::Flight;
 pub use event_log::{Event, EventKind};
-pub use lineage::{AgePart, AgeParts, Chain, Lineage, Occupied, PushInForce, Sent, Stage, Worked};
+pub use lineage::{
+    AgePart, AgeParts, Chain, Lineage, Occupied, PushInForce, Sent, Stage, Unmatched, Worked,
+};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
 pub use push_age::{PushAge, PushAgeView};

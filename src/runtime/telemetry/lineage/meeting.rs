@@ -24,7 +24,40 @@ pub(super) struct Meeting {
     turn: usize,
 }
 
+/// A stretch of run time in which a message waited for one of another topic to match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unmatched {
+    /// Its begin (run time).
+    pub from: Time,
+    /// Its end (run time), when the match was delivered.
+    pub to: Time,
+    /// The topic of the match, as an index into the topology.
+    pub topic: usize,
+}
+
 impl Lineage {
+    /// The longest wait for a match among the messages of a tick, from the end of the tick
+    /// before. `None` if none of them waited.
+    pub fn waited_for_match(&self, node: usize, index: usize) -> Option<Unmatched> {
+        let ticks = &self.nodes[node].ticks;
+        let reads = ticks.get(index)?.reads.iter();
+        let before = index.checked_sub(1);
+        let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
+        let to = self.completed(node, index);
+        let waits = reads.filter_map(|&(topic, seq)| {
+            let arrives = self.topics[topic].message(seq)?.arrives?;
+            let matched = self.meets(node, topic).then_some(topic)?;
+            Some(Unmatched {
+                from: arrives.max(free),
+                to,
+                topic: self.waited_for(node, index, matched)?,
+            })
+        });
+        waits
+            .filter(|wait| wait.from < wait.to)
+            .min_by_key(|wait| wait.from)
+    }
+
     /// The messages of its triggers that a tick is for, as pairs of a topic and a sequence
     /// number.
     pub(super) fn met(&mut self, node: usize, index: usize) -> Vec<(usize, u64)> {

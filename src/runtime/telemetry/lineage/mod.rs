@@ -12,6 +12,7 @@ mod traffic;
 
 use std::collections::VecDeque;
 
+pub use meeting::Unmatched;
 pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, Stage};
 pub use push::{Chain, PushInForce};
