@@ -44,7 +44,9 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     ]);
     lines.extend(topics(summary).map(|text| ("topics", text)));
     if system.chains().is_some() {
-        let chains = system.chain_lines(summary.sim_time, &summary.chains);
+        let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
+        let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
+        let chains = system.chain_lines(summary.sim_time, &summary.chains, &idle);
         lines.extend(chains.into_iter().map(|text| ("chain", text)));
     }
     lines.extend(links(summary).map(|text| ("links", text)));

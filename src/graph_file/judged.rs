@@ -10,8 +10,8 @@ use crate::{runtime::Time, system::VerdictKind};
 /// A chain, with its verdicts.
 pub(super) struct Judged {
     pub(super) name: &'static str,
-    /// The node at its end.
-    pub(super) last: &'static str,
+    /// Its nodes, in the direction of the data.
+    pub(super) nodes: &'static [&'static str],
     pub(super) limit: Option<Limit>,
     pub(super) missed: &'static VerdictKind,
     pub(super) silent: &'static VerdictKind,
@@ -57,6 +57,11 @@ fn percent(share: f64) -> String {
 }
 
 impl Judged {
+    /// The node at its end.
+    pub(super) fn last(&self) -> &'static str {
+        self.nodes.last().copied().unwrap_or_default()
+    }
+
     pub(super) fn of(chain: &ChainSpec) -> Self {
         let (name, key) = (&chain.name, key(&chain.name));
         let missed = chain
@@ -76,7 +81,7 @@ impl Judged {
         let silent = format!("MISSED (no data came through {name})");
         Self {
             name: leaked(name),
-            last: leaked(chain.last()),
+            nodes: leaked_list(chain.nodes()),
             limit: chain.limit,
             missed: leaked_kind(&format!("missed_{key}"), true, &missed),
             silent: leaked_kind(&format!("silent_{key}"), true, &silent),
@@ -105,10 +110,13 @@ impl Judged {
         }
     }
 
-    pub(super) fn line(&self, index: usize, at: Time, row: &[f64]) -> String {
+    /// Its figures, or the first of its nodes among those that were `idle`.
+    pub(super) fn line(&self, index: usize, at: Time, row: &[f64], idle: &[&str]) -> String {
         let name = self.name;
         let Some(figures) = self.figures_at(index, at, row) else {
-            return format!("{name} no data");
+            let stops = self.nodes.iter().find(|node| idle.contains(node));
+            let stops = stops.map(|node| format!(": {node} never ticked"));
+            return format!("{name} no data{}", stops.unwrap_or_default());
         };
         let ages = format!(
             "{name} data age mean {:.1} ms, greatest {:.1} ms",

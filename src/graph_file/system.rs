@@ -71,6 +71,12 @@ impl GraphFile {
 }
 
 impl ChainSpec {
+    /// Its nodes, in the direction of the data.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = String> {
+        let nodes = self.path.iter().map(|place| &place.text);
+        nodes.filter(|text| !text.starts_with('/')).cloned()
+    }
+
     /// The node at its end.
     pub(super) fn last(&self) -> &str {
         let mut nodes = self.path.iter().rev();
@@ -190,7 +196,7 @@ impl GraphSystem {
         });
         let outputs: Vec<_> = outputs.collect();
         let ends = self.chains.iter().enumerate();
-        let ends = ends.filter(|(_, chain)| chain.last == node.name);
+        let ends = ends.filter(|(_, chain)| chain.last() == node.name);
         let ends = ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)));
         let ends: Vec<_> = ends.collect();
         let acts = self.inner.is_none() && ends.iter().any(|(chain, ..)| *chain == 0);
@@ -295,7 +301,7 @@ fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
 /// The nodes at the ends of chains share the ages, those of an executor its threads, and those
 /// of the system what they share there.
 fn groups(file: &GraphFile, chains: &[Judged], inner: Option<&dyn System>) -> &'static [Group] {
-    let mut nodes: Vec<&'static str> = chains.iter().map(|chain| chain.last).collect();
+    let mut nodes: Vec<&'static str> = chains.iter().map(Judged::last).collect();
     nodes.sort_unstable();
     nodes.dedup();
     let ends = (nodes.len() > 1).then(|| Group {
@@ -391,7 +397,7 @@ impl System for GraphSystem {
     fn latency(&self) -> Option<(&'static str, &'static str)> {
         match &self.inner {
             Some(inner) => inner.latency(),
-            None => self.chains.first().map(|chain| (chain.last, chain.name)),
+            None => self.chains.first().map(|chain| (chain.last(), chain.name)),
         }
     }
 
@@ -435,9 +441,9 @@ impl System for GraphSystem {
         self.verdicts
     }
 
-    fn chain_lines(&self, at: Time, chains: &[f64]) -> Vec<String> {
+    fn chain_lines(&self, at: Time, chains: &[f64], idle: &[&str]) -> Vec<String> {
         let each = self.chains.iter().enumerate();
-        each.map(|(index, chain)| chain.line(index, at, chains))
+        each.map(|(index, chain)| chain.line(index, at, chains, idle))
             .collect()
     }
 

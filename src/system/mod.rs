@@ -226,9 +226,9 @@ pub trait System: Send + Sync + 'static {
     }
 
     /// A line with the data age of each chain up to run time `at`, from the newest message of
-    /// [`chains`](Self::chains).
-    fn chain_lines(&self, at: Time, chains: &[f64]) -> Vec<String> {
-        let _ = (at, chains);
+    /// [`chains`](Self::chains); `idle` are the names of the nodes that never ticked.
+    fn chain_lines(&self, at: Time, chains: &[f64], idle: &[&str]) -> Vec<String> {
+        let _ = (at, chains, idle);
         Vec::new()
     }
 

@@ -41,7 +41,7 @@ fn chains(text: &str, knobs: &[&str]) -> Vec<String> {
 /// The lines about chains at the end of a run.
 pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
     let system = system(text).expect("a graph");
-    system.chain_lines(summary.sim_time, &summary.chains)
+    system.chain_lines(summary.sim_time, &summary.chains, &[])
 }
 
 const PAIR: &str = r#"
@@ -96,7 +96,7 @@ fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
     let graph = system(PAIR).expect("a graph");
     let experiment = Experiment::new(graph.clone(), &config).expect("a graph");
     let summary = experiment.run().expect("no fault");
-    let crashed = &graph.chain_lines(summary.sim_time, &summary.chains)[0];
+    let crashed = &graph.chain_lines(summary.sim_time, &summary.chains, &[])[0];
     assert_ne!(crashed, line);
     // The image of 1.9 s is the last one that came through.
     assert!(crashed.contains("greatest 8100.0 ms"), "{crashed}");
