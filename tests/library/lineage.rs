@@ -290,6 +290,17 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
     Ok(())
 }
 
+#[test]
+fn a_reading_that_took_long_is_told_from_one_at_its_end() {
+    let knobs = ["link /t0 delay:0..20,in-order", "hang n0 45"];
+    let plan = Plan {
+        nodes: vec![(100, 0, vec![0]), (8, 0, vec![0])],
+        knobs: knobs.map(|knob| (0, knob.to_owned())).to_vec(),
+    };
+    // The first push is of the first reading, which was published at the time of the second.
+    sums_are_exact(&plan, 33, true).expect("exact");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
     #[test]

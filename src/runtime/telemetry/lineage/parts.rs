@@ -266,7 +266,10 @@ impl Lineage {
             let knows = |index: &usize| {
                 !sent.derived || self.derived_from(node, *index, sent.sensed).is_some()
             };
-            let made = made.clone().find(knows).or(made.clone().next());
+            // A node that senses reads nothing: its tick began with the sensing.
+            let senses = |index: &usize| ticks[*index].tick.at == sent.sensed;
+            let known = made.clone().find(knows);
+            let made = known.or(made.clone().find(senses)).or(made.clone().next());
             Some((node, made.or(last.checked_sub(1))?, made.is_some()))
         });
         let ticks: Vec<_> = ticks.collect();
