@@ -104,6 +104,20 @@ fn up_runs_all_parts_and_leaves_none_behind() {
 }
 
 #[test]
+fn a_policy_that_is_gone_is_the_cause_of_the_age() {
+    let address = address();
+    let _plant = Part::start(&["plant", "--listen", &address]);
+    let mut lab = Lab::open(&["lab", "--attach", &address], 24, 80);
+    lab.wait_for("no state yet");
+    let policy = Part::start(&["policy", "--connect", &address]);
+    lab.wait_for("BALANCED so far");
+    policy.interrupted();
+    lab.wait_for("the policy is gone: its process does not answer");
+    lab.type_keys("q");
+    lab.close();
+}
+
+#[test]
 fn a_policy_of_ros_messages_in_python_balances_the_pole() {
     let python = match python() {
         Ok(python) => python,

@@ -444,6 +444,10 @@ impl Sampler {
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> Vec<String> {
+        let gone = gone(session, graph);
+        if !gone.is_empty() {
+            return gone;
+        }
         let setup = self.setup(session);
         let (system, live) = (session.shared_system().clone(), session.live());
         let lineage = session.lineage();
@@ -464,6 +468,14 @@ impl Sampler {
         };
         facts.cause().lines
     }
+}
+
+/// A line for each node whose process does not answer.
+fn gone(session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
+    let names = graph.nodes.iter().map(|node| &node.name);
+    let gone = names.filter(|name| session.place(name).is_some_and(|place| place.gone));
+    gone.map(|name| format!("the {name} is gone: its process does not answer. Start it again"))
+        .collect()
 }
 
 /// The timeline of `session` at run time `now`, as `view` shows it.
