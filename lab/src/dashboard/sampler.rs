@@ -466,7 +466,9 @@ impl Sampler {
             late,
             live,
         };
-        facts.cause().lines
+        let cause = facts.cause().lines;
+        // More load than there is time for comes before the parts of an age, which follow from it.
+        self.overloads(session).into_iter().chain(cause).collect()
     }
 }
 
