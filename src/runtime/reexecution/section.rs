@@ -176,14 +176,14 @@ impl SectionReader<'_> {
     }
 
     fn stretch(&mut self, own: Vec<Logged>, end: Option<End>) -> Result<Stretch, LogError> {
-        let mut threads = vec![self.thread(own, true)?];
+        let mut threads = vec![self.thread(own, None)?];
         for index in 0..self.nodes.len() {
             let logged = self.nodes[index].next();
             if logged.is_none() && self.whole {
                 let name = &self.names[index];
                 return Err(impossible(format!("{name} is missing in a stretch")));
             }
-            threads.push(self.thread(logged.unwrap_or_default(), false)?);
+            threads.push(self.thread(logged.unwrap_or_default(), Some(index))?);
         }
         if let Some(End::Ended { node, .. } | End::Failed { node, .. } | End::NoThread { node, .. }) =
             end
@@ -196,9 +196,11 @@ impl SectionReader<'_> {
         Ok(Stretch { threads, plan, end })
     }
 
-    /// The entries of one thread, up to the first that cannot be known.
-    fn thread(&mut self, logged: Vec<Logged>, supervises: bool) -> Result<Thread, LogError> {
+    /// The entries of the thread of a `node`, or of the supervisor, up to the first that cannot
+    /// be known.
+    fn thread(&mut self, logged: Vec<Logged>, node: Option<usize>) -> Result<Thread, LogError> {
         let mut thread = Thread::default();
+        let supervises = node.is_none();
         for (entry, operations) in logged {
             match entry {
                 Entry::Obey { at, event } => match self.event(event)? {
@@ -207,7 +209,7 @@ impl SectionReader<'_> {
                         let event = &self.events[event];
                         return Err(impossible(format!("{event}, obeyed at {at}")));
                     }
-                    Some(_) => {}
+                    Some(event) => self.check_target(event, node)?,
                 },
                 Entry::Tick { .. } | Entry::Start { .. } if !supervises => {}
                 Entry::Look { .. } | Entry::Choose { .. } if !supervises => {}
@@ -217,6 +219,21 @@ impl SectionReader<'_> {
             thread.push(entry, &operations);
         }
         Ok(thread)
+    }
+
+    /// Checks that a command which the thread of a `node` obeyed is for this node.
+    fn check_target(&self, event: usize, node: Option<usize>) -> Result<(), LogError> {
+        let event = &self.events[event];
+        let (EventKind::Applied { command, .. } | EventKind::Refused { command, .. }) = &event.what
+        else {
+            return Ok(());
+        };
+        match node.map(|node| &*self.names[node]) {
+            Some(name) if command.node() != Some(name) => {
+                Err(impossible(format!("{event}, obeyed by {name}")))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The position of an event that a thread mentions; `None` where the events are cut
