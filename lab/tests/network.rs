@@ -106,12 +106,13 @@ fn up_runs_all_parts_and_leaves_none_behind() {
 #[test]
 fn a_policy_that_is_gone_is_the_cause_of_the_age() {
     let address = address();
-    let _plant = Part::start(&["plant", "--listen", &address]);
+    let mut plant = Part::start(&["plant", "--listen", &address]);
     let mut lab = Lab::open(&["lab", "--attach", &address], 24, 80);
     lab.wait_for("no state yet");
     let policy = Part::start(&["policy", "--connect", &address]);
-    lab.wait_for("BALANCED so far");
-    policy.interrupted();
+    plant.wait_for("the run begins");
+    lab.wait_for("50.0/s");
+    drop(policy);
     lab.wait_for("the policy is gone: its process does not answer");
     lab.type_keys("q");
     lab.close();
