@@ -44,20 +44,19 @@ impl Change {
     /// goes on.
     pub fn sentence(&self, branch: Option<Verdict>) -> String {
         let Self { at, knobs, .. } = self;
-        let lost = |verdict: &Verdict| verdict.is_lost();
-        let before = match self.recorded {
-            Some(verdict) if verdict.is_lost() => format!("lost at {}", verdict.at),
-            Some(_) => "not lost".to_owned(),
-            None => "not lost so far".to_owned(),
-        };
-        let after = match branch {
-            Some(verdict) if verdict.is_lost() && self.recorded.as_ref().is_some_and(lost) => {
-                format!("still lost, at {}", verdict.at)
-            }
-            Some(verdict) if verdict.is_lost() => format!("lost at {}", verdict.at),
-            Some(_) => "it stays up".to_owned(),
-            None => "it stays up so far".to_owned(),
-        };
-        format!("{before}; with {knobs} from {at} on {after}")
+        let before = self.recorded.map(|verdict| in_short(&verdict));
+        let before = before.unwrap_or_else(|| "not lost so far".to_owned());
+        match branch.map(|verdict| in_short(&verdict)) {
+            Some(after) => format!("{before}; with {knobs} from {at} on: {after}"),
+            None => format!("{before}; now with {knobs} from {at} on"),
+        }
     }
+}
+
+/// The text of a verdict inside a sentence, such as `fell at 0.580 s`.
+fn in_short(verdict: &Verdict) -> String {
+    let text = verdict.to_string();
+    let text = text.split(" (").next().unwrap_or_default();
+    let (word, rest) = text.split_at(text.find(' ').unwrap_or(text.len()));
+    word.to_lowercase() + rest
 }

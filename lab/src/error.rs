@@ -9,7 +9,7 @@ use std::{
 use exercises::framework::{AnswersError, Failure};
 use ratelab::{
     experiment::{hunt::HuntError, sweep::SweepError},
-    runtime::Fault,
+    runtime::{Fault, Time},
     stability::StabilityError,
     system::BuildError,
 };
@@ -115,6 +115,17 @@ impl Error {
     /// A file that cannot be opened or read: bad input, with the name of the `option`.
     pub fn file(option: &str, path: &Path, why: &io::Error) -> Self {
         Self::BadInput(format!("{option} {}: {why}", path.display()))
+    }
+
+    /// An error if `--at` is a moment after the end of `recording`.
+    pub fn if_after_end(at: Time, recording: &Recording) -> Result<(), Self> {
+        let end = recording.until;
+        if at <= end {
+            return Ok(());
+        }
+        Err(Self::BadInput(format!(
+            "--at {at}: this recording ends at {end}: choose an earlier moment"
+        )))
     }
 
     /// A file or folder that cannot be created: bad input, with the name of the `option`.

@@ -95,4 +95,21 @@ fn bad_input_is_refused_in_a_line() {
     let own = path(&folder, "own.rrd");
     fs::copy(reference("fall-5hz.rrd"), &own).expect("copied");
     complaint(&ratelab(&["export-web", &own, "-o", &own]), 2);
+    let chain = path(&folder, "chain.rrd");
+    let graph = "../graphs/robot.toml";
+    let run = [
+        "run",
+        graph,
+        "--clock",
+        "virtual",
+        "--duration-s",
+        "1",
+        "--record",
+        &chain,
+    ];
+    assert!(ratelab(&run).status.code() != Some(2));
+    for pair in [[&own, &chain], [&chain, &own]] {
+        let said = complaint(&ratelab(&["export-web", pair[0], pair[1]]), 2);
+        assert!(said.contains("a page holds runs of one graph"), "{said}");
+    }
 }

@@ -124,6 +124,33 @@ fn rows_replace_rows_and_nothing_else() {
 }
 
 #[test]
+fn drawings_pages_and_traces_replace_their_kind_and_nothing_else() {
+    let folder = folder();
+    let recording = "../recordings/fall-5hz.rrd";
+    let drawing = [COMMANDS[1], &["--svg"]].concat();
+    for (kind, command) in [
+        ("SVG", &drawing[..]),
+        ("SVG", &["picture", recording, "--output"]),
+        ("page", &["export-web", recording, "--output"]),
+        ("trace", &["trace", recording, "--output"]),
+    ] {
+        let result = path(&folder, kind);
+        for _ in 0..2 {
+            let made = ratelab(&[command, &[&result]].concat());
+            assert!(made.status.success(), "{}", text(&made.stderr));
+        }
+        let keep = path(&folder, "robot.toml");
+        fs::write(&keep, "[nodes.camera]\n").expect("written");
+        let said = refusal(&[command, &[&keep]].concat());
+        assert!(
+            said.contains(&format!("it is no {kind} of this command")),
+            "{said}"
+        );
+        assert_eq!(fs::read_to_string(&keep).expect("kept"), "[nodes.camera]\n");
+    }
+}
+
+#[test]
 fn rows_go_through_links_and_keep_the_permissions_of_their_file() {
     use std::os::unix::fs::PermissionsExt;
     let folder = folder();

@@ -64,6 +64,7 @@ fn what_cannot_be_drawn_is_refused_in_a_line() {
             &[&fall, "--seed", "3"],
             "leave the options of the graph out",
         ),
+        (&[&fall, "--at", "9"], "choose an earlier moment"),
         (&[&fall, "-o", &fall], "this is the file that is read"),
     ] {
         let said = complaint(&ratelab(&[&["picture"], args].concat()), 2);

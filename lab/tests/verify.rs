@@ -101,7 +101,7 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
     let branch = ["branch", &file, "--at", "0.2", "--knob", "takes policy 0"];
     let output = ratelab(&branch);
     let printed = text(&output.stdout);
-    for part in ["last rest", "FELL at", "BALANCED", "it stays up"] {
+    for part in ["last rest", "FELL at", "BALANCED", "on: balanced"] {
         assert!(printed.contains(part), "{output:?}");
     }
     // The branch is a recording, too.
@@ -120,8 +120,30 @@ fn a_branch_of_a_fall_stays_up_without_what_made_it_fall() {
         text(&output.stdout).contains("branch    FELL"),
         "{output:?}"
     );
-    let late = ["branch", &file, "--at", "9", "--knob", "takes policy 0"];
-    assert!(complaint(&ratelab(&late), 2).contains("choose an earlier moment"));
+    for (wrong, said) in [
+        (
+            &["--at", "9", "--knob", "takes policy 0"][..],
+            "choose an earlier moment",
+        ),
+        (
+            &["--at", "0.2", "--knob", "takes nobody 0"],
+            "expected one of sensor, policy",
+        ),
+        (
+            &[
+                "--at",
+                "0.2",
+                "--knob",
+                "rate policy 5",
+                "--duration-s",
+                "0.1",
+            ],
+            "choose a later end",
+        ),
+    ] {
+        let output = ratelab(&[&["branch", &file], wrong].concat());
+        assert!(complaint(&output, 2).contains(said), "{output:?}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `ratelab branch`: a recorded run, left at a moment with something changed.
 
-use ratelab::runtime::Speed;
+use ratelab::{runtime::Speed, system::BuildError};
 
 use crate::{
     change::Change,
@@ -19,10 +19,11 @@ use crate::{
 pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let recording = reading::read(&args.file)?;
     let program = &program.of(&recording);
-    if args.at > recording.until {
+    Error::if_after_end(args.at, &recording)?;
+    if let Some(end) = args.duration_s.filter(|end| *end <= args.at) {
         return Err(Error::BadInput(format!(
-            "--at {}: this recording ends at {}: choose an earlier moment",
-            args.at, recording.until
+            "--duration-s {end}: the branch begins at {}: choose a later end",
+            args.at
         )));
     }
     let mut knobs = Vec::new();
@@ -39,7 +40,11 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         file: args.file.display().to_string(),
         why,
     };
-    let branch = branched(&recording, &program.system, &departure).map_err(unverified)?;
+    let branch = branched(&recording, &program.system, &departure);
+    let branch = branch.map_err(|why| match why {
+        VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
+        why => unverified(why),
+    })?;
     let destination = args.record.clone().map(Destination::new);
     let recorder = record(destination, &branch.experiment)?;
     let knobs = args.knob.join(", ");

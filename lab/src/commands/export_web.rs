@@ -10,7 +10,7 @@ use crate::{
     dashboard::{picture, view::theme::Look},
     error::Error,
     names,
-    output::{print_line, refuse_same, write_whole},
+    output::{Kind, print_line, refuse_same, write_whole},
     program::Program,
     recording::Recording,
     screen::theme,
@@ -28,11 +28,21 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         recordings.push(Arc::new(Recording::read(file)?));
     }
     let program = &program.of(&recordings[0]);
-    if let Some(stranger) = recordings.iter().find(|one| !one.is_of(&*program.system)) {
-        let (file, system) = (stranger.path.display(), &stranger.origin.system);
-        return Err(Error::BadInput(format!(
-            "{file}: this is a recording of {system:?}: use the program that has it"
-        )));
+    let stranger = recordings
+        .iter()
+        .position(|one| !one.is_of(&*program.system));
+    if let Some(place) = stranger {
+        let (file, of) = (
+            recordings[place].path.display(),
+            &recordings[place].origin.system,
+        );
+        return Err(Error::BadInput(match place {
+            0 => format!("{file}: this is a recording of {of:?}: use the program that has it"),
+            _ => format!(
+                "{file}: this is a recording of another graph ({of:?}) than the first: \
+                 a page holds runs of one graph"
+            ),
+        }));
     }
     let system = &*program.system;
     let differs = differing(system, &recordings);
@@ -55,7 +65,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let runs: Vec<RunData> = runs.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
-    write_whole("--output", &args.output, None, page.as_bytes())?;
+    write_whole("--output", &args.output, Kind::Page, None, page.as_bytes())?;
     let file = args.output.display();
     print_line(&format!("{file}: open it in a browser"))?;
     recordings.iter().try_for_each(|one| Error::if_damaged(one))

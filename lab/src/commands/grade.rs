@@ -16,7 +16,7 @@ use std::path::Path;
 use crate::{
     cli::GradeArgs,
     error::Error,
-    output::{print_line, write_whole},
+    output::{Kind, print_line, write_whole},
     program::Program,
     signals,
 };
@@ -43,7 +43,14 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     }
     session::find_copies(&mut graded);
     if let Some(file) = &args.csv {
-        write_whole("--csv", file, None, rows::csv(&graded).as_bytes())?;
+        let rows = rows::csv(&graded);
+        write_whole(
+            "--csv",
+            file,
+            Kind::Rows(rows::HEADER),
+            None,
+            rows.as_bytes(),
+        )?;
     }
     print_line(&match args.json {
         true => format!("{:#}", rows::json(&graded)),

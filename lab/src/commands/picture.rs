@@ -9,7 +9,7 @@ use crate::{
     dashboard::{Setup, picture as pictures},
     error::Error,
     options::{self, Defaults},
-    output::write_whole,
+    output::{Kind, write_whole},
     program::Program,
     recording::Recording,
     screen::theme,
@@ -25,12 +25,15 @@ const DEFAULTS: Defaults = Defaults {
 /// Draws a recording or a run, and writes the picture.
 pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let theme = theme(args.ascii, Some(args.theme));
-    let output =
-        |picture: &str, read| write_whole("--output", &args.output, read, picture.as_bytes());
+    let output = |picture: &str, read| {
+        let bytes = picture.as_bytes();
+        write_whole("--output", &args.output, Kind::Drawing, read, bytes)
+    };
     if let Some(file) = &args.file {
         refuse_options(args)?;
         let recording = Arc::new(Recording::read(file)?);
         let at = args.at.unwrap_or(recording.until);
+        Error::if_after_end(at, &recording)?;
         let system = &program.of(&recording).system;
         let size = args.size;
         let picture = match args.animate {

@@ -3,7 +3,7 @@
 use crate::{
     cli::TraceArgs,
     error::Error,
-    output::{print_line, write_whole},
+    output::{Kind, print_line, write_whole},
     program::Program,
     recording::Recording,
     trace::trace as encoded,
@@ -18,6 +18,7 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     write_whole(
         "--output",
         &path,
+        Kind::Trace,
         Some(args.file.as_path()),
         &encoded(&recording, &*system),
     )?;

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, Read},
+    io,
     path::{Path, PathBuf},
 };
 
@@ -80,25 +80,4 @@ impl CsvTarget {
             created => created.map(Self::Whole),
         }
     }
-}
-
-/// Refuses an existing file at `path` unless it contains rows below `header`, or a
-/// beginning of that header.
-pub fn check_rows(path: &Path, header: &str) -> Result<(), Error> {
-    if !path.is_file() || must_be_live(path) {
-        return Ok(());
-    }
-    let mut found = Vec::new();
-    let read = File::open(path).and_then(|file| {
-        let mut beginning = file.take(header.len() as u64);
-        beginning.read_to_end(&mut found)
-    });
-    read.map_err(|why| Error::unwritable("--csv", path, &why))?;
-    if header.as_bytes().starts_with(&found) {
-        return Ok(());
-    }
-    Err(Error::BadInput(format!(
-        "--csv {}: there is such a file, and it is no CSV of this command: choose another name",
-        path.display()
-    )))
 }

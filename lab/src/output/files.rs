@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     CsvFile,
-    csv_file::check_rows,
+    kind::Kind,
     paths::{is_same, resolved},
     print::write_error,
     unfinished::Unfinished,
@@ -62,8 +62,12 @@ impl OutputPlan<'_> {
                 )));
             }
         }
-        self.csv
-            .map_or(Ok(()), |path| check_rows(path, &self.header))
+        let rows = self
+            .csv
+            .map(|path| ("--csv", path, Kind::Rows(&self.header)));
+        let drawing = self.svg.map(|path| ("--svg", path, Kind::Drawing));
+        let mut replaced = rows.into_iter().chain(drawing);
+        replaced.try_for_each(|(option, path, kind)| kind.check(option, path))
     }
 }
 

@@ -1,10 +1,11 @@
 //! Printed output and files.
 //!
 //! All files are checked before the first is opened for writing. A file of results gets
-//! its name when it is complete.
+//! its name when it is complete, and replaces an earlier file of its kind only.
 
 mod csv_file;
 mod files;
+mod kind;
 mod live;
 mod paths;
 mod print;
@@ -14,6 +15,7 @@ mod whole;
 
 pub use csv_file::CsvFile;
 pub use files::{OutputPlan, Outputs};
+pub use kind::Kind;
 pub use live::Live;
 pub use print::{
     error, note, note_defect, print_line, print_recorded, printed, record_error, write_error,

@@ -6,6 +6,7 @@ use std::{
 };
 
 use super::{
+    kind::Kind,
     paths::{is_same, resolved},
     print::write_error,
     unfinished::Unfinished,
@@ -13,20 +14,22 @@ use super::{
 use crate::error::Error;
 
 /// Writes `bytes` to the file at `path`, which `option` named. It takes its name when
-/// it is whole, and is not the file that is `read`.
+/// it is whole. It is not the file that is `read`, and replaces files of its `kind` only.
 ///
 /// # Errors
-/// [`Error::BadInput`] if nothing can be written there, [`Error::Write`] with what
-/// went wrong.
+/// [`Error::BadInput`] if nothing can be written there, or there is another file,
+/// [`Error::Write`] with what went wrong.
 pub fn write_whole(
     option: &str,
     path: &Path,
+    kind: Kind,
     read: Option<&Path>,
     bytes: &[u8],
 ) -> Result<(), Error> {
     if let Some(read) = read {
         refuse_same(option, path, read)?;
     }
+    kind.check(option, path)?;
     Whole::create(option, path)?.write(bytes)
 }
 

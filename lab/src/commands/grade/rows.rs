@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{Graded, file_name, marks::GradedPrediction, session::GradedRun};
 
 /// The columns of the CSV file.
-const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
+pub const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
 
 /// The result as CSV.
 pub fn csv(graded: &[Graded]) -> String {

@@ -47,7 +47,7 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
     }
     press(&mut app, "takes policy 0\n");
     let saved = branched(&mut app);
-    for part in ["BALANCED", "lost at", "takes policy 0 from", "it stays up"] {
+    for part in ["BALANCED", "fell at", "takes policy 0 from", "on: balanced"] {
         assert!(saved.contains(part), "no {part:?} in {saved}");
     }
     let screen = app.screen().expect("a frame");
@@ -57,7 +57,7 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
     // Another knob at the same moment.
     press(&mut app, "Btakes policy 250\n");
     let lost = branched(&mut app);
-    assert!(lost.contains("still lost, at"), "{lost}");
+    assert!(lost.contains("on: fell at"), "{lost}");
 }
 
 fn recorded(folder: &Path) -> Arc<Recording> {
@@ -98,7 +98,7 @@ fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
         app.sample().expect("no fault");
     }
     let saved = verdict(&app);
-    assert!(saved.contains("it stays up so far"), "{saved}");
+    assert!(saved.contains("; now with "), "{saved}");
     let ghost = app
         .screen()
         .and_then(|screen| screen.trace)
@@ -108,7 +108,7 @@ fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
         "the recorded run is gone"
     );
     let left = app.finish();
-    assert!(left.change.is_some_and(|so| so.contains("it stays up")));
+    assert!(left.change.is_some_and(|so| so.contains("on: stopped at ")));
 }
 
 /// Opens the run that is executed again.
@@ -157,7 +157,7 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
         .expect("obeyed");
     press(&mut app, "Btakes policy 0\n");
     let saved = branched(&mut app);
-    assert!(saved.contains("it stays up"), "{saved}");
+    assert!(saved.contains("on: balanced"), "{saved}");
 }
 
 #[test]
