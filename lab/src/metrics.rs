@@ -95,7 +95,9 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
         let published = (format!("{name}_published"), json!(topic.published));
         [published, (format!("{name}_dropped"), json!(topic.dropped))]
     });
-    let finals = system.finals(&summary.state).into_iter();
+    let finals = system
+        .finals_at(summary.sim_time, &summary.state)
+        .into_iter();
     let finals = finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value))));
     [good]
         .into_iter()

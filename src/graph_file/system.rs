@@ -448,11 +448,14 @@ impl System for GraphSystem {
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
-        if let Some(inner) = &self.inner {
-            return inner.finals(state);
-        }
         let at = state.first().map_or(0.0, |ms| ms * 1e6);
-        let at = Time::from_nanos(at.round() as u64);
+        self.finals_at(Time::from_nanos(at.round() as u64), state)
+    }
+
+    fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
+        if let Some(inner) = &self.inner {
+            return inner.finals_at(at, state);
+        }
         let each = self.chains.iter().enumerate();
         let figures = each.flat_map(|(index, chain)| {
             let figures = chain.figures_at(index, at, state);

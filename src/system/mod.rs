@@ -263,6 +263,13 @@ pub trait System: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// The same at run time `at`, the end of a run, for figures that change after the last
+    /// message, such as an age.
+    fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
+        let _ = at;
+        self.finals(state)
+    }
+
     /// A picture of the plant, from the newest message of [`state`](Self::state).
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let _ = state;

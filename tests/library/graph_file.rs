@@ -79,7 +79,8 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
         verdict,
         "KEPT (see at most 110 ms old for 50 % of the time)"
     );
-    let figures = system(PAIR).expect("a graph").finals(&summary.state);
+    let graph = system(PAIR).expect("a graph");
+    let figures = graph.finals_at(summary.sim_time, &summary.state);
     assert_eq!(figures[0].name, "see_mean_age");
     assert!((summary.latency.mean_s().expect("outputs") - 0.06).abs() < 1e-9);
 }
@@ -101,6 +102,12 @@ fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
     // The image of 1.9 s is the last one that came through.
     assert!(crashed.contains("greatest 8100.0 ms"), "{crashed}");
     assert_eq!(summary.verdict.name(), "missed_see");
+    // For programs, the same figure.
+    let figures = graph.finals_at(summary.sim_time, &summary.state);
+    let greatest = figures
+        .iter()
+        .find(|figure| figure.name == "see_greatest_age");
+    assert_eq!(greatest.map(|figure| figure.value), Some(8100.0));
 }
 
 #[test]

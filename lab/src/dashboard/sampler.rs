@@ -405,6 +405,18 @@ impl Sampler {
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
+        if let Some(silent) = self.silent(session.system(), graph.now) {
+            return VerdictData {
+                standing: Standing::Good,
+                word: String::new(),
+                headline: "RUNNING, no data so far".to_owned(),
+                why: self
+                    .overloads(session)
+                    .into_iter()
+                    .chain([silent])
+                    .collect(),
+            };
+        }
         let strained = age.filter(|age| matches!(age.strain(), Strain::Swings | Strain::Falls));
         let (standing, why) = match strained {
             Some(_) => (Standing::Warned, self.reasons(session, graph, age)),
@@ -420,6 +432,16 @@ impl Sampler {
             headline: so_far(session.system()) + self.as_before(session),
             why,
         }
+    }
+
+    /// The verdict on a chain through which nothing came so far, if the run ended now.
+    fn silent(&self, system: &dyn System, now: Time) -> Option<String> {
+        if system.chains().is_none() || system.chains() != system.state() {
+            return None;
+        }
+        let state = (!self.state.is_empty()).then_some(&self.state[..]);
+        let ended = verdict(system, &ClockExit::Completed, now, [state; 2]);
+        ended.is_lost().then(|| format!("if it ended now: {ended}"))
     }
 
     /// What the nodes are asked for beyond their time, with the knobs in force.
@@ -448,6 +470,7 @@ impl Sampler {
         if !gone.is_empty() {
             return gone;
         }
+        let mut reasons = self.overloads(session);
         let setup = self.setup(session);
         let (system, live) = (session.shared_system().clone(), session.live());
         let lineage = session.lineage();
@@ -466,9 +489,9 @@ impl Sampler {
             late,
             live,
         };
-        let cause = facts.cause().lines;
         // More load than there is time for comes before the parts of an age, which follow from it.
-        self.overloads(session).into_iter().chain(cause).collect()
+        reasons.extend(facts.cause().lines);
+        reasons
     }
 }
 

@@ -157,6 +157,13 @@ fn chars(text: &str) -> Vec<KeyCode> {
 
 /// The README's picture. `RATELAB_UPDATE=1 cargo test manual` draws it
 /// anew.
+/// The headline of the newest frame, and its reasons.
+fn verdict(app: &App) -> String {
+    let screen = app.screen().expect("a frame");
+    let verdict = &screen.frame.verdict;
+    format!("{} {}", verdict.headline, verdict.why.join(" "))
+}
+
 #[test]
 fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let knobs = "4 control-hz 8\n7 control-hz 5";

@@ -75,7 +75,10 @@ pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
             latency.unwrap_or_default(),
         ]);
         row.extend(outcome.dropped.iter().map(ToString::to_string));
-        let finals = sweep.system.finals(&outcome.state).into_iter();
+        let finals = sweep
+            .system
+            .finals_at(outcome.sim_time, &outcome.state)
+            .into_iter();
         row.extend(finals.map(|figure| figure.value.to_string()));
         let age = outcome.push_age;
         let late = [age.map(|age| age.run_s), age.map(|age| age.late_s)];

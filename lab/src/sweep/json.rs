@@ -98,7 +98,9 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
         let name = format!("{}_dropped", key(topic));
         (name, json!(dropped))
     }));
-    let finals = system.finals(&outcome.state).into_iter();
+    let finals = system
+        .finals_at(outcome.sim_time, &outcome.state)
+        .into_iter();
     figures.extend(finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value)))));
     Value::Object(figures)
 }

@@ -8,7 +8,7 @@ mod owner;
 use std::time::Duration;
 
 use ratelab::{
-    runtime::{Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
+    runtime::{Hz, Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
     system::{Alias, Setup, System},
 };
 
@@ -268,6 +268,20 @@ impl Facts<'_> {
         }
     }
 
+    /// Whether a higher rate of the node asks nothing for more than there is time for.
+    fn has_time(&self, node: usize) -> bool {
+        let node = &self.graph.nodes[node];
+        let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
+            return true;
+        };
+        let mut setup = self.system.settings();
+        setup.extend(self.setup.iter().cloned());
+        let now = self.system.warnings(&setup);
+        let node = node.name.to_string();
+        setup.extend([Knob::Rate { node, hz }]);
+        self.system.warnings(&setup) == now
+    }
+
     fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
         let name = self.node(node);
         let every = match self.graph.nodes[node].overruns {
@@ -279,6 +293,9 @@ impl Facts<'_> {
         let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
             && explained.pace(node) > self.graph.nodes[node].hz.period();
         let cure = match key.filter(|_| self.live) {
+            _ if !self.has_time(node) => {
+                "There is no time for a higher rate: lower the load first".to_owned()
+            }
             _ if raised => format!("{setting} was raised too late"),
             Some(key) => format!("{key} raises {setting}"),
             None => format!("raise {setting}"),

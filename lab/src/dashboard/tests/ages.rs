@@ -111,3 +111,64 @@ fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
         assert!(screen(&app, &PLAIN, 80, 24).contains("no executor edf:1"));
     }
 }
+
+/// A slow planner behind a camera, on an executor with another node.
+const SHARED: &str = r#"
+name = "shared"
+[node.camera]
+rate = 20
+publishes = ["/image"]
+[node.planner]
+rate = 5
+takes = 20
+reads = ["/image"]
+publishes = ["/path"]
+[node.map]
+rate = 5
+takes = COST
+[executor.one]
+kind = "single"
+nodes = ["planner", "map"]
+[chain.see]
+path = ["camera", "/image", "planner", "/path"]
+age_ms = 120
+"#;
+
+#[test]
+fn no_higher_rate_is_advised_where_there_is_no_time_for_it() {
+    for (cost, advised) in [("0.1", true), ("178", false)] {
+        let mut app = session(&SHARED.replace("COST", cost), Speed::Unlimited);
+        while !app.ended() {
+            app.sample().expect("no fault");
+            std::thread::yield_now();
+        }
+        app.sample().expect("no fault");
+        let verdict = verdict(&app);
+        assert_eq!(
+            verdict.contains("raise rate planner"),
+            advised,
+            "{cost}: {verdict}"
+        );
+        let none = verdict.contains("no time for a higher rate");
+        assert_eq!(none, !advised, "{cost}: {verdict}");
+    }
+}
+
+#[test]
+fn a_limit_is_not_called_kept_before_the_first_data() {
+    let text = SHARED
+        .replace("COST", "1")
+        .replace("rate = 5", "rate = 0.2");
+    let text = text.replace("takes = 20", "takes = 20\noffset = 4000");
+    let mut app = session(&text, Speed::times(1.0).expect("a speed"));
+    while app
+        .screen()
+        .is_none_or(|screen| screen.frame.now == Time::ZERO)
+    {
+        app.sample().expect("no fault");
+        std::thread::yield_now();
+    }
+    let verdict = verdict(&app);
+    assert!(verdict.contains("no data so far"), "{verdict}");
+    assert!(verdict.contains("no data came through see"), "{verdict}");
+}

@@ -26,12 +26,6 @@ fn branched(app: &mut App) -> String {
     verdict(app)
 }
 
-fn verdict(app: &App) -> String {
-    let screen = app.screen().expect("a frame");
-    let verdict = &screen.frame.verdict;
-    format!("{} {}", verdict.headline, verdict.why.join(" "))
-}
-
 #[test]
 fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_delay() {
     let mut app = ended(slow());
