@@ -97,6 +97,9 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
             ms(age.mean)
         )
     });
+    let parts = frame.push.as_ref().map_or_else(String::new, |push| {
+        format!(" Now {}.", push.sentence.whole())
+    });
     let again = match frame.same {
         Some(true) => "it is the same, bit for bit",
         Some(false) => "it differs",
@@ -108,7 +111,7 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
         ),
         format!(
             "The lower one is the age of the push in force: it grows, and jumps down when \
-             something fresher is applied.{age}"
+             something fresher is applied.{age}{parts}"
         ),
         format!("Faint is the run before this one: {again}."),
     ]

@@ -48,7 +48,11 @@ pub fn render(
         } else {
             "selected push"
         };
-        format!(" {which}, {from:.3} to {to:.3} s ")
+        let more = match timeline.lanes.len() - fitting(timeline, area) {
+            0 => String::new(),
+            hidden => format!(", +{hidden} more"),
+        };
+        format!(" {which}, {from:.3} to {to:.3} s{more} ")
     });
     let about = Span::styled(about, theme.faint());
     let inner = border("6 timeline", about, theme, focused, area, buf);
@@ -67,7 +71,7 @@ pub fn render(
     let names = timeline.lanes.iter().map(|lane| width(&lane.name));
     let margin = names.max().unwrap_or(0) + 2;
     let height = usize::from(inner.height);
-    let lanes = timeline.lanes.len().min(height.saturating_sub(1));
+    let lanes = fitting(timeline, area);
     for (number, lane) in timeline.lanes.iter().take(lanes).enumerate() {
         let place = row(inner, number);
         put(&clip(&lane.name, room, theme), Style::new(), 1, place, buf);
@@ -83,6 +87,12 @@ pub fn render(
         marks.iter().for_each(|mark| columns.draw(mark, theme, buf));
     }
     below(timeline, theme, pane::rows(inner, lanes, height), buf);
+}
+
+/// The number of lanes that fit into `area`, with its border and a row for the sentence.
+fn fitting(timeline: &Timeline, area: Rect) -> usize {
+    let rows = usize::from(area.height).saturating_sub(3);
+    timeline.lanes.len().min(rows)
 }
 
 /// The sentence about the push, and as much of the legend of the glyphs as fits.
@@ -257,6 +267,19 @@ mod tests {
         assert!(text(&drawn(&POOR)).is_ascii());
         let bright = styled(&drawn(&RICH), RICH.active());
         assert!(bright.contains('█') && !bright.contains('✖'), "{bright}");
+    }
+
+    #[test]
+    fn lanes_without_room_are_counted() {
+        for (height, more) in [(6, None), (5, Some("+1 more")), (4, Some("+2 more"))] {
+            let drawn = screen(80, height, |area, buf| {
+                render(Some(&sample()), &RICH, true, area, buf)
+            });
+            let title = text(&drawn);
+            let title = title.lines().next().unwrap_or_default();
+            assert_eq!(title.contains("more"), more.is_some(), "{title}");
+            assert!(more.is_none_or(|more| title.contains(more)), "{title}");
+        }
     }
 
     #[test]
