@@ -149,7 +149,7 @@ fn what_is_not_acceptable_is_named_with_its_reason_and_the_others_are_graded() {
         "✖ emil/own.rrd: comes with ratelab",
         "✖ fred/own.rrd: no rescue: ",
         "✖ gina/own.rrd: no rescue: ",
-        "✖ hans/cut.rrd: this recording ends before anything in it is whole",
+        "✖ hans/cut.rrd: nothing in this recording is whole: it ends",
         "✖ ida/own.rrd: this is not a rerun recording",
     ] {
         assert!(table.contains(line), "{line:?} is missing in\n{table}");

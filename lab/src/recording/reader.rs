@@ -280,7 +280,8 @@ impl Recording {
 /// `begun` if it contains the description of the run.
 fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
     match (begun, damage) {
-        (true, _) => "this recording ends before anything in it is whole".to_owned(),
+        (true, Some(damage)) => format!("nothing in this recording is whole: {damage}"),
+        (true, None) => "this recording ends before anything in it is whole".to_owned(),
         (false, Some(damage)) => format!("this recording is damaged at its beginning: {damage}"),
         (false, None) => "this is a rerun recording, but not one that ratelab made".to_owned(),
     }
