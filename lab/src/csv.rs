@@ -1,7 +1,6 @@
 //! One row per control step.
 
 use std::{
-    fs::File,
     io::{self, BufWriter, Write},
     thread::{self, JoinHandle},
 };
@@ -12,7 +11,7 @@ use ratelab::{
     system::Table,
 };
 
-use crate::names::key;
+use crate::{names::key, output::PatientFile};
 
 /// Number of control steps that may wait to be written before a real clock, which never
 /// waits, loses rows: minutes at 50 Hz.
@@ -44,7 +43,7 @@ impl StepWriter {
     /// Writes to `file` from the first step of `experiment` to its last. If the file
     /// could not be opened, no rows are written and [`finish`](Self::finish) returns the
     /// error.
-    pub fn start(file: io::Result<File>, experiment: &Experiment) -> Self {
+    pub fn start(file: io::Result<PatientFile>, experiment: &Experiment) -> Self {
         let header = header(experiment).unwrap_or_default();
         let state = experiment.system().state();
         let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));

@@ -8,6 +8,7 @@ use std::{
     thread,
 };
 
+use ratelab::runtime::Interrupt;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
     flag,
@@ -48,6 +49,15 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     let stop = flag.clone();
     watch(move || stop.store(true, Ordering::Relaxed), || ());
     flag
+}
+
+/// Returns an interrupt that the first signal asks for; the next signal ends the program at
+/// once.
+pub fn interrupt() -> Interrupt {
+    let interrupt = Interrupt::default();
+    let asked = interrupt.clone();
+    watch(move || asked.ask(), || ());
+    interrupt
 }
 
 /// Ends the program immediately after a signal.

@@ -192,22 +192,77 @@ fn make_pipe(path: &str) {
 }
 
 #[test]
-fn rows_go_into_a_pipe_with_a_name() {
-    let folder = folder();
-    let pipe = path(&folder, "pipe");
-    make_pipe(&pipe);
-    let mut reader = Command::new("cat")
-        .arg(&pipe)
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("cat");
-    let output = ratelab(&[COMMANDS[0], &["--csv", &pipe]].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let mut rows = String::new();
-    let mut piped = reader.stdout.take().expect("piped");
-    piped.read_to_string(&mut rows).expect("rows");
-    assert!(reader.wait().expect("cat").success());
-    assert!(rows.starts_with("step,time_s,"), "{rows}");
+fn results_go_into_a_pipe_with_a_name_and_leave_it_in_place() {
+    use std::os::unix::fs::FileTypeExt;
+    let recording = "../recordings/fall-5hz.rrd";
+    let [run, sweep] = COMMANDS;
+    for (command, beginning) in [
+        (&[run, &["--csv"]].concat()[..], "step,time_s,"),
+        (&[sweep, &["--csv"]].concat(), "policy,"),
+        (&[sweep, &["--svg"]].concat(), "<svg "),
+        (&["picture", recording, "--output"], "<svg "),
+        (&["export-web", recording, "--output"], "<!DOCTYPE html>"),
+        (&["trace", recording, "--output"], "\n"),
+        (&["grade", "--csv"], "learner,"),
+    ] {
+        let folder = folder();
+        let pipe = path(&folder, "pipe");
+        make_pipe(&pipe);
+        let mut reader = Command::new("cat")
+            .arg(&pipe)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("cat");
+        let hand_ins = path(&folder, "hand-ins");
+        fs::create_dir_all(Path::new(&hand_ins).join("nobody")).expect("made");
+        let graded = [&pipe, &*hand_ins];
+        let files = if command[0] == "grade" {
+            &graded[..]
+        } else {
+            &graded[..1]
+        };
+        let output = ratelab(&[command, files].concat());
+        let mut content = Vec::new();
+        let mut piped = reader.stdout.take().expect("piped");
+        piped.read_to_end(&mut content).expect("content");
+        assert!(reader.wait().expect("cat").success());
+        let said = text(&output.stderr);
+        assert!(
+            content.starts_with(beginning.as_bytes()),
+            "{command:?}: {said}"
+        );
+        let about = Path::new(&pipe).metadata().expect("there");
+        assert!(about.file_type().is_fifo(), "{command:?}");
+    }
+}
+
+#[test]
+fn one_signal_ends_the_wait_for_the_reader_of_a_pipe() {
+    for command in COMMANDS {
+        let folder = folder();
+        let [out, pipe] = ["out", "pipe"].map(|name| path(&folder, name));
+        make_pipe(&pipe);
+        let args = [command, &["--out", &out, "--csv", &pipe]].concat();
+        let mut child = command_of(&args).spawn().expect("ratelab starts");
+        // An unfinished file shows that the handler is installed.
+        while !Path::new(&out).is_dir() || names(Path::new(&out)).is_empty() {
+            std::thread::yield_now();
+        }
+        send("-TERM", &child);
+        assert_eq!(
+            child.wait().expect("ended").code(),
+            Some(143),
+            "{command:?}"
+        );
+        assert_eq!(names(folder.path()), ["pipe"]);
+    }
+}
+
+/// The command with `args`, without output.
+fn command_of(args: &[&str]) -> Command {
+    let mut command = command();
+    command.args(args).stderr(Stdio::null());
+    command
 }
 
 /// Sends a signal and checks that it was delivered.
@@ -253,13 +308,12 @@ fn every_signal_ends_a_run_in_order_with_its_number() {
 }
 
 #[test]
-fn a_second_signal_ends_the_run_at_once_without_unfinished_files() {
+fn any_number_of_signals_leaves_no_unfinished_files() {
     let folder = folder();
     let [out, pipe] = ["out", "pipe"].map(|name| path(&folder, name));
     make_pipe(&pipe);
-    // Nobody reads the pipe, so opening it blocks the run.
     let args = ["run", "--smoke", "--out", &out, "--csv", &pipe];
-    let mut child = command().args(args).spawn().expect("ratelab starts");
+    let mut child = command_of(&args).spawn().expect("ratelab starts");
     while !Path::new(&out).is_dir() || names(Path::new(&out)).is_empty() {
         std::thread::yield_now();
     }
@@ -267,9 +321,8 @@ fn a_second_signal_ends_the_run_at_once_without_unfinished_files() {
         send("-INT", &child);
         std::thread::yield_now();
     }
-    let status = child.wait().expect("ended");
-    assert_eq!(status.code(), Some(130));
-    assert!(names(Path::new(&out)).is_empty());
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    assert!(!Path::new(&out).exists() || names(Path::new(&out)).is_empty());
 }
 
 #[test]

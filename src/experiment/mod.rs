@@ -33,7 +33,7 @@ pub use taps::Taps;
 
 use crate::{
     runtime::{
-        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Observer, RealClock,
+        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Observer, RealClock,
         RecordedTopic, TimedCommand, TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, MeanCost, System, verdict},
@@ -189,6 +189,11 @@ impl Experiment {
     /// Adds timed `commands` to the knobs of the configuration.
     pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
         self.inbox.schedule(commands);
+    }
+
+    /// Has `interrupt` stop the run as well, under the virtual clock without pacing.
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.inbox.stop_on(interrupt);
     }
 
     /// Runs until the end time, or until a node or a command ends the run. All taps end

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::Config;
 use crate::{
     runtime::{
-        Hz, Observer, Rows, Snapshot, Time, TimedKnob,
+        Hz, Interrupt, Observer, Rows, Snapshot, Time, TimedKnob,
         telemetry::{Distribution, Event, NodeView, TopicView},
     },
     system::{System, Verdict},
@@ -111,6 +111,12 @@ pub struct MeanPushAge {
 }
 
 impl Summary {
+    /// Whether `interrupt` stopped the run before it came to a result; its end was to be at
+    /// `end`.
+    pub(crate) fn is_cut_off(&self, interrupt: &Interrupt, end: Time) -> bool {
+        interrupt.is_asked() && self.sim_time < end && !self.verdict.is_lost()
+    }
+
     /// The changes of knobs before and during the run: under the virtual clock the same
     /// configuration with these gives the same run.
     pub fn knobs(&self) -> Vec<TimedKnob> {

@@ -1,12 +1,15 @@
 //! The source of a clock's commands.
 
-use std::collections::VecDeque;
+use std::{
+    collections::VecDeque,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{
     command::{Command, TimedCommand},
-    sync::Instant,
+    sync::{Arc, Instant},
     time::Time,
 };
 
@@ -26,6 +29,24 @@ use super::{
 pub struct Inbox {
     timed: VecDeque<TimedCommand>,
     live: Receiver<Command>,
+    interrupt: Option<Interrupt>,
+}
+
+/// A request to stop, for any number of runs under the virtual clock: those that go on, and
+/// those that begin later. Clones are handles to the same request.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Asks for a stop.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether somebody has asked.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }
 
 /// How long to wait for a live command.
@@ -60,6 +81,7 @@ impl Inbox {
         let mut inbox = Self {
             timed: VecDeque::new(),
             live,
+            interrupt: None,
         };
         inbox.schedule(timed);
         (sender, inbox)
@@ -69,6 +91,16 @@ impl Inbox {
     pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
         self.timed.extend(commands);
         self.timed.make_contiguous().sort_by_key(|timed| timed.at);
+    }
+
+    /// Has `interrupt` stop the run, between two instants under the virtual clock.
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.interrupt = Some(interrupt.clone());
+    }
+
+    /// Whether the run is to stop at once.
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(Interrupt::is_asked)
     }
 
     /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
@@ -92,6 +124,7 @@ impl Inbox {
         match wait {
             // Called between any two instants; a check for emptiness costs less than an
             // attempt to receive.
+            Wait::None if self.is_interrupted() => Some(Command::Stop),
             Wait::None if self.live.is_empty() => None,
             Wait::None => self.live.try_recv().ok(),
             Wait::Forever => self.live.recv().ok(),

@@ -107,7 +107,7 @@ pub use executor::{Callback, Executor};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
 pub use head::Head;
-pub use inbox::Inbox;
+pub use inbox::{Inbox, Interrupt};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use link::Link;
 pub use local_clock::ClockError;

@@ -190,3 +190,18 @@ fn a_hunt_that_cannot_be_is_refused() {
     let much = hunt("").run(&losses(usize::MAX), &|| false);
     assert!(matches!(much, Err(HuntError::TooMuch)));
 }
+
+#[test]
+fn an_interrupt_ends_a_hunt_within_a_run() {
+    let year = Config {
+        end: Time::from_nanos(31_536_000 * 1_000_000_000),
+        ..config("control-hz 15")
+    };
+    let hunt = Hunt::new(cart_pole(), year);
+    let hunted = std::thread::scope(|scope| {
+        scope.spawn(|| hunt.interrupt.ask());
+        hunt.run(&losses(8), &|| false).expect("a hunt")
+    });
+    let (runs, stopped) = (0, true);
+    assert_eq!(hunted, Hunted::Held { runs, stopped });
+}

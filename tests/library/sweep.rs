@@ -14,7 +14,7 @@ use ratelab::{
             Swept, all_cores,
         },
     },
-    runtime::{ClockKind, Depth, Hz, Time},
+    runtime::{ClockKind, Depth, Hz, Interrupt, Time},
     system::{Verdict, WorldKind},
 };
 
@@ -315,6 +315,20 @@ fn an_interrupted_sweep_keeps_its_finished_cells() {
     assert!(swept.finished().all(|cell| whole.contains(&cell)));
     let counted: usize = swept.survival().map(|survival| survival.runs).sum();
     assert_eq!(counted, done);
+}
+
+#[test]
+fn an_interrupt_ends_a_sweep_within_its_runs() {
+    let year = of(Config {
+        end: Time::from_nanos(31_536_000 * 1_000_000_000),
+        ..Config::default()
+    });
+    let interrupt = Interrupt::default();
+    let swept = std::thread::scope(|scope| {
+        scope.spawn(|| interrupt.ask());
+        year.run_until(&interrupt, threads(2), |_, _| ControlFlow::Continue(()))
+    });
+    assert_eq!(swept.expect("a sweep").finished().count(), 0);
 }
 
 #[test]

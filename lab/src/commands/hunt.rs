@@ -1,6 +1,6 @@
 //! `ratelab hunt`: a short list of faults that loses a run.
 
-use std::{fs, path::Path, sync::atomic::Ordering};
+use std::path::Path;
 
 use ratelab::{
     experiment::{
@@ -17,7 +17,7 @@ use crate::{
     hunt,
     names::good,
     options::{self, Defaults},
-    output::{print_line, print_recorded, record_error, write_error},
+    output::{OutputFile, print_line, print_recorded, record_error},
     program::Program,
     recording::{Recorder, Source, StopReason},
     report::line,
@@ -45,8 +45,8 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     }
     let mut hunt = Hunt::new(program.system.clone(), config);
     hunt.threads = args.threads.unwrap_or(hunt.threads);
-    let asked = signals::stop_flag();
-    let hunted = hunt.run(&budget, &|| asked.load(Ordering::Relaxed))?;
+    hunt.interrupt = signals::interrupt();
+    let hunted = hunt.run(&budget, &|| false)?;
     if !args.json {
         print_line(&line("hunt", &hunt::budget(&budget)))?;
     }
@@ -109,14 +109,12 @@ fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) ->
             json!({ "found": false, "lists_tried": runs, "stopped": stopped })
         ));
     }
-    let why = if stopped {
-        ", until it was stopped"
-    } else {
-        ""
+    let text = match (runs, stopped) {
+        (_, true) => format!("nothing in the {runs} lists of faults tried until the stop"),
+        (_, false) => format!(
+            "none of {runs} lists of faults is enough: the run {good} with each; allow more"
+        ),
     };
-    let text = format!(
-        "none of {runs} lists of faults is enough{why}: the run {good} with each; allow more"
-    );
     print_line(&line("found", &text))
 }
 
@@ -124,7 +122,7 @@ fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) ->
 fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> Result<(), Error> {
     if let Some(path) = &args.save {
         let text = hunt::file(&*program.system, found, &config.knobs);
-        fs::write(path, text).map_err(|why| write_error(path, why))?;
+        OutputFile::open("--save", path)?.write(text.as_bytes())?;
     }
     let Some(path) = &args.record else {
         return Ok(());

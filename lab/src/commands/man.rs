@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{self, EXAMPLES},
     error::Error,
-    output::print_line,
+    output::{OutputFile, print_line},
     program::{self, Program},
     version,
 };
@@ -104,7 +104,7 @@ type Section = (&'static str, &'static [(&'static str, &'static str)]);
 fn write(command: &Command, sections: &[Section], folder: &Path) -> Result<(), Error> {
     let file = folder.join(manual(command).get_filename());
     let page = page(command, sections)?;
-    fs::write(&file, page).map_err(|why| Error::unwritable("man", &file, &why))
+    OutputFile::open("man", &file)?.write(&page)
 }
 
 fn manual(command: &Command) -> Man {

@@ -39,7 +39,7 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     let recorder = record(destination(args), &experiment)?;
     let mut csv = outputs.take_csv();
-    let rows = csv.as_mut().map(output::CsvFile::begin).transpose()?;
+    let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;
     let rows = rows.map(|file| csv::StepWriter::start(Ok(file), &experiment));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {

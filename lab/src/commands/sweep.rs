@@ -3,7 +3,6 @@
 use std::{
     io::{IsTerminal, stdout},
     ops::ControlFlow,
-    sync::atomic::Ordering,
 };
 
 use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
@@ -37,8 +36,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let cells = sweep.cells()?;
     let topics = csv::read_topics(&sweep)?;
     let header = csv::header(&sweep, &topics);
-    // No further cell begins once this is set.
-    let asked = signals::stop_flag();
+    let interrupt = signals::interrupt();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     note_overload(&sweep, cells);
     let record = args.record.as_deref().map(Record::create).transpose()?;
@@ -48,13 +46,9 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
         args.json,
     );
     let threads = args.threads.unwrap_or_else(all_cores);
-    let swept = sweep.run(threads, |_, _| {
+    let swept = sweep.run_until(&interrupt, threads, |_, _| {
         bar.advance();
-        if asked.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        ControlFlow::Continue(())
     })?;
     bar.finish();
     print_results(program, args, &swept, &topics, outputs, record)?;

@@ -5,14 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{
-    CsvFile,
-    kind::Kind,
-    paths::{is_same, resolved},
-    print::write_error,
-    unfinished::Unfinished,
-    whole::Whole,
-};
+use super::{OutputFile, kind::Kind, paths::is_same};
 use crate::error::Error;
 
 /// The files to write, and the files to read.
@@ -74,9 +67,9 @@ impl OutputPlan<'_> {
 /// Files opened before the run, so that no run is wasted. If they are dropped before they
 /// are written, nothing is left behind.
 pub struct Outputs {
-    metrics: Option<(Unfinished, PathBuf)>,
-    csv: Option<CsvFile>,
-    svg: Option<Whole>,
+    metrics: Option<OutputFile>,
+    csv: Option<OutputFile>,
+    svg: Option<OutputFile>,
     /// Dropped last, because the other files are in these folders.
     _folders: NewFolders,
 }
@@ -88,7 +81,8 @@ impl Outputs {
     /// [`Error::BadInput`] if one of them is not writable.
     pub fn prepare(plan: &OutputPlan) -> Result<Self, Error> {
         let outputs = Self::beside_csv(plan)?;
-        let csv = plan.csv.map(CsvFile::open).transpose()?;
+        let csv = plan.csv.map(|path| OutputFile::open("--csv", path));
+        let csv = csv.transpose()?;
         Ok(Self { csv, ..outputs })
     }
 
@@ -103,12 +97,10 @@ impl Outputs {
         })?;
         plan.check()?;
         let metrics = plan.out.map(|folder| {
-            let path = folder.join(plan.metrics);
-            let file = resolved(&path).and_then(|target| Unfinished::create(&target));
-            file.map(|file| (file, path))
-                .map_err(|why| unwritable(folder, why))
+            let file = OutputFile::at(&folder.join(plan.metrics));
+            file.map_err(|why| unwritable(folder, why))
         });
-        let svg = plan.svg.map(|path| Whole::create("--svg", path));
+        let svg = plan.svg.map(|path| OutputFile::open("--svg", path));
         Ok(Self {
             metrics: metrics.transpose()?,
             csv: None,
@@ -118,12 +110,12 @@ impl Outputs {
     }
 
     /// The file for rows; `None` on later calls.
-    pub fn take_csv(&mut self) -> Option<CsvFile> {
+    pub fn take_csv(&mut self) -> Option<OutputFile> {
         self.csv.take()
     }
 
     /// The file for a drawing; `None` on later calls.
-    pub fn take_svg(&mut self) -> Option<Whole> {
+    pub fn take_svg(&mut self) -> Option<OutputFile> {
         self.svg.take()
     }
 
@@ -132,11 +124,10 @@ impl Outputs {
     /// # Errors
     /// [`Error::Write`] with the cause.
     pub fn write(self, metrics: &str) -> Result<(), Error> {
-        let Some((file, path)) = self.metrics else {
+        let Some(file) = self.metrics else {
             return Ok(());
         };
-        let written = file.write_line(metrics).and_then(|()| file.complete());
-        written.map_err(|why| write_error(&path, why))
+        file.write(format!("{metrics}\n").as_bytes())
     }
 }
 

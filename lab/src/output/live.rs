@@ -7,7 +7,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::paths::resolved;
+use super::{
+    paths::resolved,
+    pipe::{self, PatientFile},
+};
 
 /// An open file with unchanged content until [`begin`](Self::begin). If it is dropped
 /// before, a new file is removed.
@@ -28,6 +31,13 @@ impl Live {
         if let Some(file) = standard_stream(path) {
             return Ok(Self {
                 file,
+                replaces: false,
+                made: None,
+            });
+        }
+        if pipe::is_pipe(path) {
+            return Ok(Self {
+                file: pipe::open(path)?,
                 replaces: false,
                 made: None,
             });
@@ -54,12 +64,12 @@ impl Live {
     ///
     /// # Errors
     /// The error of the operating system.
-    pub fn begin(&mut self) -> io::Result<File> {
+    pub fn begin(&mut self) -> io::Result<PatientFile> {
         if self.replaces {
             self.file.set_len(0)?;
         }
         self.made = None;
-        self.file.try_clone()
+        self.file.try_clone().map(PatientFile)
     }
 }
 

@@ -1,25 +1,26 @@
 //! Printed output and files.
 //!
 //! All files are checked before the first is opened for writing. A file of results gets
-//! its name when it is complete, and replaces an earlier file of its kind only.
+//! its name when it is complete, and replaces an earlier file of its kind only; what is no
+//! regular file is written into.
 
-mod csv_file;
+mod file;
 mod files;
 mod kind;
 mod live;
 mod paths;
+mod pipe;
 mod print;
 mod progress;
 mod unfinished;
-mod whole;
 
-pub use csv_file::CsvFile;
+pub use file::{OutputFile, refuse_same, write_whole};
 pub use files::{OutputPlan, Outputs};
 pub use kind::Kind;
 pub use live::Live;
+pub use pipe::PatientFile;
 pub use print::{
     error, note, note_defect, print_line, print_recorded, printed, record_error, write_error,
 };
 pub use progress::ProgressLine;
 pub use unfinished::remove_unfinished;
-pub use whole::{refuse_same, write_whole};

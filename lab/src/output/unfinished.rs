@@ -7,7 +7,7 @@
 
 use std::{
     fs::{self, File, Permissions, TryLockError},
-    io::{self, Write},
+    io,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -49,14 +49,6 @@ impl Unfinished {
         }
         let target = target.to_owned();
         Ok(Self { file, target })
-    }
-
-    /// Writes `text` and a newline.
-    ///
-    /// # Errors
-    /// The error of the operating system.
-    pub fn write_line(&self, text: &str) -> io::Result<()> {
-        writeln!(self.file.as_file(), "{text}")
     }
 
     /// Returns a handle for writing.
@@ -138,6 +130,8 @@ fn remove_unowned(path: &Path) {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
     fn names_in(folder: &Path) -> Vec<String> {

@@ -2,7 +2,6 @@
 
 use std::{
     borrow::Cow,
-    fs::File,
     io::{self, BufWriter, Write},
 };
 
@@ -60,7 +59,7 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
 }
 
 /// Writes the finished runs below `header`, in the order of the sweep.
-pub fn write(file: File, header: &str, swept: &Swept) -> io::Result<()> {
+pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
     writeln!(out, "{header}")?;
     let (knobs, cost) = (columns::of(sweep), sweep.system.quadratic_cost().is_some());

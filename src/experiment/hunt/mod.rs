@@ -43,7 +43,7 @@ pub use windows::RANDOM_LISTS;
 
 use super::{Config, Summary, sweep::all_cores};
 use crate::{
-    runtime::{ClockKind, Fault, Speed, Time, TimedKnob},
+    runtime::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob},
     system::{BuildError, System, Verdict},
 };
 use fault::{FaultPart, Targets};
@@ -63,6 +63,8 @@ pub struct Hunt {
     base: Config,
     /// Number of threads; it changes the duration of the hunt alone.
     pub threads: NonZeroUsize,
+    /// Stops the hunt, within a run as well.
+    pub interrupt: Interrupt,
 }
 
 /// The upper limits of the faults.
@@ -163,6 +165,7 @@ impl Hunt {
             system,
             base,
             threads,
+            interrupt: Interrupt::default(),
         }
     }
 
@@ -174,8 +177,8 @@ impl Hunt {
         config
     }
 
-    /// Hunts within `budget`, to the end or until `stop` returns `true`, and then returns
-    /// the best list so far. The outcome depends on the configuration and the budget
+    /// Hunts within `budget`, to the end or until `stop` returns `true` before a run or
+    /// [`interrupt`](Self::interrupt) is asked for, and then returns the best list so far. The outcome depends on the configuration and the budget
     /// alone.
     ///
     /// # Errors
@@ -195,6 +198,10 @@ impl Hunt {
         let targets = Targets::of(budget)?;
         let mut trials = Trials::new(&resolved, &targets, stop);
         let usual = trials.summary(&[])?;
+        if self.interrupt.is_asked() {
+            let (runs, stopped) = (0, true);
+            return Ok(Hunted::Held { runs, stopped });
+        }
         if usual.verdict.is_lost() {
             return Err(HuntError::LostAnyway(usual.verdict));
         }
@@ -210,7 +217,7 @@ impl Hunt {
             return Ok(Hunted::Held { runs, stopped });
         };
         Ok(Hunted::Lost(Found {
-            verdict: trials.summary(&best)?.verdict,
+            verdict: trials.verdict(&best)?,
             knobs: targets.knobs(&best),
             proof,
             runs,

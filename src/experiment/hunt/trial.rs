@@ -12,7 +12,10 @@ use super::{
     Hunt, HuntError,
     fault::{FaultPart, Targets},
 };
-use crate::experiment::{Experiment, Summary};
+use crate::{
+    experiment::{Experiment, Summary},
+    system::Verdict,
+};
 
 /// The reason for the end of a search.
 pub(super) enum Halt {
@@ -34,6 +37,8 @@ pub(super) struct Trials<'h> {
     targets: &'h Targets,
     stop: &'h (dyn Fn() -> bool + Sync),
     runs: usize,
+    /// The lists that lost the run, each with its verdict.
+    lost: Mutex<Vec<(Vec<FaultPart>, Verdict)>>,
 }
 
 impl<'h> Trials<'h> {
@@ -44,6 +49,7 @@ impl<'h> Trials<'h> {
             targets,
             stop,
             runs: 0,
+            lost: Mutex::default(),
         }
     }
 
@@ -56,8 +62,31 @@ impl<'h> Trials<'h> {
     /// The summary of the run with the faults of `list`.
     pub fn summary(&self, list: &[FaultPart]) -> Result<Summary, HuntError> {
         let config = self.hunt.with(&self.targets.knobs(list));
-        let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
+        let mut experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
+        experiment.stop_on(&self.hunt.interrupt);
         Ok(experiment.run()?)
+    }
+
+    /// The verdict on the run with the faults of `list`.
+    pub fn verdict(&self, list: &[FaultPart]) -> Result<Verdict, HuntError> {
+        let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+        match lost.iter().rev().find(|(known, _)| known == list) {
+            Some((_, verdict)) => Ok(*verdict),
+            None => Ok(self.summary(list)?.verdict),
+        }
+    }
+
+    /// Whether the run with the faults of `list` is lost; `None` if it was stopped.
+    fn is_lost(&self, list: &[FaultPart]) -> Result<Option<bool>, HuntError> {
+        let (run, hunt) = (self.summary(list)?, self.hunt);
+        if run.is_cut_off(&hunt.interrupt, hunt.base.end) {
+            return Ok(None);
+        }
+        if run.verdict.is_lost() {
+            let mut lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+            lost.push((list.to_vec(), run.verdict));
+        }
+        Ok(Some(run.verdict.is_lost()))
     }
 
     /// The index of the first of `lists` that loses the run.
@@ -71,12 +100,13 @@ impl<'h> Trials<'h> {
             if index >= first.load(Ordering::Relaxed) {
                 return;
             }
-            if (self.stop)() {
+            if (self.stop)() || self.hunt.interrupt.is_asked() {
                 return stopped.store(true, Ordering::Relaxed);
             }
-            match self.summary(&lists[index]).map(|run| run.verdict.is_lost()) {
-                Ok(false) => continue,
-                Ok(true) => {}
+            match self.is_lost(&lists[index]) {
+                Ok(None) => return stopped.store(true, Ordering::Relaxed),
+                Ok(Some(false)) => continue,
+                Ok(Some(true)) => {}
                 Err(error) => failures().push((index, error)),
             }
             first.fetch_min(index, Ordering::Relaxed);

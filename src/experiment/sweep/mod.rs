@@ -34,7 +34,7 @@ pub use work::all_cores;
 
 use super::{Config, Experiment};
 use crate::{
-    runtime::{ClockKind, Fault, KnobKind, Speed, Time},
+    runtime::{ClockKind, Fault, Interrupt, KnobKind, Speed, Time},
     system::{BuildError, System},
 };
 
@@ -200,20 +200,25 @@ impl Sweep {
         Ok(resolved)
     }
 
-    /// Runs one cell.
-    fn execute(&self, cell: &Cell) -> Result<CellResult, SweepError> {
+    /// Runs one cell; `None` if `interrupt` stopped it.
+    fn execute(
+        &self,
+        cell: &Cell,
+        interrupt: &Interrupt,
+    ) -> Result<Option<CellResult>, SweepError> {
         let which = || Box::new(cell.clone());
         let experiment = Experiment::of_resolved(self.system.clone(), self.config(cell));
-        let experiment = experiment.map_err(|source| SweepError::Build {
+        let mut experiment = experiment.map_err(|source| SweepError::Build {
             cell: which(),
             source,
         })?;
+        experiment.stop_on(interrupt);
         let summary = experiment.run();
         let summary = summary.map_err(|source| SweepError::Fault {
             cell: which(),
             source,
         })?;
-        Ok(CellResult::from(&summary))
+        Ok((!summary.is_cut_off(interrupt, self.base.end)).then(|| CellResult::from(&summary)))
     }
 }
 

@@ -3,13 +3,14 @@
 use std::{
     num::NonZeroUsize,
     ops::ControlFlow,
-    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
+    sync::atomic::{AtomicUsize, Ordering},
     thread,
 };
 
 use crossbeam_channel::{Receiver, Sender};
 
 use super::{Cell, CellResult, Sweep, SweepError, Swept};
+use crate::runtime::Interrupt;
 
 /// Maximum number of finished cells waiting for the caller.
 const WAITING: usize = 1_024;
@@ -27,7 +28,7 @@ struct Work {
     sweep: Sweep,
     cells: usize,
     next: AtomicUsize,
-    stop: AtomicBool,
+    interrupt: Interrupt,
 }
 
 impl Sweep {
@@ -42,12 +43,25 @@ impl Sweep {
         threads: NonZeroUsize,
         finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
+        self.run_until(&Interrupt::default(), threads, finished)
+    }
+
+    /// The same until `interrupt` is asked for, which stops the runs that go on as well.
+    ///
+    /// # Errors
+    /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
+    pub fn run_until(
+        &self,
+        interrupt: &Interrupt,
+        threads: NonZeroUsize,
+        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
+    ) -> Result<Swept, SweepError> {
         let cells = self.cells()?;
         let work = Work {
             sweep: self.resolved()?,
             cells,
             next: AtomicUsize::new(0),
-            stop: AtomicBool::new(false),
+            interrupt: interrupt.clone(),
         };
         thread::scope(|scope| {
             let (sender, done) = crossbeam_channel::bounded(WAITING);
@@ -64,19 +78,18 @@ impl Sweep {
 impl Work {
     /// Runs cells until none are left.
     fn run(&self, done: &Sender<FinishedCell>) {
-        while !self.stopped() {
+        while !self.interrupt.is_asked() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let cell = self.sweep.cell(index).filter(|_| index < self.cells);
             let Some(cell) = cell else { return };
-            let outcome = self.sweep.execute(&cell);
+            let outcome = self.sweep.execute(&cell, &self.interrupt);
+            let Some(outcome) = outcome.transpose() else {
+                return;
+            };
             if done.send((index, cell, outcome)).is_err() {
                 return; // The caller panicked.
             }
         }
-    }
-
-    fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
     }
 
     /// Stores the threads' results in the order of the cells.
@@ -90,7 +103,8 @@ impl Work {
         for (index, cell, outcome) in done {
             let go_on = match outcome {
                 Ok(outcome) => {
-                    let go_on = !self.stopped() && finished(&cell, &outcome).is_continue();
+                    let asked = self.interrupt.is_asked();
+                    let go_on = !asked && finished(&cell, &outcome).is_continue();
                     outcomes[index] = Some(outcome);
                     go_on
                 }
@@ -100,7 +114,7 @@ impl Work {
                 }
             };
             if !go_on {
-                self.stop.store(true, Ordering::Relaxed);
+                self.interrupt.ask();
             }
         }
         let sweep = self.sweep.clone();

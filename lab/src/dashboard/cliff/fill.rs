@@ -1,19 +1,11 @@
 //! Runs in the background, at low priority.
 
-use std::{
-    num::NonZeroUsize,
-    ops::ControlFlow,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread,
-};
+use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use crossbeam_channel::{Receiver, TryRecvError, unbounded};
 use ratelab::{
     experiment::sweep::{Cell, CellResult, Sweep, SweepError},
-    runtime::clock::lower_priority,
+    runtime::{Interrupt, clock::lower_priority},
 };
 
 /// A run and its result.
@@ -23,7 +15,7 @@ pub type Made = (Cell, CellResult);
 /// Ends when dropped.
 pub struct Fill {
     made: Receiver<Result<Made, SweepError>>,
-    stop: Arc<AtomicBool>,
+    interrupt: Interrupt,
 }
 
 impl Fill {
@@ -31,24 +23,23 @@ impl Fill {
     pub fn start(sweep: Sweep) -> Self {
         // The queue holds at most one item per cell.
         let (sender, made) = unbounded();
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = stop.clone();
+        let interrupt = Interrupt::default();
+        let asked = interrupt.clone();
         // Dropping does not wait for its end, which may take long on a busy machine.
         thread::spawn(move || {
             lower_priority();
-            let swept = sweep.run(NonZeroUsize::MIN, |cell, outcome| {
+            let swept = sweep.run_until(&asked, NonZeroUsize::MIN, |cell, outcome| {
                 let told = sender.send(Ok((cell.clone(), outcome.clone())));
-                if stopped.load(Ordering::Relaxed) || told.is_err() {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
+                match told {
+                    Ok(()) => ControlFlow::Continue(()),
+                    Err(_) => ControlFlow::Break(()),
                 }
             });
             if let Err(error) = swept {
                 let _ = sender.send(Err(error)); // The receiver may be gone.
             }
         });
-        Self { made, stop }
+        Self { made, interrupt }
     }
 
     /// The next finished run, if there is one.
@@ -75,13 +66,13 @@ impl Fill {
     pub fn nobody() -> Self {
         Self {
             made: crossbeam_channel::never(),
-            stop: Arc::default(),
+            interrupt: Interrupt::default(),
         }
     }
 }
 
 impl Drop for Fill {
     fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
+        self.interrupt.ask();
     }
 }

@@ -1,0 +1,135 @@
+//! A file of results, the one way in which any command writes one.
+
+use std::{
+    fs::File,
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use super::{
+    kind::Kind,
+    live::{Live, must_be_live},
+    paths::{is_same, resolved},
+    pipe::PatientFile,
+    print::write_error,
+    unfinished::Unfinished,
+};
+use crate::error::Error;
+
+/// A file of results: a regular file is replaced when it is complete; pipes, devices and
+/// files in read-only folders are written into.
+pub struct OutputFile {
+    path: PathBuf,
+    target: Target,
+}
+
+enum Target {
+    Whole(Unfinished),
+    Live(Live),
+}
+
+impl OutputFile {
+    /// Opens the file at `path`, which `option` named, without changing its content.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if it is not writable.
+    pub fn open(option: &str, path: &Path) -> Result<Self, Error> {
+        Self::at(path).map_err(|why| Error::unwritable(option, path, &why))
+    }
+
+    /// Opens the file at `path` without changing its content.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn at(path: &Path) -> io::Result<Self> {
+        let (target, path) = (Target::to(path)?, path.to_owned());
+        Ok(Self { path, target })
+    }
+
+    /// Returns the file to write to, emptied.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with the error of the operating system.
+    pub fn begin(&mut self) -> Result<PatientFile, Error> {
+        let file = match &mut self.target {
+            Target::Whole(file) => file.writer().map(PatientFile),
+            Target::Live(file) => file.begin(),
+        };
+        file.map_err(|why| write_error(&self.path, why))
+    }
+
+    /// Gives the file its final name if everything was `written`.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with the cause.
+    pub fn complete<T>(self, written: io::Result<T>) -> Result<T, Error> {
+        let named = written.and_then(|written| match self.target {
+            Target::Whole(file) => file.complete().map(|()| written),
+            Target::Live(_) => Ok(written),
+        });
+        named.map_err(|why| write_error(&self.path, why))
+    }
+
+    /// Writes all of the file.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with the cause.
+    pub fn write(mut self, bytes: &[u8]) -> Result<(), Error> {
+        let written = self.begin()?.write_all(bytes);
+        self.complete(written)
+    }
+}
+
+impl Target {
+    fn to(path: &Path) -> io::Result<Self> {
+        if must_be_live(path) {
+            return Live::open(path).map(Self::Live);
+        }
+        let target = resolved(path)?;
+        let is_there = target.exists();
+        if is_there {
+            // A read-only file must not be replaced either.
+            File::options().write(true).open(&target)?;
+        }
+        match Unfinished::create(&target) {
+            Err(why) if is_there && why.kind() == io::ErrorKind::PermissionDenied => {
+                Live::open(&target).map(Self::Live)
+            }
+            created => created.map(Self::Whole),
+        }
+    }
+}
+
+/// Writes `bytes` to the file at `path`, which `option` named. It is not the file that is
+/// `read`, and replaces files of its `kind` only.
+///
+/// # Errors
+/// [`Error::BadInput`] if nothing can be written there, or there is another file,
+/// [`Error::Write`] with what went wrong.
+pub fn write_whole(
+    option: &str,
+    path: &Path,
+    kind: Kind,
+    read: Option<&Path>,
+    bytes: &[u8],
+) -> Result<(), Error> {
+    if let Some(read) = read {
+        refuse_same(option, path, read)?;
+    }
+    kind.check(option, path)?;
+    OutputFile::open(option, path)?.write(bytes)
+}
+
+/// Refuses to write to the file at `path`, which `option` named, if it is `read`.
+///
+/// # Errors
+/// [`Error::BadInput`] if it is.
+pub fn refuse_same(option: &str, path: &Path, read: &Path) -> Result<(), Error> {
+    match is_same(path, read) {
+        true => Err(Error::BadInput(format!(
+            "{option} {}: this is the file that is read: choose another name",
+            path.display()
+        ))),
+        false => Ok(()),
+    }
+}
