@@ -8,6 +8,7 @@ use crate::{
     dashboard::{self, Options, Setup},
     error::Error,
     output::print_line,
+    printable::shown,
     recording::{OtherRun, Recording, verify},
     screen::theme,
 };
@@ -28,7 +29,7 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
         let setup = Setup::new(system.clone(), false);
         dashboard::play(recording.clone(), setup, &options)?;
     }
-    let name = recording.path.display();
+    let name = shown(&recording.path);
     let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));
     let identical = identical.map_err(|why| Error::Unverified {
         file: name.to_string(),

@@ -1,5 +1,7 @@
 //! Makes untrusted text safe to print on a terminal.
 
+use std::path::Path;
+
 /// Maximum length of an error line (characters): enough for a long path.
 const LONGEST: usize = 1_000;
 
@@ -51,6 +53,44 @@ pub fn one_line(text: &str) -> String {
     )
 }
 
+/// `path` as it is printed, without characters that control a terminal.
+pub fn shown(path: &Path) -> String {
+    in_line(&path.display().to_string())
+}
+
+/// `text` in one line of any length, with control characters escaped.
+pub fn in_line(text: &str) -> String {
+    escaped(text.chars())
+}
+
+/// `text` as it is, but for control characters: those of lines and of colours stay.
+pub fn in_lines(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let kept = match c {
+            '\n' => 1,
+            '\u{1b}' => colour_length(rest),
+            _ => 0,
+        };
+        let (head, tail) = rest.split_at(if kept > 0 { kept } else { c.len_utf8() });
+        match kept {
+            0 => safe.push_str(&in_line(head)),
+            _ => safe.push_str(head),
+        }
+        rest = tail;
+    }
+    safe
+}
+
+/// Length of the escape sequence for a colour at the beginning of `text`; 0 without one.
+fn colour_length(text: &str) -> usize {
+    let digits = |c: char| c.is_ascii_digit() || c == ';';
+    let after = text.strip_prefix("\u{1b}[");
+    let end = after.and_then(|after| after.trim_start_matches(digits).strip_prefix('m'));
+    end.map_or(0, |end| text.len() - end.len())
+}
+
 fn escaped(chars: impl Iterator<Item = char>) -> String {
     let mut line = String::new();
     for c in chars {
@@ -72,6 +112,22 @@ mod tests {
         assert_eq!(one_line("\u{1b}[31mred\n"), r"\u{1b}[31mred\n");
         assert_eq!(one_line("txt.\u{202e}exe"), r"txt.\u{202e}exe");
         assert_eq!(one_line("→ é \"ü\" \\ '"), "→ é \"ü\" \\ '");
+    }
+
+    #[test]
+    fn only_lines_and_colours_are_kept_in_a_text_of_many_lines() {
+        for (text, safe) in [
+            (
+                "one\n\u{1b}[1;31mred\u{1b}[0m\n",
+                "one\n\u{1b}[1;31mred\u{1b}[0m\n",
+            ),
+            ("\u{1b}]0;title\u{7}", r"\u{1b}]0;title\u{7}"),
+            ("\u{1b}[2Jgone", r"\u{1b}[2Jgone"),
+            ("\u{9b}2J\r\t\u{202e}é", r"\u{9b}2J\r\t\u{202e}é"),
+            ("cut \u{1b}[31", r"cut \u{1b}[31"),
+        ] {
+            assert_eq!(in_lines(text), safe);
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::{
     output::ProgressLine,
+    printable::shown,
     recording::{ReadError, Recording},
 };
 
@@ -18,7 +19,7 @@ pub fn read(file: &Path) -> Result<Recording, ReadError> {
     let mut bar = None;
     Recording::read_watched(file, |done, all| {
         if all >= LARGE {
-            let new = || ProgressLine::new(all, file.display().to_string());
+            let new = || ProgressLine::new(all, shown(file));
             bar.get_or_insert_with(new).set(done);
         }
     })

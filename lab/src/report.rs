@@ -13,6 +13,7 @@ use ratelab::{
 
 use crate::{
     names::{self, label, node_label, rate_alias, short_value},
+    printable::in_line,
     recording::Recorded,
     timing::{self, was_late},
 };
@@ -107,9 +108,9 @@ fn quadratic_cost(system: &dyn System, summary: &Summary) -> Option<String> {
     Some(format!("cost {mean:.4}: the mean{until} of {}", cost.sum))
 }
 
-/// A line with the `text` of `name`.
+/// A line with the `text` of `name`, made safe for a terminal.
 pub fn line(name: &str, text: &str) -> String {
-    format!("{name:<9} {text}")
+    format!("{name:<9} {}", in_line(text))
 }
 
 /// The commands of the run; the verdict covers its end. Knobs are printed in the format

@@ -362,3 +362,63 @@ fn a_limit_on_the_size_of_files_is_an_error_like_a_full_disk() {
     );
     assert!(names(folder.path()).is_empty(), "nothing is half-written");
 }
+
+#[test]
+fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_verify() {
+    let folder = folder();
+    let evil = "a\u{1b}]0;PWN\u{7}\nverdict   KEPT\u{9b}2J\u{202e}";
+    let [policy, recording, page, trace, rows] = ["pt", "rrd", "html", "pftrace", "csv"]
+        .map(|ending| path(&folder, &format!("{evil}.{ending}")));
+    fs::copy("../tests/fixtures/policies/actor.pt", &policy).expect("copied");
+    let run = [
+        "run",
+        "--clock",
+        "virtual",
+        "--duration-s",
+        "0.5",
+        "--policy",
+        &policy,
+    ];
+    let knob = format!("send policy {policy}");
+    for args in [
+        &[&run[..], &["--record", &recording, "--csv", &rows]].concat()[..],
+        &["info", &recording],
+        &["verify", &recording],
+        &[
+            "branch",
+            &recording,
+            "--at",
+            "0.2",
+            "--knob",
+            "control-hz 20",
+        ],
+        &["export-web", &recording, "--output", &page],
+        &["trace", &recording, "--output", &trace],
+        &[
+            "sweep",
+            "--seeds",
+            "0",
+            "--duration-s",
+            "0.1",
+            "--knob",
+            &knob,
+        ],
+        &["info", &policy],
+        &["verify", &page],
+        &["run", "--policy", &format!("{policy}x")],
+    ] {
+        let output = ratelab(args);
+        let printed = text(&output.stdout) + &text(&output.stderr);
+        assert!(!printed.is_empty());
+        let raw = printed.chars().find(|c| c.is_control() && *c != '\n');
+        assert_eq!(raw, None, "{args:?}: {printed}");
+        assert!(!printed.contains('\u{202e}'), "{args:?}: {printed}");
+        let forged = printed
+            .lines()
+            .any(|line| line.starts_with("verdict   KEPT"));
+        assert!(!forged, "{args:?}: {printed}");
+        if ["verify", "branch"].contains(&args[0]) && args[1] == recording {
+            assert!(output.status.success(), "{args:?}: {printed}");
+        }
+    }
+}

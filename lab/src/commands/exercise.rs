@@ -155,7 +155,7 @@ fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
         )));
     }
     let recording = Recording::read(file)?;
-    let name = file.display();
+    let name = crate::printable::shown(file);
     let (accepted, text) = accept(&recording);
     if accepted {
         print_line(&format!("✓ {name}: {text}"))?;

@@ -11,6 +11,7 @@ use crate::{
     error::Error,
     names,
     output::{Kind, print_line, refuse_same, write_whole},
+    printable::shown,
     program::Program,
     recording::Recording,
     screen::theme,
@@ -66,7 +67,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
     write_whole("--output", &args.output, Kind::Page, None, page.as_bytes())?;
-    let file = args.output.display();
+    let file = shown(&args.output);
     print_line(&format!("{file}: open it in a browser"))?;
     recordings.iter().try_for_each(|one| Error::if_damaged(one))
 }

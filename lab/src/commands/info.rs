@@ -7,6 +7,7 @@ use ratelab::runtime::{Rows, Time};
 use crate::{
     error::Error,
     output::print_line,
+    printable::shown,
     program::Program,
     reading,
     recording::{Recording, RecordingEnd, Replay, schema::RunStatus},
@@ -27,7 +28,7 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
     replay.advance_to(Time::MAX);
     let messages = recording.topics.iter().map(Rows::len);
     let ticks: usize = recording.ticks.iter().map(Vec::len).sum();
-    let file = recording.path.display();
+    let file = shown(&recording.path);
     let holds = format!(
         "{begins} to {}: {} messages, {ticks} ticks{}",
         recording.until,

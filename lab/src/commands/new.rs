@@ -7,6 +7,7 @@ use crate::{
     error::Error,
     graph_schema::schema,
     output::{print_line, write_error},
+    printable::shown,
     program,
 };
 
@@ -22,7 +23,7 @@ pub fn new(args: &NewArgs) -> Result<(), Error> {
 }
 
 fn write(path: &Path) -> Result<(), Error> {
-    let file = path.display();
+    let file = shown(path);
     if !is_graph_file(path.as_os_str()) {
         let why = format!("new {file}: a graph file ends in .toml: choose another name");
         return Err(Error::BadInput(why));

@@ -4,6 +4,7 @@ use crate::{
     cli::TraceArgs,
     error::Error,
     output::{Kind, print_line, write_whole},
+    printable::shown,
     program::Program,
     recording::Recording,
     trace::trace as encoded,
@@ -24,7 +25,7 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     )?;
     print_line(&format!(
         "{}: open it in https://ui.perfetto.dev",
-        path.display()
+        shown(&path)
     ))?;
     Error::if_damaged(&recording)
 }

@@ -14,6 +14,7 @@ use crate::{
     cli::VerifyArgs,
     error::Error,
     output::{self, print_line},
+    printable::shown,
     program::Program,
     reading,
     recording::verify as run_again,
@@ -63,7 +64,7 @@ fn verify_one(
     asked: &Arc<AtomicBool>,
 ) -> Result<(), Error> {
     let recording = reading::read(file)?;
-    let name = file.display();
+    let name = shown(file);
     let progress = Progress::new(recording.until, asked);
     let system = program.of(&recording).system;
     let verified = run_again(&recording, &system, perturb, |look| {
@@ -85,7 +86,7 @@ fn verify_one(
 /// ended.
 fn give_up(file: &Path, node: &BusyNode) -> ! {
     let BusyNode { name, at, took } = node;
-    let (file, took) = (file.display(), took.as_secs_f64());
+    let (file, took) = (shown(file), took.as_secs_f64());
     output::error(&format!(
         "{file}: {name} has been in its tick at {at} for 10 s longer than the {took:.3} s of \
          the recorded one: it waits for something that is no topic, and that does not come back"

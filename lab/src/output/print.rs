@@ -6,11 +6,17 @@ use std::{
     path::Path,
 };
 
-use crate::{error::Error, printable::one_line, recording::Recorded, report};
+use crate::{
+    error::Error,
+    printable::{in_lines, one_line},
+    recording::Recorded,
+    report,
+};
 
-/// Prints to standard output; a reader that has closed it is no error.
+/// Prints lines to standard output, made safe for a terminal; a reader that has closed it
+/// is no error.
 pub fn print_line(text: &str) -> Result<(), Error> {
-    printed(writeln!(io::stdout(), "{text}"))
+    printed(writeln!(io::stdout(), "{}", in_lines(text)))
 }
 
 /// Turns the result of printing to standard output into a result of the command.

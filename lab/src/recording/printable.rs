@@ -4,13 +4,19 @@ use serde_json::Value;
 
 use crate::printable::is_control;
 
-/// Replaces the characters that control a terminal in every text of `value`: a file may
-/// contain any.
+/// The texts in knobs: a run is executed again with them, so they keep all characters.
+const EXACT: [&str; 2] = ["what", "spec"];
+
+/// Replaces the characters that control a terminal in every text of `value` but those of
+/// knobs: a file may contain any.
 pub fn make_printable(value: &mut Value) {
     match value {
         Value::String(text) => *text = text.replace(is_control, "?"),
         Value::Array(values) => values.iter_mut().for_each(make_printable),
-        Value::Object(map) => map.values_mut().for_each(make_printable),
+        Value::Object(map) => {
+            let others = map.iter_mut().filter(|(key, _)| !EXACT.contains(&&***key));
+            others.for_each(|(_, value)| make_printable(value));
+        }
         _ => {}
     }
 }
