@@ -63,6 +63,14 @@ pub enum Error {
         /// The difference.
         why: VerifyError,
     },
+    /// A damaged recording, of which only the intact part was read.
+    #[error("{file}: {defect}")]
+    Damaged {
+        /// Path of the file.
+        file: String,
+        /// The defect.
+        defect: String,
+    },
     /// Some of several recordings differ from repetitions of their runs.
     #[error("{failed} of {of} recordings were not verified")]
     Failed {
@@ -154,8 +162,8 @@ impl Error {
     pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
         match recording.defect() {
             Some(defect) => {
-                let file = recording.path.display();
-                Err(Self::BadInput(format!("{file}: {defect}")))
+                let file = recording.path.display().to_string();
+                Err(Self::Damaged { file, defect })
             }
             None => Ok(()),
         }

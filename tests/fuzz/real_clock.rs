@@ -44,25 +44,9 @@ const RUNS: [&str; 2] = [
 
 const KNOBS: &str = "0.15 control-hz 55\n0.3 queue-depth 2\n0.4 policy lqr\n";
 
-/// Columns that a verification compares in addition to [`COLUMNS`], for the real clock.
-const OF_REAL_TIME: [&str; 5] = [
-    "took_ns",
-    "pushed_ns",
-    "sensed_ns",
-    "stamp_ns",
-    "arrives_ns",
-];
-
 /// The log of the threads, and its columns.
 const THREADS: &str = "/threads";
 const OF_THREADS: [&str; 4] = ["piece", "thread", "bytes", "digest"];
-
-/// Fields that are not compared for the real clock: the wall decides when a timed knob is
-/// turned, and a depth that no queue reaches has no effect.
-const INPUTS: [(&str, &str); 2] = [
-    ("/__properties/origin", "/config/knobs"),
-    ("/events", "/what/Applied/command/SetDepth/depth"),
-];
 
 /// Size of the headers of a file and of each message in it.
 const FILE_HEADER: usize = 12;
@@ -80,7 +64,7 @@ fn compared(messages: &[LogMsg]) -> Vec<(String, String, ArrayRef)> {
             continue;
         };
         let columns = match (is_series(message), is_json(message), is_threads(message)) {
-            (true, ..) => [&COLUMNS[..], &OF_REAL_TIME].concat(),
+            (true, ..) => COLUMNS.to_vec(),
             (_, true, _) => vec!["json"],
             (.., true) => OF_THREADS.to_vec(),
             _ => continue,
@@ -112,8 +96,7 @@ fn lateness(cells: &ArrayRef) -> ArrayRef {
 fn claims(entity: &str, table: &RecordBatch) -> ArrayRef {
     let texts = (0..table.num_rows()).map(|row| {
         let mut value = json_in(table, row);
-        let unknown = UNKNOWABLE.iter().map(|(of, field, _)| (*of, *field));
-        for (_, field) in unknown.chain(INPUTS).filter(|(of, _)| *of == entity) {
+        for (_, field, _) in UNKNOWABLE.iter().filter(|(of, ..)| *of == entity) {
             if let Some(place) = value.pointer_mut(field) {
                 *place = Value::Null;
             }
@@ -135,7 +118,7 @@ fn alter(messages: &mut [LogMsg], random: &mut RandomSource) -> String {
     let how = if is_json(&messages[at]) {
         change_texts(&name, &mut table, random)
     } else {
-        let columns = [&COLUMNS[..], &OF_REAL_TIME, &OF_THREADS].concat();
+        let columns = [&COLUMNS[..], &OF_THREADS].concat();
         let columns = columns.into_iter().filter(|column| {
             let threads = OF_THREADS.contains(column);
             threads == is_threads(&messages[at]) && table.column_by_name(column).is_some()

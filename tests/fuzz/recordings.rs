@@ -16,14 +16,18 @@ use crate::{
     root,
 };
 
-/// Recordings of an earlier version to alter.
-const EARLIER: [&str; 2] = ["recordings/fall-5hz.rrd", "recordings/rescued.rrd"];
+/// Recordings to alter.
+const SHIPPED: [&str; 2] = ["recordings/fall-5hz.rrd", "recordings/rescued.rrd"];
 
-/// The command line of a fresh recording, written to [`FRESH`].
-const RUN: &str = "run --clock virtual --duration-s 2 --policy lqr --queue-depth 3 \
-                   --control-hz 10 --record fresh.rrd";
-
-const FRESH: &str = "fresh.rrd";
+/// The command lines of fresh ones; the first argument of some is a graph file.
+const RUNS: [&str; 6] = [
+    "run --clock virtual --duration-s 2 --policy lqr --queue-depth 3 --control-hz 10",
+    "run --clock virtual --duration-s 1 --world own --takes policy=5..40 --speed 10",
+    "graphs/robot.toml run --clock virtual --duration-s 2",
+    "graphs/three-servos.toml run --clock virtual --duration-s 1",
+    "graphs/camera-pole.toml run --clock virtual --duration-s 2",
+    "run --duration-s 0.5 --world own --takes policy=12..30",
+];
 
 /// Name of an altered recording.
 const ALTERED: &str = "altered.rrd";
@@ -53,14 +57,27 @@ pub fn encode(messages: &[LogMsg]) -> Vec<u8> {
 #[test]
 fn recordings() {
     let folder = tempdir().expect("a folder");
-    let run_now = RUN.split_whitespace().collect::<Vec<_>>();
-    let output = ratelab(&run_now, folder.path(), folder.path());
-    assert!(output.status.success(), "{output:?}");
-    let [fall, rescued] = EARLIER.map(|name| decode(&root().join(name)));
-    let originals = [&fall, &rescued, &decode(&folder.path().join(FRESH))];
+    let fresh = RUNS.iter().enumerate().map(|(number, line)| {
+        let (file, graph) = (folder.path().join(format!("{number}.rrd")), root());
+        let words = line
+            .split_whitespace()
+            .map(|word| match word.strip_prefix("graphs/") {
+                Some(_) => graph.join(word).display().to_string(),
+                None => word.to_owned(),
+            });
+        let end = ["--record".to_owned(), file.display().to_string()];
+        let words: Vec<String> = words.chain(end).collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let output = ratelab(&words, folder.path(), folder.path());
+        assert!(file.exists(), "{output:?}");
+        decode(&file)
+    });
+    let shipped = SHIPPED.iter().map(|name| decode(&root().join(name)));
+    let originals: Vec<_> = shipped.chain(fresh).collect();
+    let originals: Vec<&Vec<LogMsg>> = originals.iter().collect();
     let file = folder.path().join(ALTERED);
     let ask = |command| ratelab(&[command, ALTERED], folder.path(), folder.path());
-    for original in originals {
+    for original in &originals {
         fs::write(&file, encode(original)).expect("written");
         let output = ask("verify");
         assert!(

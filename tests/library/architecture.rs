@@ -95,7 +95,6 @@ const ABOUT_THE_CART_POLE: [&str; 3] = [
     // The frames for tests of the screen.
     "dashboard/view/sample",
     // Recordings of early versions, which had a single robot.
-    "recording/legacy",
     // Linear theory, for the table of a sweep.
     "sweep/theory",
 ];

@@ -1,14 +1,15 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
 use ratelab::{
-    runtime::{Rows, TickRecord, Time, telemetry::Event},
+    runtime::{Head, Rows, TickRecord, Time, telemetry::Event},
     system::Setup,
 };
 use rerun::log::Chunk;
 use serde_json::Value;
 
 use super::{
-    legacy,
+    digest::ContentDigest,
+    frames::MORE,
     limits::check_graph,
     printable::make_printable,
     rows,
@@ -44,6 +45,9 @@ pub struct Content {
     pub sound: Option<Time>,
     /// The defect of the file.
     pub damage: Option<&'static str>,
+    /// Whether its digest is not that of its content.
+    pub altered: bool,
+    digest: ContentDigest,
 }
 
 impl Content {
@@ -53,10 +57,10 @@ impl Content {
     /// A text, if the recording's description of itself is not understood.
     pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
         let entity = chunk.entity_path();
-        if entity
+        let describes = entity
             .to_string()
-            .ends_with(&format!("__properties/{ORIGIN}"))
-        {
+            .ends_with(&format!("__properties/{ORIGIN}"));
+        if describes && self.outcome.is_none() {
             return self.begin(chunk);
         }
         let Some(origin) = &self.origin else {
@@ -67,14 +71,24 @@ impl Content {
             return Ok(());
         }
         let topology = &origin.topology;
+        let digest = &mut self.digest;
         let (mut topics, mut nodes) = (topology.topics.iter(), topology.nodes.iter());
-        let sound = if let Some(index) = topics.position(|t| topic_entity(&t.name) == *entity) {
-            add_messages(&mut self.topics[index], chunk)
-        } else if let Some(index) = nodes.position(|n| node_entity(&n.name) == *entity) {
-            add_ticks(&mut self.ticks[index], chunk)
+        let topic = topics.position(|topic| topic_entity(&topic.name) == *entity);
+        let node = nodes.position(|node| node_entity(&node.name) == *entity);
+        let ours = [EVENTS, END, CHECKPOINT, THREADS].contains(&&*entity.to_string());
+        if self.outcome.is_some() && (describes || topic.is_some() || node.is_some() || ours) {
+            self.damage = Some(MORE);
+            return Ok(());
+        }
+        let sound = if let Some(index) = topic {
+            let add = |head: &Head, values: &[f64]| digest.add_message(index, head, values);
+            add_messages(&mut self.topics[index], chunk, add)
+        } else if let Some(index) = node {
+            let add = |tick: &TickRecord| digest.add_tick(index, tick);
+            add_ticks(&mut self.ticks[index], chunk, add)
         } else {
             match entity.to_string().as_str() {
-                EVENTS => add_events(&mut self.events, chunk),
+                EVENTS => add_events(&mut self.events, chunk, digest),
                 END => self.end(chunk),
                 CHECKPOINT => self.check_in(chunk),
                 THREADS => {
@@ -93,10 +107,11 @@ impl Content {
 
     fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
         let damaged = || "what this recording says of itself is damaged".to_owned();
-        let Some(json) = rows::raw_json(chunk).next() else {
+        let Some(text) = rows::texts(chunk).into_iter().next() else {
             return Ok(());
         };
-        let mut json = json.ok_or_else(damaged)?;
+        let text = text.ok_or_else(damaged)?;
+        let mut json: Value = serde_json::from_str(&text).map_err(|_| damaged())?;
         // A graph file has lines; it is parsed, and not printed.
         let graph_file = json.get_mut("graph_file").map(Value::take);
         make_printable(&mut json);
@@ -110,12 +125,17 @@ impl Content {
                      a later one made it"
                 ));
             }
-            Some(2) => serde_json::from_value(json).ok(),
-            Some(1) => legacy::origin(json),
-            _ => None,
+            Some(format) if format < u64::from(FORMAT) => {
+                return Err(format!(
+                    "this recording is of format {format}, this ratelab reads {FORMAT}: \
+                     record it again"
+                ));
+            }
+            _ => serde_json::from_value(json).ok(),
         };
         let origin: Origin = origin.filter(sets_nothing_twice).ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
+        self.digest = ContentDigest::new(&text, &origin.topology);
         self.topics = vec![Rows::default(); origin.topology.topics.len()];
         self.ticks = vec![Vec::new(); origin.topology.nodes.len()];
         self.origin = Some(origin);
@@ -124,13 +144,15 @@ impl Content {
 
     /// Reads the end record.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        let parse = match &self.origin {
-            Some(Origin { format: 1, .. }) => legacy::end,
-            _ => |json| serde_json::from_value(json).ok(),
-        };
-        for json in rows::json(chunk) {
+        for text in rows::texts(chunk) {
             let after = self.until.unwrap_or_default();
-            let outcome = json.and_then(parse).ok_or(Damaged { after })?;
+            let text = text.ok_or(Damaged { after })?;
+            let exact = serde_json::from_str(&text).map_err(|_| Damaged { after })?;
+            let json = rows::json(Some(&text));
+            let outcome = json.and_then(|json| serde_json::from_value(json).ok());
+            let outcome: RecordingEnd = outcome.ok_or(Damaged { after })?;
+            let digest = outcome.digest;
+            self.altered = digest.is_some_and(|digest| digest != self.digest.with_end(&exact));
             self.until = Some(outcome.at);
             self.outcome = Some(outcome);
         }
@@ -160,11 +182,16 @@ struct Damaged {
 }
 
 /// Adds the messages in `chunk`: numbers, run times and losses never decrease.
-fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
+fn add_messages(
+    messages: &mut Rows,
+    chunk: &Chunk,
+    mut note: impl FnMut(&Head, &[f64]),
+) -> Result<(), Damaged> {
     for row in rows::messages(chunk) {
         let last = messages.heads().last().copied();
         let after = last.map_or(Time::ZERO, |last| last.at);
         let (head, values) = row.ok_or(Damaged { after })?;
+        note(&head, values);
         let follows = last.is_none_or(|last| {
             head.seq > last.seq && head.at >= last.at && head.dropped >= last.dropped
         });
@@ -180,11 +207,16 @@ fn add_messages(messages: &mut Rows, chunk: &Chunk) -> Result<(), Damaged> {
 }
 
 /// Adds the ticks in `chunk`: numbers, times and overruns never decrease.
-fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> {
+fn add_ticks(
+    ticks: &mut Vec<TickRecord>,
+    chunk: &Chunk,
+    mut note: impl FnMut(&TickRecord),
+) -> Result<(), Damaged> {
     for row in rows::ticks(chunk) {
         let last = ticks.last();
         let after = last.map_or(Time::ZERO, |last| last.at);
         let tick = row.ok_or(Damaged { after })?;
+        note(&tick);
         let follows = last.is_none_or(|last| {
             tick.number > last.number && tick.at >= last.at && tick.overruns >= last.overruns
         });
@@ -198,10 +230,16 @@ fn add_ticks(ticks: &mut Vec<TickRecord>, chunk: &Chunk) -> Result<(), Damaged> 
 }
 
 /// Adds the events in `chunk`. Those of different threads may be slightly out of order.
-fn add_events(events: &mut Vec<Event>, chunk: &Chunk) -> Result<(), Damaged> {
-    for json in rows::json(chunk) {
+fn add_events(
+    events: &mut Vec<Event>,
+    chunk: &Chunk,
+    digest: &mut ContentDigest,
+) -> Result<(), Damaged> {
+    for text in rows::texts(chunk) {
         let after = events.last().map_or(Time::ZERO, |last| last.at);
-        let event = json.and_then(|json| serde_json::from_value(json).ok());
+        digest.add_event(text.as_deref().unwrap_or_default());
+        let event = rows::json(text.as_deref());
+        let event = event.and_then(|json| serde_json::from_value(json).ok());
         events.push(event.ok_or(Damaged { after })?);
     }
     Ok(())

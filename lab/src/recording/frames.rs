@@ -18,7 +18,7 @@ use rerun::{
     external::{
         arrow::ipc::{reader::StreamReader, root_as_message},
         re_log_encoding::{
-            Decodable, MessageHeader, MessageKind, StreamHeader, external::lz4_flex,
+            Decodable, MessageHeader, MessageKind, StreamFooter, StreamHeader, external::lz4_flex,
         },
     },
     log::Chunk,
@@ -26,6 +26,9 @@ use rerun::{
 
 /// The first bytes of a `.rrd` file.
 const MAGIC: &[u8] = b"RRF2";
+
+/// The defect of a file that goes on after its end.
+pub const MORE: &str = "something else follows its end";
 
 /// Maximum compression ratio of LZ4.
 const LZ4_BEST_RATIO: u64 = 255;
@@ -93,7 +96,12 @@ impl Iterator for Chunks<'_> {
         while self.damage.is_none() {
             let (kind, content) = self.message()?;
             match kind {
-                MessageKind::End => return None,
+                MessageKind::End => {
+                    if self.rest.len() > StreamFooter::ENCODED_SIZE_BYTES {
+                        self.damage = Some(MORE);
+                    }
+                    return None;
+                }
                 MessageKind::SetStoreInfo => {
                     let application = quietly(|| application(content));
                     self.application = application.or(self.application.take());

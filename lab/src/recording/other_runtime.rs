@@ -82,6 +82,7 @@ impl Recording {
             lost: 0,
             dropped: Some(topics.iter().map(dropped).collect()),
             threads: None,
+            digest: None,
         };
         Ok(Self {
             path: PathBuf::from(NAME),
@@ -94,6 +95,7 @@ impl Recording {
             until,
             outcome: Some(outcome),
             damage: None,
+            altered: false,
         })
     }
 }

@@ -83,6 +83,8 @@ pub struct Recording {
     pub outcome: Option<RecordingEnd>,
     /// The defect at the end of the content, if the file is damaged.
     pub damage: Option<&'static str>,
+    /// Whether its content has another digest than it had when it was recorded.
+    pub altered: bool,
 }
 
 impl Recording {
@@ -149,6 +151,7 @@ impl Recording {
             until,
             outcome: content.outcome,
             damage: chunks.damage.or(content.damage),
+            altered: content.altered,
             origin,
         };
         recording.check(content.sound);
@@ -186,8 +189,10 @@ impl Recording {
                 lost: 0,
                 dropped: end.losses(observer),
                 threads: None,
+                digest: None,
             }),
             damage: None,
+            altered: false,
             origin,
         }
     }

@@ -129,23 +129,15 @@ pub fn pieces(chunk: &Chunk) -> Vec<Option<LogPiece>> {
     rows.collect()
 }
 
-/// The JSON in the rows of `chunk`; `None` for an invalid row.
-pub fn json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
-    raw_json(chunk).map(|value| {
-        let mut value = value?;
-        make_printable(&mut value);
-        Some(value)
-    })
-}
-
-/// The same with all characters.
-pub fn raw_json(chunk: &Chunk) -> impl Iterator<Item = Option<Value>> {
-    let texts = texts(chunk).into_iter();
-    texts.map(|text| serde_json::from_str(&text?).ok())
+/// The JSON in `text`, safe for a terminal; `None` for an invalid one.
+pub fn json(text: Option<&str>) -> Option<Value> {
+    let mut value = serde_json::from_str(text?).ok()?;
+    make_printable(&mut value);
+    Some(value)
 }
 
 /// The texts in the rows of `chunk`, if it has any; `None` for a damaged cell.
-fn texts(chunk: &Chunk) -> Vec<Option<String>> {
+pub fn texts(chunk: &Chunk) -> Vec<Option<String>> {
     if chunk.components().get_array(JSON.into()).is_none() {
         return Vec::new();
     }

@@ -232,6 +232,9 @@ pub struct RecordingEnd {
     /// Digest of the log of the threads; `None` if the run was never under the real clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threads: Option<u64>,
+    /// Digest of all else that readers read of the file; `None` in files of early versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<u64>,
 }
 
 /// The end of a recorded run.

@@ -21,6 +21,7 @@ use super::{
     blueprint::{self, Subject},
     columns,
     compact::{LARGEST, compact},
+    digest::ContentDigest,
     file::RecordingFile,
     plant_steps::PlantSteps,
     properties,
@@ -132,6 +133,7 @@ pub struct RecordingWriter {
     observer: Observer,
     scene: Scene,
     threads: ThreadTrack,
+    digest: ContentDigest,
     /// Wall time at which run time was zero, or would have been: pauses move it.
     epoch: Option<SystemTime>,
     events: usize,
@@ -167,7 +169,9 @@ impl RecordingWriter {
             notice,
             ..
         } = source;
+        let json = serde_json::to_string(&origin).unwrap_or_default();
         let mut writer = Self {
+            digest: ContentDigest::new(&json, &origin.topology),
             rec,
             file,
             taps,
@@ -223,7 +227,7 @@ impl RecordingWriter {
         };
         self.batch(until)?;
         let observer = &self.observer;
-        let outcome = RecordingEnd {
+        let mut outcome = RecordingEnd {
             at: observer
                 .now()
                 .max(self.newest.unwrap_or(Time::ZERO))
@@ -235,7 +239,9 @@ impl RecordingWriter {
             lost: self.taps.lost(),
             dropped: reason.losses(observer),
             threads: self.threads.digest(),
+            digest: None,
         };
+        outcome.digest = Some(self.digest.with_end(&outcome));
         self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
         self.add_lanes().map_err(io::Error::other)?;
@@ -353,18 +359,25 @@ impl RecordingWriter {
             before: self.made,
             steps: states.map_or(&[], |(_, rows)| rows.heads()),
         };
-        for (track, (_, rows)) in taps.topics.iter().zip(&topics) {
+        for (track, (name, rows)) in taps.topics.iter().zip(&topics) {
+            let mut known = self.origin.topology.topics.iter();
+            if let Some(topic) = known.position(|topic| topic.name == *name) {
+                self.digest.add_messages(topic, rows);
+            }
             track.write(rec, rows, &progress.stamps_of_messages(rows.heads()))?;
             let last = rows.heads().last().map(|head| head.at);
             self.latest = self.latest.max(last.unwrap_or_default());
         }
-        for track in &mut taps.nodes {
+        for (node, track) in taps.nodes.iter_mut().enumerate() {
             let ticks = track.take(until);
+            ticks
+                .iter()
+                .for_each(|tick| self.digest.add_tick(node, tick));
             let stamps = progress.stamps_of(ticks.iter().map(|tick| tick.at));
             track.write(rec, &ticks, &stamps)?;
             self.newest = ticks.last().map(|tick| tick.at).max(self.newest);
         }
-        write_events(rec, events, &progress)?;
+        write_events(rec, events, &progress, &mut self.digest)?;
         let batch = Batch {
             progress: &progress,
             topics: &topics,
@@ -459,13 +472,15 @@ fn write_events(
     rec: &RecordingStream,
     events: &[Event],
     progress: &PlantSteps<'_>,
+    digest: &mut ContentDigest,
 ) -> RecordingStreamResult<()> {
     // A chunk sorts its rows by time, and events of different threads may be out of order.
     for ordered in events.chunk_by(|before, after| before.at <= after.at) {
         let stamps = progress.stamps_of(ordered.iter().map(|event| event.at));
         let texts = ordered
             .iter()
-            .map(|event| serde_json::to_string(event).unwrap_or_default());
+            .map(|event| serde_json::to_string(event).unwrap_or_default())
+            .inspect(|json| digest.add_event(json));
         rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])?;
     }
     Ok(())
@@ -506,13 +521,16 @@ mod tests {
             before: 0,
             steps: &[],
         };
-        write_events(&rec, &events, &progress).expect("written");
+        let mut digest = ContentDigest::default();
+        write_events(&rec, &events, &progress, &mut digest).expect("written");
         let mut read: Vec<Event> = Vec::new();
         for message in storage.take() {
             if let LogMsg::ArrowMsg(_, data) = message {
                 let chunk = Chunk::from_arrow_msg(&data).expect("a chunk");
-                let json = rows::json(&chunk).map(|json| json.expect("JSON"));
-                read.extend(json.map(|json| serde_json::from_value(json).expect("an event")));
+                let texts = rows::texts(&chunk)
+                    .into_iter()
+                    .map(|text| text.expect("JSON"));
+                read.extend(texts.map(|text| serde_json::from_str(&text).expect("an event")));
             }
         }
         assert_eq!(read, events);

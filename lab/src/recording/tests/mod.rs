@@ -5,7 +5,6 @@ mod altered;
 mod damage;
 mod lanes;
 mod leaks;
-mod legacy;
 mod lies;
 mod live;
 mod own;

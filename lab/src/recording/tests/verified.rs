@@ -243,8 +243,16 @@ fn nothing_is_not_identical_with_nothing() {
     let original = recording(&folder);
     let mut empty = original.clone();
     empty.topics[2] = Rows::default();
-    let error = verify(&empty).expect_err("nothing to compare").to_string();
-    assert!(error.contains("nothing in it to verify"), "{error}");
+    let error = verify(&empty).expect_err("a topic is missing").to_string();
+    assert!(error.contains("/state message 0: recorded none"), "{error}");
+    let mut torn = original.clone();
+    (torn.outcome, torn.until) = (None, Time::ZERO);
+    torn.ticks.iter_mut().for_each(Vec::clear);
+    let error = verify(&torn).expect_err("nothing to compare").to_string();
+    assert!(
+        error.contains("nothing in it to verify: this file is good up to"),
+        "{error}"
+    );
     let mut half = original.clone();
     half.topics[0] = Rows::default();
     let error = verify(&half).expect_err("a topic is missing").to_string();

@@ -113,7 +113,7 @@ pub fn run_again(
     let (over, watched) = bounded(0);
     let (differences, outcome, stopped) = thread::scope(|scope| {
         let comparison = &comparison;
-        let checks = compare(scope, comparison, recording, taps, rerun.is_some());
+        let checks = compare(scope, comparison, recording, taps);
         let watch = scope.spawn(move || watcher.stops(&watched, comparison));
         let outcome = match &mut rerun {
             Some(rerun) => experiment.run_with(rerun),
@@ -248,14 +248,13 @@ fn compare<'scope>(
     comparison: &'scope Comparison,
     recording: &'scope Recording,
     taps: Taps,
-    threads: bool,
 ) -> Vec<Check<'scope>> {
     let nodes = recording.origin.topology.nodes.iter();
     // A tap that is never emptied would block the run for ever.
     let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
     let mut checks: Vec<Check<'_>> = nodes
         .map(|((node, ticks), tap)| {
-            let series = Ticks::new(&node.name, ticks, ticks_of(tap), threads);
+            let series = Ticks::new(&node.name, ticks, ticks_of(tap));
             scope.spawn(move || comparison.compare(series))
         })
         .collect();

@@ -98,7 +98,11 @@ impl Comparison {
             topics: topics.filter(|rows| !rows.is_empty()).count(),
             messages,
             ticks,
-            until: self.cut.then(|| observer.now()),
+            until: (self.cut || !recording.is_whole()).then(|| observer.now().min(recording.until)),
+            without_digest: recording
+                .outcome
+                .as_ref()
+                .is_none_or(|outcome| outcome.digest.is_none()),
         }
     }
 

@@ -159,7 +159,7 @@ fn first_difference(
     let ticks = nodes
         .zip(&computed.ticks)
         .filter_map(|((node, ticks), new)| {
-            comparison.compare(Ticks::new(&node.name, ticks, left(new), threads))
+            comparison.compare(Ticks::new(&node.name, ticks, left(new)))
         });
     let topics = topology.topics.iter().zip(fields).zip(&computed.topics);
     let messages = topics.filter_map(|((topic, fields), new)| {

@@ -15,7 +15,7 @@ mod topology;
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{
-    runtime::{LogError, Rows, Time, telemetry::Topology},
+    runtime::{LogError, Time, telemetry::Topology},
     system::{BuildError, System},
 };
 use thiserror::Error;
@@ -83,8 +83,15 @@ pub enum VerifyError {
     #[error("differs: {0}: {LIKELY}")]
     Diverged(String),
     /// There is nothing in it.
-    #[error("there is nothing in it to verify: no {0} was recorded")]
+    #[error("there is nothing in it to verify: {0}")]
     Nothing(String),
+    /// All that comes again is the same, and something else was changed.
+    #[error(
+        "differs: all that comes again is the same, and its digest is another: what does not \
+         come of the run was changed, such as the configuration of a run of the real clock, or a \
+         duration in wall time"
+    )]
+    Altered,
     /// The run that comes of it is another one.
     #[error("{difference}{why}{}", if_made_elsewhere(.made))]
     Differs {
@@ -116,6 +123,7 @@ impl VerifyError {
             Self::Order(_) | Self::Log(_) => "the log of its threads is damaged",
             Self::Diverged(_) | Self::Differs { .. } => "this program runs it differently",
             Self::Nothing(_) => "too little of it was recorded",
+            Self::Altered => "it was changed",
             Self::Stopped => "the execution was stopped",
             Self::Setup(_) => "it cannot be set up here",
         }
@@ -136,9 +144,11 @@ pub struct Identical {
     pub messages: usize,
     /// Ticks compared.
     pub ticks: usize,
-    /// Run time up to which the recording can be executed again, if it is cut off and the
-    /// rest cannot.
+    /// Run time up to which it was compared, if the rest is damaged or cannot be executed
+    /// again.
     pub until: Option<Time>,
+    /// Whether the file has no digest, so that the rest of its content was not compared.
+    pub without_digest: bool,
 }
 
 impl fmt::Display for Identical {
@@ -149,9 +159,12 @@ impl fmt::Display for Identical {
             f,
             "identical, {topics} topics, {messages} messages, {ticks} ticks"
         )?;
-        match self.until {
-            Some(until) => write!(f, ", up to {until}"),
-            None => Ok(()),
+        if let Some(until) = self.until {
+            write!(f, ", up to {until}")?;
+        }
+        match self.without_digest {
+            true => f.write_str("; without a digest: wall times and settings not compared"),
+            false => Ok(()),
         }
     }
 }
@@ -170,8 +183,7 @@ fn thousands(number: usize) -> String {
 
 /// Runs the recorded run of `system` again with its commands, in the recorded order where
 /// it was under the real clock, and compares the graph, every message, every tick, every
-/// event and the end. Wall time is not compared: durations of ticks under the virtual
-/// clock and of the run, pauses and speeds. With `perturb` threads pause at random.
+/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb` threads pause at random.
 /// `watch` looks on now and then, and ends the comparison with a break.
 ///
 /// # Errors
@@ -183,7 +195,7 @@ pub fn verify(
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     refuse_foreign(recording, system)?;
-    refuse_nothing(recording, &**system)?;
+    refuse_nothing(recording)?;
     let mut rerun = order::rerun(recording, &**system)?;
     let threads = rerun.is_some();
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
@@ -197,7 +209,10 @@ pub fn verify(
     differences.sort_by_key(|difference| difference.at);
     let difference = differences.into_iter().next();
     judge(recording, system, threads, (difference, diverged))?;
-    Ok(identical)
+    match recording.altered && recording.is_whole() {
+        true => Err(VerifyError::Altered),
+        false => Ok(identical),
+    }
 }
 
 /// The error for the first `difference` of a run; with `threads` it was under the real clock,
@@ -254,20 +269,13 @@ fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
     topics.map(|topic| &*topic.name).collect()
 }
 
-/// A run leaves ticks, and states if its system has such: a recording without them
-/// is of no part of it. Chains may have no data.
-fn refuse_nothing(recording: &Recording, system: &dyn System) -> Result<(), VerifyError> {
-    let lacks = |name: &&str| recording.rows(name).is_none_or(Rows::is_empty);
-    let state = system
-        .state()
-        .filter(|state| system.chains() != Some(*state));
-    if let Some(state) = state.filter(lacks) {
-        return Err(VerifyError::Nothing(format!("message of {state}")));
+/// A part of a run has ticks; a whole one may have none.
+fn refuse_nothing(recording: &Recording) -> Result<(), VerifyError> {
+    if recording.is_whole() || recording.ticks.iter().any(|ticks| !ticks.is_empty()) {
+        return Ok(());
     }
-    if recording.ticks.iter().all(Vec::is_empty) {
-        return Err(VerifyError::Nothing("tick".to_owned()));
-    }
-    Ok(())
+    let defect = recording.defect().unwrap_or_default();
+    Err(VerifyError::Nothing(defect))
 }
 
 /// The software of the recording, if it may compute other bits than this program.

@@ -149,25 +149,20 @@ pub struct Ticks<'a> {
     recorded: &'a [TickRecord],
     /// Whether it was recorded what they did to the world: not in old files.
     has_pushes: bool,
-    /// Whether the run was under the real clock, for a while at least.
-    threads: bool,
     source: Source<'a, Vec<TickRecord>>,
     computed: Vec<TickRecord>,
 }
 
 impl<'a> Ticks<'a> {
-    /// Those of the node called `node`: recorded, and out of `source`; with `threads` of a
-    /// run that was under the real clock.
+    /// Those of the node called `node`: recorded, and out of `source`.
     pub fn new(
         node: &'a str,
         recorded: &'a [TickRecord],
         source: Source<'a, Vec<TickRecord>>,
-        threads: bool,
     ) -> Self {
         Self {
             node,
             recorded,
-            threads,
             has_pushes: recorded.iter().any(|tick| tick.push.is_some()),
             source,
             computed: Vec::new(),
@@ -204,10 +199,8 @@ impl Series for Ticks<'_> {
     fn compare(&self, recorded: usize, computed: usize) -> Option<Difference> {
         let item = self.recorded(recorded)?;
         let (recorded, computed) = (self.recorded.get(recorded)?, self.computed.get(computed)?);
-        // How long a tick took under the virtual clock is the wall's time, and not what
-        // comes again.
-        let of_threads = computed.took.filter(|_| self.threads);
-        let (took, ends) = (of_threads.or(recorded.took), recorded.ends);
+        // A duration that is no part of the run is the wall's time, and does not come again.
+        let (took, ends) = (computed.took.or(recorded.took), recorded.ends);
         let push = computed.push.filter(|_| self.has_pushes);
         let computed = &TickRecord {
             took,
