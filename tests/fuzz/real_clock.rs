@@ -57,7 +57,7 @@ fn is_threads(message: &LogMsg) -> bool {
 }
 
 /// What a verification compares in a file, by entity and column.
-fn compared(messages: &[LogMsg]) -> Vec<(String, String, ArrayRef)> {
+pub fn compared(messages: &[LogMsg]) -> Vec<(String, String, ArrayRef)> {
     let mut all = Vec::new();
     for message in messages {
         let Some((entity, table)) = entity(message) else {

@@ -13,6 +13,7 @@ use crate::{
     alterations::alter,
     cases::{pick, run},
     program::ratelab,
+    real_clock::compared,
     root,
 };
 
@@ -85,9 +86,14 @@ fn recordings() {
             "not altered, only encoded again: {output:?}"
         );
     }
-    run("recordings", 60, |random, note| {
-        let mut messages = pick(random, &originals).clone();
+    run("recordings", 30, |random, note| {
+        let original = pick(random, &originals);
+        let mut messages = original.clone();
         *note = alter(&mut messages, random);
+        // Less than a nanosecond of a lateness is none.
+        if compared(&messages) == compared(&original) {
+            return;
+        }
         fs::write(&file, encode(&messages)).expect("written");
         ask("info");
         assert!(!ask("verify").status.success(), "verify accepts it");

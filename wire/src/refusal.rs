@@ -18,6 +18,8 @@ pub enum Refusal {
     Sender,
     /// It was there already, or is older than one that was.
     Repeated,
+    /// Its number is too far from the last one.
+    Jump,
     /// The clock of its sender is not known yet.
     Clock,
     /// By the clocks it was published later than now.
@@ -30,12 +32,13 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Format,
         Self::Length,
         Self::NotFinite,
         Self::Sender,
         Self::Repeated,
+        Self::Jump,
         Self::Clock,
         Self::Future,
         Self::Early,
@@ -56,6 +59,7 @@ impl fmt::Display for Refusal {
             Self::NotFinite => "not finite",
             Self::Sender => "second sender",
             Self::Repeated => "repeated",
+            Self::Jump => "impossible number",
             Self::Clock => "unknown clock",
             Self::Future => "from the future",
             Self::Early => "from before the run",

@@ -3,10 +3,26 @@
 //! One process at a time sends to a topic. Another one takes over when it is gone: when its
 //! presence ended, or when it was silent for long. A start is a new incarnation, so that
 //! numbers from the beginning are a restart and not a reordering.
+//!
+//! | number of a message, after number *n* of the same sender | what follows |
+//! |---|---|
+//! | *n* + 1 | accepted |
+//! | higher, by no more than nodes can send in the time since *n* | accepted; those between are lost |
+//! | higher still | refused: one wrong number must not make all right ones too low |
+//! | *n*, or lower | refused: repeated, or overtaken |
+//! | any, after a silence longer than the patience | accepted: its numbers begin there |
+//!
+//! Messages that are refused do not end a silence. Each row is a case of a test.
 
 use std::time::{Duration, Instant};
 
 use crate::refusal::Refusal;
+
+/// The most messages that a node sends in a second: the highest rate that there is.
+const MOST_PER_SECOND: f64 = 10_000.0;
+
+/// Messages by which a sender may be ahead of that, after a moment in which it was held up.
+const AHEAD: u64 = 100;
 
 /// The sender of a topic, as its receiver knows it.
 #[derive(Debug, Default)]
@@ -39,12 +55,17 @@ impl Sender {
         now: Instant,
         patience: Duration,
     ) -> Result<(), Refusal> {
-        match &mut self.current {
+        match &self.current {
             Some(current) if current.incarnation == incarnation => {
-                if seq < current.next_seq {
-                    return Err(Refusal::Repeated);
+                let silence = now.saturating_duration_since(current.heard);
+                match seq.checked_sub(current.next_seq) {
+                    Some(gap) if gap <= possible(silence) => {
+                        self.lost = self.lost.saturating_add(gap);
+                    }
+                    _ if silence >= patience => {}
+                    Some(_) => return Err(Refusal::Jump),
+                    None => return Err(Refusal::Repeated),
                 }
-                self.lost = self.lost.saturating_add(seq - current.next_seq);
             }
             Some(current) if !current.gone && now - current.heard < patience => {
                 return Err(Refusal::Sender);
@@ -72,6 +93,11 @@ impl Sender {
         let current = self.current.as_ref()?;
         Some(now.saturating_duration_since(current.heard))
     }
+}
+
+/// Number of messages that can be lost in a `silence`.
+fn possible(silence: Duration) -> u64 {
+    AHEAD + (silence.as_secs_f64() * MOST_PER_SECOND) as u64
 }
 
 #[cfg(test)]
@@ -120,11 +146,71 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_numbers_do_no_harm() {
-        let (start, mut sender) = (Instant::now(), Sender::default());
-        assert_eq!(sender.accept(1, 0, start, PATIENCE), Ok(()));
-        assert_eq!(sender.accept(1, u64::MAX, start, PATIENCE), Ok(()));
-        assert_eq!(sender.accept(1, u64::MAX, start, PATIENCE), Ok(()));
-        assert_eq!(sender.lost, u64::MAX - 1);
+    fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
+        use Refusal::{Jump, Repeated};
+        let (ok, once) = (Ok(()), 20);
+        for (case, messages, lost) in [
+            ("in order", &[(1, once, ok), (2, once, ok)][..], 0),
+            ("some lost", &[(1, once, ok), (51, 1_000, ok)], 49),
+            (
+                "late and repeated",
+                &[(2, once, ok), (1, 0, Err(Repeated)), (2, 0, Err(Repeated))],
+                1,
+            ),
+            (
+                "a forged jump",
+                &[(1, once, ok), (1_000_000, once, Err(Jump)), (2, once, ok)],
+                0,
+            ),
+            (
+                "the greatest",
+                &[(1, once, ok), (u64::MAX, once, Err(Jump)), (2, once, ok)],
+                0,
+            ),
+            (
+                "half of it",
+                &[(1, once, ok), (1 << 63, once, Err(Jump)), (2, once, ok)],
+                0,
+            ),
+            (
+                "jump after jump",
+                &[
+                    (1, once, ok),
+                    (1_000_000, once, Err(Jump)),
+                    (2_000_000, once, Err(Jump)),
+                    (2, 10, ok),
+                ],
+                0,
+            ),
+            (
+                "a jump within reach, and back",
+                &[
+                    (250, once, ok),
+                    (1, once, Err(Repeated)),
+                    (2, 100, ok),
+                    (3, once, ok),
+                ],
+                249,
+            ),
+            (
+                "numbers from elsewhere after a silence",
+                &[(1, once, ok), (1 << 40, 100, ok), ((1 << 40) + 1, once, ok)],
+                0,
+            ),
+            (
+                "the last number of all",
+                &[(1, once, ok), (u64::MAX, 200, ok), (2, 200, ok)],
+                0,
+            ),
+        ] {
+            let (mut now, mut sender) = (Instant::now(), Sender::default());
+            assert_eq!(sender.accept(1, 0, now, PATIENCE), Ok(()));
+            for (seq, after, expected) in messages {
+                now += Duration::from_millis(*after);
+                let accepted = sender.accept(1, *seq, now, PATIENCE);
+                assert_eq!(accepted, *expected, "{case}: {seq}");
+            }
+            assert_eq!((sender.lost, sender.starts), (lost, 1), "{case}");
+        }
     }
 }
