@@ -176,3 +176,84 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     run.join().expect("a run");
     assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
 }
+
+#[test]
+fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_else() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
+        .map(|name| of_manual(folder.path(), name));
+    let address = address();
+    let listen = settings(End::Listen(vec![address.clone()]), Some(&robot));
+    let robot = listen.open().expect("a robot");
+    let (sender, arrived) = std::sync::mpsc::channel();
+    let put = sender.clone();
+    let all = robot.declare_subscriber("**").callback(move |sample| {
+        let _ = put.send(("put", sample.key_expr().to_string()));
+    });
+    let _all = all.wait().expect("a subscriber");
+    let answers = robot.declare_queryable("**").callback(move |query| {
+        let _ = sender.send(("query", query.key_expr().to_string()));
+        let _ = query.reply(query.key_expr().clone(), "here").wait();
+    });
+    let _answers = answers.wait().expect("a queryable");
+    let connect = End::Connect(vec![address]);
+    let keys = [
+        "ratelab/1/cart-pole/data/policy/action",
+        "ratelab/1/cart-pole/data/sensor/obs",
+        "ratelab/1/cart-pole/data/actuator/state",
+        "ratelab/1/cart-pole/process/0123456789abcdef",
+        "ratelab/1/cart-pole/process/0123456789abcdef/clock",
+        "ratelab/1/cart-pole/process/0123456789abcdef/info",
+        "ratelab/1/cart-pole/process/0123456789abcdef/command",
+        "ratelab/1/cart-pole/process/0123456789abcdef/telemetry",
+        "ratelab/1/cart-pole/other",
+        "0/action/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+        "0/obs/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+        "anything",
+    ];
+    // The last one allowed is at the end: what was sent before it has come by then.
+    let [clock, info, command] = [4, 5, 6].map(|key| ("query", keys[key]));
+    for (role, allowed) in [
+        (
+            &policy,
+            &[("put", keys[0]), ("put", keys[7]), clock, info][..],
+        ),
+        (&dashboard, &[clock, info, command]),
+    ] {
+        let session = settings(connect.clone(), Some(role))
+            .open()
+            .expect("a user");
+        for key in keys {
+            let _ = session.put(key, "x").wait();
+            let _ = session.delete(key).wait();
+        }
+        let (&(_, last), before) = keys_asked(&keys, allowed);
+        for key in &before {
+            let replies = session
+                .get(*key)
+                .timeout(std::time::Duration::from_millis(50));
+            drop(replies.wait().expect("asked"));
+        }
+        let answered = session.get(last).wait().expect("asked").recv();
+        assert!(answered.is_ok(), "{role:?}");
+        let _ = session.close().wait();
+        let mut came: Vec<_> = arrived.try_iter().collect();
+        came.sort();
+        let mut expected: Vec<_> = allowed
+            .iter()
+            .map(|(how, key)| (*how, (*key).to_owned()))
+            .collect();
+        expected.sort();
+        assert_eq!(came, expected, "{role:?}");
+    }
+}
+
+/// The last query that is allowed, and all other keys.
+fn keys_asked<'a>(
+    keys: &[&'a str],
+    allowed: &'a [(&'static str, &'a str)],
+) -> (&'a (&'static str, &'a str), Vec<&'a str>) {
+    let last = allowed.last().expect("one");
+    let others = keys.iter().filter(|key| **key != last.1).copied();
+    (last, others.collect())
+}
