@@ -51,6 +51,10 @@ mod system {
     /// own interrupt threads.
     const PRIORITY: u8 = 49;
 
+    /// A priority of ordinary threads, of 0 to 99: a niceness of 10, about a tenth of the share
+    /// of a thread with the usual one.
+    const LOW: u8 = 23;
+
     impl RealtimePriority {
         /// Requests SCHED_FIFO for the node threads and locks the process in memory, so
         /// that neither another program nor a page fault delays a tick.
@@ -116,13 +120,16 @@ mod system {
         time.map(Duration::from).unwrap_or_default()
     }
 
-    /// Lowers the priority of the calling thread and of the threads it starts: they run
-    /// only when no other thread wants the core. Has no effect on systems without such a
-    /// priority.
+    /// Lowers the priority of the calling thread and of the threads it starts: beside other
+    /// threads they have a small share of a core, and never none, so that their work ends on a
+    /// busy machine as well. Has no effect on systems without such a priority.
     pub fn lower_priority() {
-        let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
-        // Lowering a priority needs no permission.
-        let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy);
+        let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
+        if let Ok(low) = LOW.try_into() {
+            let low = ThreadPriority::Crossplatform(low);
+            // Lowering a priority needs no permission.
+            let _ = set_thread_priority_and_policy(thread_native_id(), low, policy);
+        }
     }
 
     fn raise_priority(priority: u8) -> Result<(), thread_priority::Error> {
@@ -174,3 +181,30 @@ mod system {
 
 pub use system::lower_priority;
 pub(crate) use system::{core_time, prepare_thread, share_cores, spare_cores};
+
+#[cfg(all(test, target_os = "linux", not(feature = "model")))]
+mod tests {
+    use std::{fs, thread};
+
+    /// Niceness and scheduling policy of the calling thread, by the kernel.
+    fn scheduling() -> (i32, u32) {
+        let stat = fs::read_to_string("/proc/thread-self/stat").expect("Linux");
+        let (_, after) = stat.rsplit_once(") ").expect("a name");
+        let fields: Vec<&str> = after.split(' ').collect();
+        // Fields 19 and 41 of proc(5), whose first two are before.
+        let nice = fields[16].parse().expect("a number");
+        (nice, fields[38].parse().expect("a number"))
+    }
+
+    #[test]
+    fn a_low_priority_is_that_of_an_ordinary_thread_with_a_small_share() {
+        const ORDINARY: u32 = 0;
+        let lowered = thread::spawn(|| {
+            super::lower_priority();
+            scheduling()
+        });
+        let (nice, policy) = lowered.join().expect("a thread");
+        assert_eq!(policy, ORDINARY);
+        assert!((5..=15).contains(&nice), "{nice}");
+    }
+}
