@@ -38,8 +38,31 @@ pub fn is_control(c: char) -> bool {
             | '\u{e0000}'..='\u{e007f}')
 }
 
+/// Length of the longest word that is printed whole in an error (characters): more than a usual
+/// path has.
+const LONGEST_WORD: usize = 250;
+
+/// `text` with the middle of longer words left out.
+fn with_short_words(text: &str) -> String {
+    let short = |word: &str| {
+        let length = word.chars().count();
+        if length <= LONGEST_WORD {
+            return word.to_owned();
+        }
+        let end: String = word.chars().skip(length - 20).collect();
+        word.chars()
+            .take(60)
+            .chain("…".chars())
+            .chain(end.chars())
+            .collect()
+    };
+    let words: Vec<String> = text.split(' ').map(short).collect();
+    words.join(" ")
+}
+
 /// `text` in one line of limited length, with control characters escaped.
 pub fn one_line(text: &str) -> String {
+    let text = &with_short_words(text);
     let length = text.chars().count();
     if length <= LONGEST {
         return escaped(text.chars());
@@ -132,12 +155,14 @@ mod tests {
 
     #[test]
     fn a_long_line_keeps_its_beginning_and_its_end() {
-        let line = one_line(&format!("begins {} ends", "x".repeat(100_000)));
+        let line = one_line(&format!("begins {} ends", "x ".repeat(50_000)));
         assert!(
-            line.starts_with("begins x") && line.ends_with("x ends"),
+            line.starts_with("begins x") && line.ends_with("x  ends"),
             "{line}"
         );
-        assert!(line.contains("(99212 characters)"), "{line}");
+        assert!(line.contains("(99213 characters)"), "{line}");
+        let line = one_line(&format!("no {}, expected a", "x".repeat(10_000)));
+        assert!(line.contains("x…x") && line.chars().count() < 120, "{line}");
         assert!(line.chars().count() < LONGEST);
     }
 }

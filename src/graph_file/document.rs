@@ -1,7 +1,5 @@
 //! A graph file as sections with known keys, each value in its form.
 
-use std::ops::Range;
-
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -91,12 +89,26 @@ impl Block {
     }
 }
 
+/// Keys by the names that others have for them.
+const MEANT: [(&str, &str); 5] = [
+    ("subscribes", "reads"),
+    ("subscriptions", "reads"),
+    ("inputs", "reads"),
+    ("outputs", "publishes"),
+    ("hz", "rate"),
+];
+
 /// Reads the sections of `text`, in the order of the file; the first has the keys before all
 /// sections.
 pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
     let document = DeTable::parse(text).map_err(|error| {
-        let at = error.span().map_or(0, |span: Range<usize>| span.start);
-        GraphFileError::at(text, at, format!("not TOML: {}", error.message()))
+        let span = error.span().unwrap_or_default();
+        let key = text.get(span.clone()).filter(|key| !key.trim().is_empty());
+        let what = match (error.message(), key) {
+            ("duplicate key", Some(key)) => format!("{key:?} is here twice: remove one"),
+            (message, _) => format!("not TOML: {message}"),
+        };
+        GraphFileError::at(text, span.start, what)
     })?;
     let reader = DocumentReader { text };
     let [top, sections @ ..] = &SECTIONS;
@@ -190,7 +202,12 @@ impl DocumentReader<'_> {
                 let keys = section.keys.iter().map(|key| key.name);
                 let sections = SECTIONS[1..].iter().map(|section| section.name);
                 let sections = sections.filter(|_| section.name.is_empty());
-                let instead = instead(word, keys.chain(sections));
+                let instead = match MEANT.iter().find(|(other, _)| *other == word) {
+                    Some((_, key)) if keys.clone().any(|known| known == *key) => {
+                        format!("did you mean {key:?}?")
+                    }
+                    _ => instead(word, keys.chain(sections)),
+                };
                 self.refuse(at, format!("unknown key {word:?}: {instead}"))
             })?;
             known.push((found, value.span().start, self.value(found, value)?));

@@ -1,5 +1,7 @@
 //! Errors in graph files.
 
+use std::collections::HashSet;
+
 use thiserror::Error;
 
 /// An error in a graph file, with its place.
@@ -29,7 +31,11 @@ impl GraphFileError {
 
 /// The word of `known` that is most like `word`, if one is; all of them otherwise.
 pub(super) fn instead<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
-    let known: Vec<&str> = known.into_iter().collect();
+    let mut names = HashSet::new();
+    let known: Vec<&str> = known
+        .into_iter()
+        .filter(|name| names.insert(*name))
+        .collect();
     let likeness = |other: &&&str| strsim::jaro_winkler(word, other);
     let nearest = known
         .iter()

@@ -438,11 +438,11 @@ impl ControlPlane {
             .iter()
             .filter(|t| !t.entry.subscriptions.is_empty());
         let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
-        let names = names.join(", ");
-        Err(format!(
-            "{} has no reader: expected one of {names}",
-            topic.entry.name
-        ))
+        let name = &topic.entry.name;
+        Err(match &names[..] {
+            [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
+            names => format!("{name} has no reader: expected one of {}", names.join(", ")),
+        })
     }
 
     /// Delivers the messages of all topics that arrive by `now`.

@@ -465,10 +465,11 @@ impl FromStr for Knob {
     type Err = KnobError;
 
     fn from_str(text: &str) -> Result<Self, KnobError> {
-        let (name, rest) = first_word(text).ok_or_else(|| KnobError::Name(text.to_owned()))?;
+        let (name, rest) = first_word(text).unwrap_or((text.trim(), ""));
         let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
-        let words = first_word(rest).or(kind.has_no_value().then_some((rest, "")));
+        let alone = kind.has_no_value() && !rest.is_empty();
+        let words = first_word(rest).or(alone.then_some((rest, "")));
         let (target, value) = words.ok_or_else(|| KnobError::Shape {
             text: text.trim().to_owned(),
             expected: kind.usage(),

@@ -126,6 +126,9 @@ impl KnobText {
     fn unknown(&self, name: &str) -> KnobTextError {
         let aliases = self.0.iter().map(|alias| alias.name);
         let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::name)).collect();
+        if name.parse::<f64>().is_ok() {
+            return KnobTextError::HasTime(name.to_owned());
+        }
         let (last, others) = names.split_last().unwrap_or((&"", &[]));
         KnobTextError::Name {
             name: name.to_owned(),
@@ -164,6 +167,12 @@ pub enum KnobTextError {
     /// An invalid time.
     #[error("{0:?} is not a time: expected seconds, zero or more")]
     Time(String),
+    /// A run time before a knob that has none.
+    #[error(
+        "a knob has no time here, and {0:?} is one: leave it out, or put the line into a file for \
+         --knobs"
+    )]
+    HasTime(String),
     /// An unknown knob.
     #[error("{name:?} is not a knob: expected {known}")]
     Name {

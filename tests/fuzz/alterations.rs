@@ -159,7 +159,7 @@ pub fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSo
         return change_rows(table, random);
     }
     let row = random.random_range(0..table.num_rows());
-    let how = edit_json(table, row, |value| change_json(entity, value, random));
+    let how = edit_json(table, row, |value| change_json(value, random));
     format!("row {row}: {how}")
 }
 

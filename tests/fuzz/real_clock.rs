@@ -22,14 +22,12 @@ use rerun::{
     },
     log::LogMsg,
 };
-use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::{
     alterations::{COLUMNS, change_texts, entity, is_json, is_series, json_in},
     cases::{RandomSource, run},
     cells::{change_cell, flip_bit},
-    lies::UNKNOWABLE,
     program::ratelab,
     recordings::{decode, encode},
 };
@@ -74,7 +72,7 @@ pub fn compared(messages: &[LogMsg]) -> Vec<(String, String, ArrayRef)> {
                 continue;
             };
             let content = match column {
-                "json" => claims(entity, table),
+                "json" => claims(table),
                 "Scalars:scalars" if entity.starts_with("/nodes/") => lateness(cells),
                 _ => cells.clone(),
             };
@@ -92,17 +90,9 @@ fn lateness(cells: &ArrayRef) -> ArrayRef {
     Arc::new(UInt64Array::from_iter(nanos))
 }
 
-/// The JSON in the rows of a table without the fields that cannot be checked.
-fn claims(entity: &str, table: &RecordBatch) -> ArrayRef {
-    let texts = (0..table.num_rows()).map(|row| {
-        let mut value = json_in(table, row);
-        for (_, field, _) in UNKNOWABLE.iter().filter(|(of, ..)| *of == entity) {
-            if let Some(place) = value.pointer_mut(field) {
-                *place = Value::Null;
-            }
-        }
-        value.to_string()
-    });
+/// The JSON in the rows of a table.
+fn claims(table: &RecordBatch) -> ArrayRef {
+    let texts = (0..table.num_rows()).map(|row| json_in(table, row).to_string());
     Arc::new(StringArray::from_iter_values(texts))
 }
 

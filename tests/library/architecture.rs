@@ -91,10 +91,9 @@ const CART_POLE: [&str; 3] = ["ratelab::cartpole", "ratelab::policy", "ratelab::
 const GENERIC: [&str; 3] = ["recording", "dashboard", "sweep"];
 
 /// Files in them for the cart-pole.
-const ABOUT_THE_CART_POLE: [&str; 3] = [
+const ABOUT_THE_CART_POLE: [&str; 2] = [
     // The frames for tests of the screen.
     "dashboard/view/sample",
-    // Recordings of early versions, which had a single robot.
     // Linear theory, for the table of a sweep.
     "sweep/theory",
 ];

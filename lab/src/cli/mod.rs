@@ -25,6 +25,7 @@ use clap::{Args, FromArgMatches, Subcommand};
 use clap_complete::Shell;
 
 use crate::{
+    printable::in_line,
     program::{self, Program},
     version,
 };
@@ -134,7 +135,13 @@ const COURSE: usize = 29;
 /// # Errors
 /// An error, or a request for output such as help; see [`explain`].
 pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Error> {
-    let matches = command(program).try_get_matches_from(args)?;
+    let parsed = command(program).try_get_matches_from(&args);
+    // clap leaves control characters out of its errors: a value of nothing else would be empty.
+    let shown = args.iter().map(|arg| in_line(&arg.to_string_lossy()));
+    let matches = parsed.map_err(|error| {
+        let again = command(program).try_get_matches_from(shown);
+        again.err().unwrap_or(error)
+    })?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
         Some((name, _)) if CourseCommand::has_subcommand(name) => {

@@ -151,8 +151,11 @@ impl Content {
             let json = rows::json(Some(&text));
             let outcome = json.and_then(|json| serde_json::from_value(json).ok());
             let outcome: RecordingEnd = outcome.ok_or(Damaged { after })?;
-            let digest = outcome.digest;
-            self.altered = digest.is_some_and(|digest| digest != self.digest.with_end(&exact));
+            let digested = self.origin.as_ref().is_some_and(|origin| origin.digest);
+            self.altered = match outcome.digest {
+                Some(digest) => digest != self.digest.with_end(&exact),
+                None => digested,
+            };
             self.until = Some(outcome.at);
             self.outcome = Some(outcome);
         }

@@ -132,6 +132,9 @@ pub struct Origin {
     /// The graph at the start.
     #[serde(rename = "shape")]
     pub topology: Topology,
+    /// Whether the end has a digest of the content: not in files of early versions.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub digest: bool,
     /// The processes that were recorded, of a run in several; empty for a run in one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub processes: Vec<ProcessRecord>,
@@ -190,6 +193,7 @@ impl Origin {
             graph_file: system.graph_file().map(str::to_owned),
             config,
             topology,
+            digest: true,
             processes: Vec::new(),
         }
     }

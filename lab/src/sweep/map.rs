@@ -66,9 +66,9 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
 
 /// What is said of the theory, and of the edges that it draws.
 fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
-    let mut lines = vec![line("growth", THEORY)];
+    let mut lines = vec![format!("{:<9} {THEORY}", "growth")];
     if summary.rows().iter().any(|row| row.theory.sure.is_some()) {
-        lines.push(line("sure", SURE));
+        lines.push(format!("{:<9} {SURE}", "sure"));
     }
     let edges: Vec<Edge> = summary.edges().collect();
     let drawn = Edge::ALL.into_iter().filter(|edge| edges.contains(edge));

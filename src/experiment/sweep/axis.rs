@@ -173,6 +173,9 @@ pub enum AxisError {
     /// A repeated value.
     #[error("{0:?} has a value that the list has before it: give each value once")]
     Twice(String),
+    /// More than one place for the values.
+    #[error("{0:?} has more than one place for its values: leave one {{}} in it")]
+    Holes(String),
     /// More values than the maximum number of cells of a sweep.
     #[error("{0:?} has more than {MAX_CELLS} values: make the range smaller or its step larger")]
     TooMany(String),

@@ -64,6 +64,9 @@ impl SweepAxis {
         texts: impl IntoIterator<Item = String>,
     ) -> Result<Self, AxisError> {
         let kind = knobs.kind(name).map_err(refused)?;
+        if name.matches(HOLE).count() > 1 {
+            return Err(AxisError::Holes(name.to_owned()));
+        }
         let mut known = HashSet::new();
         let values = texts.into_iter().map(|text| {
             let knob = match has_hole(name) {
