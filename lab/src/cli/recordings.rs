@@ -13,7 +13,7 @@ pub struct ReplayArgs {
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 
-    /// Play it in the terminal, in the panes of the lab.
+    /// Play it in the terminal, in the panes of the lab, also where there is a viewer.
     #[arg(long)]
     pub terminal: bool,
 

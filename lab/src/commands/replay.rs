@@ -15,7 +15,7 @@ use crate::{
     output::{note, note_defect, print_line, print_recorded},
     program::{self, Program},
     reading,
-    recording::ReadError,
+    recording::{ReadError, Recording},
     report,
     screen::{need_terminal, screen},
 };
@@ -23,23 +23,39 @@ use crate::{
 /// The viewer's command.
 const VIEWER: &str = "rerun";
 
-/// Shows a recording; of a damaged one, the intact part.
+/// Shows a recording in the viewer, or in the terminal where there is none; of a damaged
+/// one, the intact part.
 pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
     let recording = match reading::read(&args.file) {
         // The viewer can show these, but the terminal cannot.
-        Err(ReadError::Sweep { path }) if !args.terminal => return view(&path),
+        Err(ReadError::Sweep { path }) if !args.terminal => {
+            check_viewer()?;
+            return open_viewer(&path);
+        }
         read => Arc::new(read?),
     };
-    let program = &program.of(&recording);
     if args.terminal {
         need_terminal("replay --terminal needs a terminal to draw on", "info")?;
-        let setup = Setup::new(program.system.clone(), program.course);
-        let branch = dashboard::play(recording.clone(), setup, &screen(&args.screen))?;
-        branch.map_or(Ok(()), print_branch)?;
+        play(program, args, &recording)?;
     } else {
-        view(&args.file)?;
+        match check_viewer() {
+            Ok(()) => open_viewer(&args.file)?,
+            Err(why) if dashboard::terminal_is_there() => {
+                note(&format!("{why}; it played in this terminal"));
+                play(program, args, &recording)?;
+            }
+            Err(why) => return Err(why),
+        }
     }
     Error::if_damaged(&recording)
+}
+
+/// Plays a recording in the panes of the lab.
+fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Result<(), Error> {
+    let program = program.of(recording);
+    let setup = Setup::new(program.system.clone(), program.course);
+    let branch = dashboard::play(recording.clone(), setup, &screen(&args.screen))?;
+    branch.map_or(Ok(()), print_branch)
 }
 
 /// Prints what a branch of the recording changed.
@@ -54,11 +70,6 @@ fn print_branch(left: LabOutcome) -> Result<(), Error> {
         print_line(&report::line("so", so))?;
     }
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
-}
-
-fn view(file: &Path) -> Result<(), Error> {
-    check_viewer(viewer_version()?.as_deref())?;
-    open_viewer(file)
 }
 
 /// The version of rerun for which recordings are written.
@@ -97,10 +108,10 @@ fn viewer_version() -> Result<Option<String>, Error> {
     Ok(version.filter(|version| version.starts_with(|c: char| c.is_ascii_digit())))
 }
 
-/// Prints a note for a viewer of another version, which may be unable to show everything;
-/// refuses a program without a version.
-fn check_viewer(version: Option<&str>) -> Result<(), Error> {
-    let (Some(version), ours) = (version, ours()) else {
+/// Looks for the viewer. Prints a note for one of another version, which may be unable to
+/// show everything; refuses a program without a version.
+fn check_viewer() -> Result<(), Error> {
+    let (Some(version), ours) = (viewer_version()?, ours()) else {
         let advice = advice();
         let what = format!("the command {VIEWER} is not the rerun viewer: {advice}");
         return Err(Error::Viewer(what));

@@ -5,7 +5,7 @@ use crate::{
     error::Error,
     output::{Kind, print_line, write_whole},
     printable::shown,
-    program::Program,
+    program::{self, Program},
     recording::Recording,
     trace::trace as encoded,
 };
@@ -24,8 +24,9 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
         &encoded(&recording, &*system),
     )?;
     print_line(&format!(
-        "{}: open it in https://ui.perfetto.dev",
-        shown(&path)
+        "{}: open it in https://ui.perfetto.dev\nwithout a network {} replay shows the run",
+        shown(&path),
+        program::name(),
     ))?;
     Error::if_damaged(&recording)
 }
