@@ -3,7 +3,7 @@
 use ratelab::runtime::{Depth, Time, Topic};
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
 };
 
 /// See [the module](self).
@@ -23,7 +23,9 @@ const BRIEF: Brief = Brief {
                 queue of two. Five messages are published, the newest is read, and three more are \
                 published.",
     question: "How many messages were dropped?",
+    quantity: "dropped",
     unit: "messages",
+    tolerance: Tolerance::Exact,
     range: Range {
         least: 0.0,
         most: 8.0,

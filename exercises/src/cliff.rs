@@ -8,8 +8,8 @@ use ratelab::experiment::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, axis, cart_pole,
-    mean_ms,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance, axis,
+    cart_pole, mean_ms, push_age_ms,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -30,10 +30,12 @@ const BRIEF: Brief = Brief {
     objective: "Sensor and plant keep their 50 Hz; only the policy is slowed, through 50, 25, 20, \
                 15, 10, 9, 8, 7, 6 and 5 Hz. Between its decisions the actuator holds the last \
                 one. Each rate runs for ten seconds from three starts, and for each you see \
-                whether the pole stayed up and how old, on average, the reading behind an applied \
-                action was.",
+                whether the pole stayed up and the push age: how old, on average over the last \
+                second, the reading was behind the push in force.",
     question: "At which control rate does the pole first fail to stay up?",
+    quantity: "control rate",
     unit: "Hz",
+    tolerance: Tolerance::Between,
     range: Range {
         least: 0.0,
         most: RATES[0],
@@ -62,8 +64,8 @@ impl Exercise for Cliff {
             table: table(&rates),
             refuted: Vec::new(),
             answer: Answer::Between {
-                held: turn.held.hz,
-                failed: turn.fell.hz,
+                from: turn.held.hz,
+                to: turn.fell.hz,
             },
             meaning: turn.meaning(&rates),
             measurements: measurements(&rates),
@@ -78,6 +80,8 @@ struct Rate {
     seeds: Vec<u64>,
     steps: Vec<u64>,
     latencies_ms: Vec<f64>,
+    /// The mean push age of the last second, over all starts.
+    push_age_ms: f64,
 }
 
 impl Rate {
@@ -89,6 +93,7 @@ impl Rate {
             seeds: cells.iter().map(|(cell, _)| cell.seed).collect(),
             steps: outcomes().map(|o| o.steps).collect(),
             latencies_ms: outcomes().map(|o| mean_ms(o.mean_latency_s)).collect(),
+            push_age_ms: push_age_ms(outcomes().copied()),
         }
     }
 
@@ -112,32 +117,32 @@ fn turn(rates: &[Rate]) -> Result<Turn<'_>, Failure> {
 
 impl Turn<'_> {
     fn meaning(&self, rates: &[Rate]) -> String {
-        let first = rates.first().map_or(f64::NAN, Rate::latency_ms);
+        let first = rates.first().map_or(f64::NAN, |rate| rate.push_age_ms);
         format!(
             "At {} Hz every start stayed up, at {} Hz {} of {} did: it turns somewhere in \
              between, and no rate tried says where. The warning came before the fall: on the way \
-             from {} Hz to {} Hz nothing fell, yet the mean latency rose from {first:.1} ms to \
-             {:.1} ms.",
+             from {} Hz to {} Hz nothing fell, yet the push age rose from {first:.1} ms to {:.1} \
+             ms.",
             self.held.hz,
             self.fell.hz,
             self.fell.balanced,
             SEEDS.len(),
             RATES[0],
             self.held.hz,
-            self.held.latency_ms(),
+            self.held.push_age_ms,
         )
     }
 }
 
 fn table(rates: &[Rate]) -> Table {
-    let mut table = Table::new(["control", "balanced", "steps", "mean latency"]);
+    let mut table = Table::new(["control", "balanced", "steps", "push age"]);
     for rate in rates {
         let steps: Vec<String> = rate.steps.iter().map(u64::to_string).collect();
         table.row([
             format!("{} Hz", rate.hz),
             format!("{} of {}", rate.balanced, rate.steps.len()),
             steps.join(" "),
-            format!("{:.1} ms", rate.latency_ms()),
+            format!("{:.1} ms", rate.push_age_ms),
         ]);
     }
     table

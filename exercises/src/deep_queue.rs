@@ -6,8 +6,8 @@ use ratelab::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, own_world,
-    survey,
+    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
+    own_world, survey,
 };
 
 /// Starts for each depth.
@@ -33,7 +33,9 @@ pub const TIME: DeepQueue = DeepQueue {
                     the oldest unread reading and no other. The world does not wait. Queues of 1, \
                     10 and 100 messages run for half a minute from three starts.",
         question: "With a queue of 10, after how many seconds does the pole fall?",
+        quantity: "time of fall",
         unit: "s",
+        tolerance: Tolerance::Within(1.0),
         range: Range {
             least: 0.0,
             most: DURATION_S as f64,
@@ -57,7 +59,9 @@ pub const DEPTH: DeepQueue = DeepQueue {
                     drops its oldest message, and then nothing in it grows older. Each depth from \
                     1 to 10 runs for half a minute from three starts.",
         question: "What is the deepest queue with which the pole stays up?",
+        quantity: "depth",
         unit: "messages",
+        tolerance: Tolerance::Exact,
         range: Range {
             least: 1.0,
             most: DEEP as f64,
@@ -117,7 +121,7 @@ fn dropped(run: &CellResult) -> u64 {
     run.dropped.first().copied().unwrap_or_default()
 }
 
-/// The first question: between which whole seconds all runs fell.
+/// The first question: when the first and the last of the runs fell.
 fn time(groups: &[Group]) -> Result<(Answer, String), Failure> {
     let deep = groups.iter().find(|group| group.value == DEEP.to_string());
     let stood = || Failure::Unmeasured("the queue did no harm".to_owned());
@@ -126,8 +130,8 @@ fn time(groups: &[Group]) -> Result<(Answer, String), Failure> {
         (first.min(at), last.max(at))
     });
     let answer = Answer::Between {
-        held: first.floor(),
-        failed: last.ceil(),
+        from: first,
+        to: last,
     };
     let lost: u64 = deep.runs.iter().map(dropped).sum();
     let meaning = format!(
@@ -160,22 +164,32 @@ fn depth(depths: &[usize], groups: &[Group]) -> Result<(Answer, String), Failure
     Ok((Answer::Exactly(depths[stands] as f64), meaning))
 }
 
+/// A row for each depth, so that the head stays in sight.
 fn table(groups: &[Group]) -> Table {
-    let mut table = Table::new(["depth", "start", "dropped", "verdict", "until", "push age"]);
+    let mut table = Table::new(["depth", "stay up", "until", "dropped", "push age"]);
     for group in groups {
-        for (start, run) in group.runs.iter().enumerate() {
-            let age = run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
-            table.row([
-                group.value.clone(),
-                start.to_string(),
-                dropped(run).to_string(),
-                run.verdict.name().to_owned(),
-                format!("{:.2} s", run.sim_time.as_secs_f64()),
-                format!("{age:.1} ms"),
-            ]);
-        }
+        let until = group.runs.iter().map(|run| run.sim_time.as_secs_f64());
+        let drops = group.runs.iter().map(|run| dropped(run) as f64);
+        table.row([
+            group.value.clone(),
+            group.up_of(),
+            format!("{} s", span(until, 2)),
+            span(drops, 0),
+            format!("{:.1} ms", group.push_age_ms()),
+        ]);
     }
     table
+}
+
+/// The least and the greatest of `values`, or one number where they are the same.
+fn span(values: impl Iterator<Item = f64> + Clone, decimals: usize) -> String {
+    let least = values.clone().fold(f64::INFINITY, f64::min);
+    let most = values.fold(f64::NEG_INFINITY, f64::max);
+    let [least, most] = [least, most].map(|number| format!("{number:.decimals$}"));
+    match least == most {
+        true => least,
+        false => format!("{least} to {most}"),
+    }
 }
 
 fn measurements(group: &Group) -> Vec<Measurement> {

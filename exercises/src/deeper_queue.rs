@@ -10,8 +10,8 @@ use ratelab::{
 use crate::{
     cliff::SEEDS,
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, axis,
-        cart_pole, mean_ms,
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+        axis, cart_pole, push_age_ms,
     },
 };
 
@@ -35,7 +35,9 @@ const BRIEF: Brief = Brief {
                 is a queue that keeps them all. Both queues, 1 and 100 messages, run from three \
                 starts; watch the drops, and the step at which the pole falls.",
     question: "With a queue of 100 messages, how many of the three runs stay up?",
+    quantity: "runs up",
     unit: "",
+    tolerance: Tolerance::Exact,
     range: Range {
         least: 0.0,
         most: SEEDS.len() as f64,
@@ -89,7 +91,7 @@ fn table(runs: &[Run<'_>]) -> Table {
         "/obs dropped",
         "verdict",
         "steps",
-        "latency",
+        "push age",
     ]);
     for (cell, outcome) in runs {
         table.row([
@@ -98,7 +100,7 @@ fn table(runs: &[Run<'_>]) -> Table {
             obs_dropped(outcome).to_string(),
             outcome.verdict.name().to_owned(),
             outcome.steps.to_string(),
-            format!("{:.1} ms", mean_ms(outcome.mean_latency_s)),
+            format!("{:.1} ms", push_age_ms([*outcome].into_iter())),
         ]);
     }
     table

@@ -8,15 +8,12 @@ use ratelab::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, own_world,
-    survey,
+    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
+    own_world, survey,
 };
 
 /// Starts for each loss.
 const STARTS: u64 = 20;
-
-/// The largest error of a right prediction.
-const WITHIN: f64 = 2.0;
 
 /// Probabilities of loss.
 const LOSSES: [&str; 5] = ["0.5", "0.6", "0.7", "0.8", "0.9"];
@@ -44,7 +41,9 @@ pub const HOLD: Bridge = Bridge {
                     action. The world does not wait. Losses of 50 to 90 % run for ten seconds \
                     from 20 starts each.",
         question: "At a loss of 80 %, how many of the 20 starts stay up?",
+        quantity: "starts up",
         unit: "",
+        tolerance: Tolerance::Within(2.0),
         range: RANGE,
         choices: &[],
     },
@@ -63,7 +62,9 @@ pub const ZERO: Bridge = Bridge {
                     action arrives in time for its tick it pushes no more, until one does. Four of \
                     five times there is then no force at all.",
         question: "At a loss of 80 %, how many of the 20 starts stay up with no force?",
+        quantity: "starts up",
         unit: "",
+        tolerance: Tolerance::Within(2.0),
         range: RANGE,
         choices: &[],
     },
@@ -88,7 +89,7 @@ impl Exercise for Bridge {
             return Ok(Findings {
                 table: table(&[("hold", &held)]),
                 refuted: Vec::new(),
-                answer: about(asked),
+                answer: Answer::Exactly(asked.up() as f64),
                 meaning: format!(
                     "{} stayed up, though ten actions a second are enough where they come evenly. \
                      Chance is not even: of 500 messages twenty lost in a row are no surprise, \
@@ -108,7 +109,7 @@ impl Exercise for Bridge {
         Ok(Findings {
             table: table(&[("hold", &held), ("zero", &let_go)]),
             refuted: Vec::new(),
-            answer: about(asked),
+            answer: Answer::Exactly(asked.up() as f64),
             meaning: format!(
                 "{} stayed up with no force between two actions. An old push is worse than none: \
                  it was right for a pole that leant the other way. Theory agrees about small \
@@ -139,13 +140,6 @@ fn asked(groups: &[Group]) -> Result<&Group, Failure> {
     let mut asked = groups.iter();
     let asked = asked.find(|group| group.value == format!("loss:{ASKED}"));
     asked.ok_or_else(|| Failure::Unmeasured("no such loss".to_owned()))
-}
-
-fn about(group: &Group) -> Answer {
-    Answer::About {
-        number: group.up() as f64,
-        within: WITHIN,
-    }
 }
 
 /// The loss at which the expected square of a small deviation grows.

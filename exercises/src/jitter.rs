@@ -10,15 +10,12 @@ use ratelab::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, own_world,
-    survey,
+    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
+    own_world, survey,
 };
 
 /// Starts for each link.
 const STARTS: u64 = 20;
-
-/// The largest error of a right prediction.
-const WITHIN: f64 = 2.0;
 
 const RANGE: Range = Range {
     least: 0.0,
@@ -54,7 +51,9 @@ const JITTER: Brief = Brief {
                 their 50 Hz, and the world does not wait. More and less jitter around the same \
                 mean is measured beside the two.",
     question: "With 40 to 100 ms at random, how many of the 20 starts stay up?",
+    quantity: "starts up",
     unit: "",
+    tolerance: Tolerance::Within(2.0),
     range: RANGE,
     choices: &[],
 };
@@ -71,7 +70,9 @@ const MARGIN: Brief = Brief {
                 chooses each of them. Delays between nothing and half the margin, the margin, \
                 twice and four times the margin are drawn at random, for 20 starts each.",
     question: "With twice the margin, how many of the 20 starts fall?",
+    quantity: "starts fallen",
     unit: "",
+    tolerance: Tolerance::Exact,
     range: RANGE,
     choices: &[],
 };
@@ -117,10 +118,7 @@ impl Exercise for Jitter {
         Ok(Findings {
             table: table("jitter", rows, &groups),
             refuted: Vec::new(),
-            answer: Answer::About {
-                number: asked.up() as f64,
-                within: WITHIN,
-            },
+            answer: Answer::Exactly(asked.up() as f64),
             meaning: format!(
                 "{} with the constant delay, {} with the same mean at random. The actuator acts \
                  every 20 ms: what comes after 70 ms is applied after 80, but a delay beyond 80 \

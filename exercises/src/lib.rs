@@ -60,6 +60,25 @@ pub fn find(number: u32) -> Option<&'static dyn Exercise> {
     all.find(|exercise| exercise.brief().number == number)
 }
 
+/// What `label` names: an exercise with all its questions, such as `6`, or one question,
+/// such as `6b`.
+pub fn named(label: &str) -> Option<Vec<&'static dyn Exercise>> {
+    let whole = label.parse().ok().and_then(find);
+    let one = || questions().find(|exercise| exercise.brief().label() == label);
+    match whole {
+        Some(first) => Some(parts(first).collect()),
+        None => one().map(|question| vec![question]),
+    }
+}
+
+/// The labels of all questions.
+pub fn labels() -> String {
+    let labels: Vec<String> = questions()
+        .map(|exercise| exercise.brief().label())
+        .collect();
+    labels.join(", ")
+}
+
 /// All questions of `exercise`, from this one on.
 pub fn parts(exercise: &'static dyn Exercise) -> impl Iterator<Item = &'static dyn Exercise> {
     iter::successors(Some(exercise), |exercise| exercise.next_part())

@@ -10,8 +10,8 @@ use ratelab::{
 use crate::{
     cliff::SEEDS,
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, hz,
-        record,
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,
+        Tolerance, hz, record,
     },
 };
 
@@ -48,7 +48,9 @@ const BRIEF: Brief = Brief {
                 has; from then on theory is silent. Runs of a minute from the usual three starts \
                 show who is up after all, and how wide the pole still swings at the end.",
     question: "What is the lowest of these rates at which theory calls the loop stable?",
+    quantity: "lowest rate",
     unit: "Hz",
+    tolerance: Tolerance::Exact,
     range: Range {
         least: RATES[0],
         most: RATES[RATES.len() - 1],

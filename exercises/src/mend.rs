@@ -7,7 +7,9 @@ use ratelab::{
 };
 
 use crate::{
-    framework::{Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table},
+    framework::{
+        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+    },
     ties::{Timed, nodes},
 };
 
@@ -33,7 +35,9 @@ const BRIEF: Brief = Brief {
                 and see cargo test -p mend-it turn from red to green. In a clone this exercise \
                 runs the cart-pole on that clock, as the file stands.",
     question: "What is the mean latency at 30 Hz if nodes due together tick together?",
+    quantity: "mean latency",
     unit: "ms",
+    tolerance: Tolerance::Within(1.0),
     range: Range {
         least: 0.0,
         most: 1_000.0,

@@ -4,7 +4,7 @@ use std::{collections::HashSet, process, sync::OnceLock, sync::mpsc, thread, tim
 
 use exercises::{
     ALL,
-    framework::{Check, Exercise, Findings, Table},
+    framework::{Check, Exercise, Findings, Prediction, Table},
     parts, questions,
 };
 
@@ -114,6 +114,118 @@ fn exercise_11_build_it() {
 #[test]
 fn exercise_12_the_clock_that_ties() {
     check(12, 16);
+}
+
+/// For each question: the predictions that are just right, and those that are just wrong,
+/// below and above; none where nothing is possible there.
+const EDGES: [(&str, [f64; 2], [Option<f64>; 2]); 17] = [
+    ("1", [7.0, 8.0], [Some(6.9), Some(8.1)]),
+    ("2", [0.0, 0.0], [None, Some(1.0)]),
+    ("3", [8.98, 10.98], [Some(8.9), Some(11.0)]),
+    ("4", [11.0, 11.0], [Some(10.0), Some(12.0)]),
+    ("5", [0.7, 0.8], [Some(0.69), Some(0.81)]),
+    ("6a", [80.0, 90.0], [Some(79.0), Some(91.0)]),
+    ("6b", [70.0, 80.0], [Some(69.0), Some(81.0)]),
+    ("6c", [76.0, 96.0], [Some(75.0), Some(97.0)]),
+    ("6d", [10.0, 24.0], [Some(9.0), Some(25.0)]),
+    ("7a", [4.2, 6.28], [Some(4.1), Some(6.3)]),
+    ("7b", [4.0, 4.0], [Some(3.0), Some(5.0)]),
+    ("8a", [1.0, 5.0], [Some(0.0), Some(6.0)]),
+    ("8b", [0.0, 0.0], [None, Some(1.0)]),
+    ("9a", [0.0, 4.0], [None, Some(5.0)]),
+    ("9b", [16.0, 20.0], [Some(15.0), None]),
+    ("11", [4.0, 4.0], [Some(3.0), Some(5.0)]),
+    ("12", [18.97, 20.95], [Some(18.9), Some(21.0)]),
+];
+
+#[test]
+fn a_prediction_is_right_within_the_tolerance_that_the_question_states() {
+    let asked = questions().map(|question| question.brief());
+    let asked = asked.filter(|brief| brief.choices.is_empty());
+    let asked: Vec<String> = asked.map(|brief| brief.label()).collect();
+    assert_eq!(asked, EDGES.map(|(label, ..)| label));
+    for (label, right, wrong) in EDGES {
+        let brief = exercises::named(label).expect(label)[0].brief();
+        let all = findings(brief.number).iter();
+        let mut all = all.filter(|(question, _)| question.brief().name == brief.name);
+        let (_, measured) = all.next().expect(label);
+        let judged = |number: f64| {
+            let prediction = Prediction::new(number, "of it").expect("finite");
+            assert!(brief.range.contains(number), "{label}: {number}");
+            let (hit, text) = measured.judge(brief, &prediction);
+            assert_eq!(hit, text.starts_with("You called it"), "{label}: {text}");
+            hit
+        };
+        for number in right {
+            assert!(judged(number), "{label}: {number}");
+        }
+        for number in wrong.into_iter().flatten() {
+            assert!(!judged(number), "{label}: {number}");
+        }
+        assert!(brief.asked().contains("Right: "), "{}", brief.asked());
+    }
+}
+
+/// Rows of a terminal, without the line of the prompt.
+const ROWS: usize = 23;
+
+#[test]
+fn a_result_fits_on_a_terminal_of_80_by_24() {
+    for (question, findings) in (1..=12).flat_map(findings) {
+        let prediction = Prediction::new(5.0, "it takes as long as that, or so it seems to me");
+        let text = findings.reconcile(question.brief(), &prediction.expect("finite"));
+        let lines = text.lines().map(|line| lines_of_80(line)).sum::<usize>();
+        // An empty line and the next step follow.
+        let rows = findings.table.to_string().lines().count() + 1 + lines + 2;
+        let label = question.brief().label();
+        assert!(
+            rows <= ROWS,
+            "{label}: {rows} rows\n{}\n{text}",
+            findings.table
+        );
+    }
+}
+
+/// Lines of a paragraph that is wrapped between words.
+fn lines_of_80(paragraph: &str) -> usize {
+    let mut lines = (1, 0);
+    for word in paragraph.split(' ') {
+        let wide = word.chars().count();
+        lines = match lines {
+            (rows, 0) => (rows, wide),
+            (rows, used) if used + 1 + wide <= 80 => (rows, used + 1 + wide),
+            (rows, _) => (rows + 1, wide),
+        };
+    }
+    lines.0
+}
+
+#[test]
+fn the_worksheet_has_a_row_for_each_question() {
+    let sheet = include_str!("../../docs/worksheet.md");
+    let rows: Vec<&str> = sheet
+        .lines()
+        .filter_map(|line| line.strip_prefix("| "))
+        .collect();
+    for brief in questions().map(|question| question.brief()) {
+        let label = format!("{} ", brief.label());
+        let row = rows.iter().find(|row| row.starts_with(&label));
+        let row = row.unwrap_or_else(|| panic!("no row for {label}"));
+        let unit = match brief.unit {
+            "" | "messages" => String::new(),
+            unit => format!("({unit})"),
+        };
+        assert!(row.contains(&unit), "{row}");
+    }
+}
+
+/// The mean latency at 25 Hz is 9.98 ms.
+#[test]
+fn the_first_table_does_not_answer_the_third_exercise() {
+    let rows = findings(1)[0].1.table.rows.iter();
+    let mut at_25 = rows.filter(|row| row[0] == "25 Hz");
+    let row = at_25.next().expect("a row").join(" ");
+    assert!(!row.contains("9.98") && !row.contains("10.0"), "{row}");
 }
 
 #[test]

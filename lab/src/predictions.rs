@@ -42,5 +42,10 @@ fn of_the_user() -> Option<PathBuf> {
 pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
     let prediction = answers.get(brief)?;
     let number = brief.in_unit(prediction.number());
-    Some(format!("you predicted {number}"))
+    let first = answers.redone(brief).and_then(|_| answers.first(brief));
+    let first = first.map(|first| format!(", first {}", brief.in_unit(first.number())));
+    Some(format!(
+        "you predicted {number}{}",
+        first.unwrap_or_default()
+    ))
 }

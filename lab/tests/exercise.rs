@@ -69,10 +69,11 @@ fn nothing_is_revealed_before_a_prediction() {
         "eight because",
         "nan because it is",
         "8 because",
+        "8 because x",
         "8 Hz",
-        "700 ms because so",
-        "-1 because so",
-        "51 because so",
+        "700 ms because of it",
+        "-1 because of it",
+        "51 because of it",
     ] {
         let (_, shown) = learner.is_refused(&["1", "--predict", predicted]);
         assert_eq!(shown, "", "{predicted}");
@@ -85,7 +86,7 @@ fn a_prediction_is_kept_and_shown_beside_the_measurement() {
     let learner = Learner::new();
     let first = learner.succeeds(&["1", "--predict", "8 because half of 50 is plenty"]);
     assert!(
-        first.contains("10 Hz    3 of 3  501 501 501       39.9 ms"),
+        first.contains("10 Hz    3 of 3  501 501 501   50.0 ms"),
         "{first}"
     );
     assert!(
@@ -105,6 +106,13 @@ fn a_prediction_is_kept_and_shown_beside_the_measurement() {
     learner.is_refused(&["1", "--redo"]);
     let again = learner.succeeds(&["1", "--redo", "--predict", "6 because I know now"]);
     assert!(again.contains("You predicted 6 Hz"), "{again}");
+    let kept = "Your first prediction is kept: 8 Hz, half of 50 is plenty";
+    assert!(again.contains(kept), "{again}");
+    assert!(
+        learner
+            .succeeds(&[])
+            .contains("you predicted 6 Hz, first 8 Hz")
+    );
 }
 
 #[test]
@@ -178,7 +186,7 @@ fn check_keeps_measurements_and_the_prediction_apart() {
         ),
         ("7.5", "your prediction of 7.5 Hz was right. You called it."),
     ] {
-        let prediction = format!("{predicted} because so");
+        let prediction = format!("{predicted} because of it");
         learner.succeeds(&["1", "--redo", "--predict", &prediction]);
         let checked = learner.succeeds(&["check", "1"]);
         let lines: Vec<&str> = checked.lines().map(str::trim).collect();
@@ -254,7 +262,11 @@ fn rubbish_is_refused_in_one_line() {
         &["one"],
         &["1", "2"],
         &["check", "99"],
-        &["6b"],
+        &["6e"],
+        &["1a"],
+        &["6bb"],
+        &["check", "6e"],
+        &["6a", "6b"],
     ] {
         learner.is_refused(args);
     }
@@ -270,8 +282,11 @@ fn the_questions_of_an_exercise_come_one_after_the_other() {
     let learner = Learner::new();
     let first = learner.succeeds(&["7", "--predict", "20 because it is almost as fast"]);
     assert!(first.contains("Exercise 7a"), "{first}");
-    assert!(first.contains("Measured: between 5 s and 6 s"), "{first}");
-    assert!(!first.contains("Exercise 7b") && first.contains("Next: ratelab exercise 7"));
+    assert!(
+        first.contains("Measured: between 5.2 s and 5.28 s"),
+        "{first}"
+    );
+    assert!(!first.contains("Exercise 7b") && first.contains("Next: ratelab exercise 7b"));
     // What was answered is shown again; the next question is not, without a prediction.
     let again = learner.succeeds(&["7"]);
     assert_eq!(again, first);
@@ -290,6 +305,45 @@ fn the_questions_of_an_exercise_come_one_after_the_other() {
 }
 
 #[test]
+fn each_listed_question_can_be_done_alone() {
+    let learner = Learner::new();
+    let list = learner.succeeds(&[]);
+    let labels = list
+        .lines()
+        .map_while(|line| line.split_whitespace().next());
+    let labels: Vec<String> = labels.map(str::to_owned).collect();
+    assert_eq!(labels.len(), 18, "{labels:?}");
+    // Each is there: without a prediction only that is missing.
+    for label in &labels {
+        let (said, _) = learner.is_refused(&[label]);
+        assert!(said.contains("no prediction yet"), "{label}: {said}");
+    }
+    let said = learner.succeeds(&["7B", "--predict", "4 because it is short"]);
+    assert!(
+        said.contains("Exercise 7b") && !said.contains("Exercise 7a"),
+        "{said}"
+    );
+    assert!(said.contains("Next: ratelab exercise 7a"), "{said}");
+    assert_eq!(learner.succeeds(&["7b"]), said);
+    learner.is_refused(&["7b", "--predict", "5 because it is deep"]);
+    learner.succeeds(&["7b", "--redo", "--predict", "5 because it is deep"]);
+    // The whole exercise goes on with the question that is left.
+    let said = learner.succeeds(&["7", "--predict", "5.2 because it grows old"]);
+    assert!(
+        said.contains("Exercise 7a") && said.contains("You called it."),
+        "{said}"
+    );
+    assert_eq!(learner.succeeds(&["check", "7b"]).lines().count(), 2);
+    for wrong in ["6e", "13"] {
+        let (said, _) = learner.is_refused(&[wrong]);
+        assert!(
+            labels.iter().all(|label| said.contains(label.as_str())),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn a_hidden_fault_follows_from_the_number_of_the_learner() {
     let learner = Learner::new();
     let figures = |seed: &str| learner.is_refused(&["10", "--seed", seed]).1;
@@ -298,8 +352,8 @@ fn a_hidden_fault_follows_from_the_number_of_the_learner() {
     for bad in [
         "policy",
         "policy slow",
-        "policy tired because so",
-        "3 because so",
+        "policy tired because of it",
+        "3 because of it",
         "",
     ] {
         let (said, _) = learner.is_refused(&["10", "--seed", "3", "--predict", bad]);
@@ -322,7 +376,7 @@ fn a_hidden_fault_follows_from_the_number_of_the_learner() {
     assert_eq!(learner.succeeds(&["10", "--seed", "3"]), said);
     let (said, _) = learner.is_refused(&["10", "--seed", "4"]);
     assert!(said.contains("about --seed 3: --redo"), "{said}");
-    let (said, _) = learner.is_refused(&["1", "--seed", "4", "--predict", "8 because so"]);
+    let (said, _) = learner.is_refused(&["1", "--seed", "4", "--predict", "8 because of it"]);
     assert!(said.contains("the same for everyone"), "{said}");
     learner.is_refused(&["--seed", "4"]);
     let checked = learner.succeeds(&["check", "10"]);

@@ -9,13 +9,13 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Brief, Prediction};
+use super::{Brief, Origin, Prediction, entry::Entry};
 
 /// Predictions by exercise. In the file each is a table with the exercise's name, a
-/// `number` and a `reason`.
+/// `number` and a `reason`; where it was made again, the first one is a table in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Answers(BTreeMap<String, Prediction>);
+pub struct Answers(BTreeMap<String, Entry>);
 
 impl Answers {
     /// Loads the predictions in the file at `path`; none if there is no file.
@@ -63,19 +63,43 @@ impl Answers {
             })
     }
 
-    /// The prediction for this exercise, if there is one.
+    /// The prediction for this exercise, if there is one and it is not asked for again.
     pub fn get(&self, exercise: &Brief) -> Option<&Prediction> {
-        self.0.get(exercise.name)
+        let entry = self.0.get(exercise.name).filter(|entry| !entry.open)?;
+        Some(&entry.prediction)
     }
 
-    /// Sets the prediction for this exercise.
+    /// The first prediction for this exercise: the only one that was made without the
+    /// measurement.
+    pub fn first(&self, exercise: &Brief) -> Option<&Prediction> {
+        self.0.get(exercise.name).map(Entry::first)
+    }
+
+    /// The latest prediction for this exercise, where there was an earlier one.
+    pub fn redone(&self, exercise: &Brief) -> Option<&Prediction> {
+        let entry = self.0.get(exercise.name);
+        let again = entry.filter(|entry| entry.is_redone())?;
+        Some(&again.prediction)
+    }
+
+    /// How the predictions for this exercise came into the file.
+    pub fn origin(&self, exercise: &Brief) -> Option<Origin> {
+        let entry = self.0.get(exercise.name)?;
+        Some(entry.origin(exercise.name))
+    }
+
+    /// Sets the prediction for this exercise, and keeps the first one.
     pub fn set(&mut self, exercise: &Brief, prediction: Prediction) {
-        self.0.insert(exercise.name.to_owned(), prediction);
+        let name = exercise.name;
+        let entry = Entry::new(name, prediction, self.0.remove(name));
+        self.0.insert(name.to_owned(), entry);
     }
 
-    /// Removes the prediction for this exercise.
-    pub fn clear(&mut self, exercise: &Brief) {
-        self.0.remove(exercise.name);
+    /// Asks for the prediction for this exercise again.
+    pub fn reopen(&mut self, exercise: &Brief) {
+        if let Some(entry) = self.0.get_mut(exercise.name) {
+            entry.open = true;
+        }
     }
 }
 

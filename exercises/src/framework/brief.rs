@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::tolerance::Tolerance;
+
 /// Kind of an exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -46,8 +48,12 @@ pub struct Brief {
     pub objective: &'static str,
     /// The question: one number to predict, or one of the choices.
     pub question: &'static str,
+    /// The quantity that the number is of, in a word or two.
+    pub quantity: &'static str,
     /// Unit of the number; empty for a count.
     pub unit: &'static str,
+    /// How near a right prediction comes.
+    pub tolerance: Tolerance,
     /// The possible numbers.
     pub range: Range,
     /// The possible answers in words, numbered from one; empty for a question about a
@@ -70,10 +76,13 @@ impl Brief {
         }
     }
 
-    /// The question, with the choices if there are any.
+    /// The question, with how near a right number comes, or with the choices.
     pub fn asked(&self) -> String {
         match self.choices {
-            [] => self.question.to_owned(),
+            [] => {
+                let right = self.tolerance.in_words(self.quantity, self.unit);
+                format!("{}\n{right}", self.question)
+            }
             choices => format!("{}\nOne of: {}.", self.question, choices.join(", ")),
         }
     }

@@ -97,41 +97,44 @@ pub struct Findings {
 pub enum Answer {
     /// This number, in the unit of the question.
     Exactly(f64),
-    /// The change lies between two tested numbers.
+    /// Anywhere between these two, such as the last tested number with a good result and
+    /// the first with a bad one.
     Between {
-        /// The last number with a good result.
-        held: f64,
-        /// The first number with a bad result.
-        failed: f64,
-    },
-    /// This number, of a result that another seed changes a little.
-    About {
-        /// The number.
-        number: f64,
-        /// The largest error of a right prediction.
-        within: f64,
+        /// The first of them.
+        from: f64,
+        /// The other.
+        to: f64,
     },
 }
 
 impl Answer {
-    /// Compares a predicted `number` in `unit`; returns whether it is right, with a text.
-    fn judge(self, number: f64, unit: &str) -> (bool, String) {
+    /// The measured answer in the unit of the question, as text.
+    pub fn in_words(self, brief: &Brief) -> String {
+        let unit = |number| brief.in_unit(rounded(number));
+        match self {
+            Self::Exactly(number) => unit(number),
+            Self::Between { from, to } => format!("between {} and {}", unit(from), unit(to)),
+        }
+    }
+
+    /// Compares the predicted `number` with it; returns whether it is right, with a text.
+    fn judge(self, number: f64, brief: &Brief) -> (bool, String) {
         let (near, far) = match self {
             Self::Exactly(measured) => (measured, measured),
-            Self::Between { held, .. } if number == held => {
-                let held = in_unit(held, unit);
-                return (false, format!("Just missed: at {held} all was still well."));
-            }
-            Self::Between { held, failed } => (held.min(failed), held.max(failed)),
-            Self::About { number, within } => (number - within, number + within),
+            Self::Between { from, to } => (from.min(to), from.max(to)),
         };
         let distance = number - number.clamp(near, far);
         let way = if distance > 0.0 { "above" } else { "below" };
-        let missed = format!("{} {way} it", in_unit(rounded(distance.abs()), unit));
-        match distance.abs() {
-            0.0 => (true, "You called it.".to_owned()),
-            small if small <= CLOSE * far.abs() => (false, format!("Close: {missed}.")),
-            _ => (false, format!("You were {missed}.")),
+        let distance = rounded(distance.abs());
+        let apart = in_unit(distance, brief.unit);
+        if distance == 0.0 {
+            (true, "You called it.".to_owned())
+        } else if distance <= brief.tolerance.within() {
+            (true, format!("You called it to within {apart}."))
+        } else if distance <= CLOSE * far.abs() {
+            (false, format!("Close: {apart} {way} it."))
+        } else {
+            (false, format!("You were {apart} {way} it."))
         }
     }
 }
@@ -155,7 +158,7 @@ impl Findings {
 
     /// Whether a prediction is right, with its deviation.
     pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
-        let (right, by) = self.answer.judge(prediction.number(), brief.unit);
+        let (right, by) = self.answer.judge(prediction.number(), brief);
         let choice = (prediction.number() as usize).checked_sub(1);
         let refuted = choice.and_then(|choice| self.refuted.get(choice));
         match refuted {
@@ -171,20 +174,11 @@ impl Findings {
 
     /// The prediction and the measurement, in a line each.
     pub fn outcome(&self, brief: &Brief, prediction: &Prediction) -> String {
-        let unit = |number| brief.in_unit(number);
-        let measured = match self.answer {
-            Answer::Exactly(number) => unit(rounded(number)),
-            Answer::Between { held, failed } => {
-                format!("between {} and {}", unit(held), unit(failed))
-            }
-            Answer::About { number, within } => {
-                format!("{}; within {within} of it is right", unit(number))
-            }
-        };
         format!(
-            "You predicted {}: {}.\nMeasured: {measured}. {}",
-            unit(prediction.number()),
+            "You predicted {}: {}.\nMeasured: {}. {}",
+            brief.in_unit(prediction.number()),
             prediction.reason().trim_end_matches('.'),
+            self.answer.in_words(brief),
             self.judge(brief, prediction).1,
         )
     }

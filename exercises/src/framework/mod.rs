@@ -4,24 +4,29 @@
 mod answers;
 mod brief;
 mod chance;
+mod entry;
 mod exercise;
 mod expectations;
+mod mark;
 mod measurement;
 mod prediction;
 mod recorded;
 mod survey;
 mod table;
+mod tolerance;
 mod unit;
 
 pub use answers::{Answers, AnswersError};
 pub use brief::{Brief, Kind, Range};
 pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError};
+pub use mark::Origin;
 pub use measurement::Measurement;
 pub use prediction::{Prediction, PredictionError};
 pub use table::Table;
+pub use tolerance::Tolerance;
 
 pub(crate) use chance::Chance;
 pub(crate) use exercise::{hz, mean_ms};
 pub(crate) use recorded::{Recorded, axis, cart_pole, own_world, record};
-pub(crate) use survey::{Group, survey};
+pub(crate) use survey::{Group, push_age_ms, survey};

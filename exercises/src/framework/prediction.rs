@@ -1,8 +1,7 @@
 //! A learner's prediction before the run.
 
-use std::fmt;
+use std::{collections::HashSet, fmt};
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
@@ -11,14 +10,12 @@ use super::{
 };
 
 /// A number and a reason, given before the measurement.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Unchecked")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     number: f64,
     reason: String,
     /// The learner's number, where it decides what is measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    seed: Option<u64>,
+    pub(super) seed: Option<u64>,
 }
 
 impl Prediction {
@@ -93,16 +90,20 @@ impl Prediction {
 
     /// A prediction with the reason at the start of `reason`.
     fn reasoned(number: f64, reason: &str, brief: &Brief) -> Result<Self, PredictionError> {
-        let reason = without_because(reason);
-        let is_word = |word: &&str| !word.is_empty() && Unit::named(word).is_none();
-        if reason
-            .split(|c: char| !c.is_alphabetic())
-            .any(|word| is_word(&word))
-        {
-            Self::new(number, reason)
-        } else {
-            Err(PredictionError::NoReason(brief.in_unit(number)))
+        let reason = without_because(reason).trim();
+        if is_reason(reason) {
+            return Self::new(number, reason);
         }
+        let number = brief.in_unit(number);
+        match words(reason).next() {
+            None => Err(PredictionError::NoReason(number)),
+            Some(_) => Err(PredictionError::ShortReason(reason.to_owned(), number)),
+        }
+    }
+
+    /// Whether the reason is more than a word. A file may hold another one.
+    pub fn is_reasoned(&self) -> bool {
+        is_reason(&self.reason)
     }
 
     /// The number, in the unit of the question.
@@ -125,6 +126,26 @@ impl fmt::Display for Prediction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} because {}", self.number, self.reason)
     }
+}
+
+/// Letters of a reason, in all its words.
+const LETTERS: usize = 4;
+
+/// Whether `text` is more than a word or a few letters.
+fn is_reason(text: &str) -> bool {
+    let different: HashSet<String> = words(text).map(str::to_lowercase).collect();
+    let letters = words(text).map(|word| word.chars().count());
+    different.len() > 1 && letters.sum::<usize>() >= LETTERS
+}
+
+/// The words of `text`, without numbers and units. In a script without capitals, such as
+/// Chinese, which has no spaces either, each letter counts as a word.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    let has_case = |c: char| c.is_lowercase() || c.is_uppercase();
+    let end = move |c: char| !has_case(c);
+    let written = text.split(|c: char| !c.is_alphabetic());
+    let words = written.flat_map(move |word| word.split_inclusive(end));
+    words.filter(|word| !word.is_empty() && Unit::named(word).is_none())
 }
 
 /// The expected form of a prediction.
@@ -230,25 +251,7 @@ pub enum PredictionError {
     /// A number or a choice without a reason.
     #[error("{0} is without a reason: add one, as in {0} because …")]
     NoReason(String),
-}
-
-/// A prediction as read from a file.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table with a number and a reason")]
-struct Unchecked {
-    number: f64,
-    reason: String,
-    seed: Option<u64>,
-}
-
-impl TryFrom<Unchecked> for Prediction {
-    type Error = PredictionError;
-
-    fn try_from(read: Unchecked) -> Result<Self, PredictionError> {
-        let prediction = Self::new(read.number, &read.reason)?;
-        Ok(Self {
-            seed: read.seed,
-            ..prediction
-        })
-    }
+    /// A number or a choice with a word that is no reason.
+    #[error("{0:?} is too short for a reason: say why in a few words, as in {1} because …")]
+    ShortReason(String, String),
 }

@@ -33,15 +33,21 @@ impl Group {
 
     /// The mean push age of the last second (ms), over all runs.
     pub(crate) fn push_age_ms(&self) -> f64 {
-        let ages = self.runs.iter().filter_map(|run| run.push_age);
-        let ages: Vec<f64> = ages.map(|age| age.late_s * 1e3).collect();
-        ages.iter().sum::<f64>() / ages.len() as f64
+        push_age_ms(self.runs.iter())
     }
 
     /// Such as `3 of 20`.
     pub(crate) fn up_of(&self) -> String {
         format!("{} of {}", self.up(), self.runs.len())
     }
+}
+
+/// The mean push age of the last second (ms), over `runs`; NaN without one.
+pub(crate) fn push_age_ms<'r>(runs: impl Iterator<Item = &'r CellResult>) -> f64 {
+    let ages: Vec<f64> = runs
+        .filter_map(|run| Some(run.push_age?.late_s * 1e3))
+        .collect();
+    ages.iter().sum::<f64>() / ages.len() as f64
 }
 
 /// Runs `base` with each of `values` of `knob`, from the starts of `seeds`.

@@ -1,8 +1,8 @@
 //! Which delay fells the pole at a control rate.
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, own_world,
-    survey,
+    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
+    own_world, survey,
 };
 
 /// Delays of `/action` (ms).
@@ -31,7 +31,9 @@ pub const AT_50_HZ: Delay = Delay {
                     time: 0, 10, 20 and so on up to 100 ms. Each delay runs for ten seconds from \
                     six starts.",
         question: "At which delay does the pole first fail to stay up?",
+        quantity: "delay",
         unit: "ms",
+        tolerance: Tolerance::Between,
         range: RANGE,
         choices: &[],
     },
@@ -54,7 +56,9 @@ pub const AT_25_HZ: Delay = Delay {
                     that each push is held for 40 ms and no longer for 20. Nothing else has \
                     changed. Look at the push ages of the first table before you predict.",
         question: "At 25 Hz, at which delay does the pole first fail to stay up?",
+        quantity: "delay",
         unit: "ms",
+        tolerance: Tolerance::Between,
         range: RANGE,
         choices: &[],
     },
@@ -91,8 +95,8 @@ impl Exercise for Delay {
             table: table(rows()),
             refuted: Vec::new(),
             answer: Answer::Between {
-                held: DELAYS[held].into(),
-                failed: DELAYS[failed].into(),
+                from: DELAYS[held].into(),
+                to: DELAYS[failed].into(),
             },
             meaning: format!(
                 "At {} ms every start stayed up, with a push age of {:.0} ms; at {} ms {} did, \

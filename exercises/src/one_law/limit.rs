@@ -6,14 +6,8 @@ use ratelab::experiment::sweep::ByAge;
 
 use super::causes::Cause;
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
 };
-
-/// The largest error of a right prediction (ms).
-const WITHIN_MS: f64 = 10.0;
-
-/// The same about the difference of two ages (ms).
-const WITHIN_DIFFERENCE_MS: f64 = 7.0;
 
 /// Width of the rows of the table (ms).
 const BIN_MS: f64 = 20.0;
@@ -37,7 +31,9 @@ pub const LAW: Law = Law(&Brief {
                 drawn at random. All that is kept of a run is its push age in the last second, \
                 and whether the pole was up. This takes some seconds.",
     question: "From which push age on does the pole fall, whatever made it old?",
+    quantity: "push age",
     unit: "ms",
+    tolerance: Tolerance::Within(10.0),
     range: RANGE,
     choices: &[],
 });
@@ -55,7 +51,9 @@ pub const JITTER: JitterLaw = JitterLaw(&Brief {
                 age in the last second is kept. By the law the pole falls at the same age as with \
                 a constant delay, 0 ms earlier.",
     question: "At how much younger pushes does jitter fell the pole than a constant delay?",
+    quantity: "younger by",
     unit: "ms",
+    tolerance: Tolerance::Within(7.0),
     range: RANGE,
     choices: &[],
 });
@@ -180,10 +178,7 @@ impl Exercise for Law {
         Ok(Findings {
             table,
             refuted: Vec::new(),
-            answer: Answer::About {
-                number: limit.round(),
-                within: WITHIN_MS,
-            },
+            answer: Answer::Exactly(limit.round()),
             meaning: format!(
                 "One number tells {} of {runs} runs apart, and asks of none what made it old: \
                  below {limit:.0} ms the pole stands, above it falls. Nothing in the loop sees a \
@@ -224,10 +219,7 @@ impl Exercise for JitterLaw {
         Ok(Findings {
             table,
             refuted: Vec::new(),
-            answer: Answer::About {
-                number: earlier.round(),
-                within: WITHIN_DIFFERENCE_MS,
-            },
+            answer: Answer::Exactly(earlier.round()),
             meaning: format!(
                 "A constant delay fells the pole from {constant:.0} ms on, jitter from {own:.0} \
                  ms. A mean hides what decides: the oldest stretch of the run. Where the delay \

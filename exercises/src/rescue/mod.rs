@@ -9,7 +9,8 @@ use ratelab::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table, record,
+    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,
+    Tolerance, record,
 };
 use judge::{RescueFailure, RescueSession, Rescued, judge};
 
@@ -32,7 +33,9 @@ const BRIEF: Brief = Brief {
                 policy is slow at once, for a tenth of a second, for two tenths and so on, and \
                 then decides 50 times a second again.",
     question: "After how many seconds at 5 Hz does 50 Hz come too late?",
+    quantity: "slow time",
     unit: "s",
+    tolerance: Tolerance::Between,
     range: Range {
         least: 0.0,
         most: 10.0,
@@ -57,8 +60,8 @@ impl Exercise for Rescue {
             table: table(&rehearsals),
             refuted: Vec::new(),
             answer: Answer::Between {
-                held: late[0].slow_s,
-                failed: late[1].slow_s,
+                from: late[0].slow_s,
+                to: late[1].slow_s,
             },
             meaning: meaning(&late[0], &late[1]),
             measurements: rehearsals

@@ -8,13 +8,14 @@ use clap::Args;
 #[derive(Debug, Args)]
 #[command(override_usage = "ratelab exercise [N] [OPTIONS]\n       ratelab exercise check [N]")]
 pub struct ExerciseArgs {
-    /// The number of an exercise, or check; without it they are listed.
+    /// The number of an exercise (1 to 12), one of its questions (6a to 6d, 7a, 7b, 8a, 8b,
+    /// 9a, 9b), or check; without it they are listed.
     #[arg(value_name = "N | check")]
     pub what: Option<Wanted>,
 
     /// The exercise to check, if it is only one.
-    #[arg(value_name = "N", hide = true, value_parser = number)]
-    pub number: Option<u32>,
+    #[arg(value_name = "N", hide = true)]
+    pub number: Option<Label>,
 
     /// Your prediction, such as "30 because …", for scripts.
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
@@ -39,27 +40,42 @@ pub struct ExerciseArgs {
 }
 
 /// The action to take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// Do an exercise.
-    Exercise(u32),
+    Exercise(Label),
     /// Check the promises of the exercises.
     Check,
 }
+
+/// An exercise, such as `6`, or one of its questions, such as `6b`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label(pub String);
 
 impl FromStr for Wanted {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "check" {
-            return Ok(Self::Check);
+        match text {
+            "check" => Ok(Self::Check),
+            _ => text.parse().map(Self::Exercise),
         }
-        let number = text.parse().map(Self::Exercise);
-        number.map_err(|_| "expected the number of an exercise, or check".to_owned())
     }
 }
 
-fn number(text: &str) -> Result<u32, String> {
-    let number = text.parse();
-    number.map_err(|_| "expected the number of an exercise".to_owned())
+impl FromStr for Label {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let label = text.to_lowercase();
+        let number = label.trim_end_matches(|c: char| c.is_ascii_lowercase());
+        let letters = label.len() - number.len();
+        match number.parse::<u32>() {
+            Ok(number) if letters <= 1 => {
+                let letter = &label[label.len() - letters..];
+                Ok(Self(format!("{number}{letter}")))
+            }
+            _ => Err(format!("expected one of {}, or check", exercises::labels())),
+        }
+    }
 }

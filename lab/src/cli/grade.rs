@@ -14,6 +14,11 @@ pub struct GradeArgs {
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
 
+    /// Check the learners' numbers (--seed) against this file: a name and a number per
+    /// line, such as anna,17.
+    #[arg(long, value_name = "FILE")]
+    pub roster: Option<PathBuf>,
+
     /// Write one row per prediction and per recording to this file.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub csv: Option<PathBuf>,

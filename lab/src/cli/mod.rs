@@ -35,7 +35,7 @@ pub use self::network::{NetworkArgs, RosArgs};
 pub use self::{
     branch::BranchArgs,
     examples::EXAMPLES,
-    exercise::{ExerciseArgs, Wanted},
+    exercise::{ExerciseArgs, Label, Wanted},
     explain::explain,
     export_web::ExportWebArgs,
     grade::GradeArgs,

@@ -5,13 +5,12 @@ mod learner;
 use std::path::Path;
 
 use exercises::{
-    ALL,
     framework::{Answers, Exercise},
-    parts, questions,
+    questions,
 };
 
 use crate::{
-    cli::{ExerciseArgs, Wanted},
+    cli::{ExerciseArgs, Label, Wanted},
     error::Error,
     output::print_line,
     predictions::{answers_file, predicted},
@@ -26,22 +25,18 @@ const WIDTH: usize = 80;
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     check_options(args)?;
     let file = answers_file(args.answers.as_deref());
-    match (args.what, args.number) {
+    match (&args.what, &args.number) {
         (None, _) => print_line(&list(&Answers::load(&file)?, &file)),
-        (Some(Wanted::Exercise(number)), None) => match &args.session {
-            Some(session) => {
-                let exercise = find(number)?;
-                judge_session(exercise, session)
-            }
-            None => learner::learn(find(number)?, args, &file),
+        (Some(Wanted::Exercise(label)), None) => match &args.session {
+            Some(session) => judge_session(find(label)?[0], session),
+            None => learner::learn(&find(label)?, args, &file),
         },
         (Some(Wanted::Check), None) => check(questions(), &Answers::load(&file)?),
-        (Some(Wanted::Check), Some(number)) => {
-            let exercise = find(number)?;
-            check(parts(exercise), &Answers::load(&file)?)
+        (Some(Wanted::Check), Some(label)) => {
+            check(find(label)?.into_iter(), &Answers::load(&file)?)
         }
-        (Some(Wanted::Exercise(_)), Some(number)) => Err(Error::BadInput(format!(
-            "one exercise at a time: leave {number} out"
+        (Some(Wanted::Exercise(_)), Some(Label(label))) => Err(Error::BadInput(format!(
+            "one exercise at a time: leave {label} out"
         ))),
     }
 }
@@ -62,11 +57,13 @@ fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
     })
 }
 
-fn find(number: u32) -> Result<&'static dyn Exercise, Error> {
-    exercises::find(number).ok_or_else(|| {
+/// The questions that a label names: at least one.
+fn find(Label(label): &Label) -> Result<Vec<&'static dyn Exercise>, Error> {
+    let known = exercises::named(label);
+    known.ok_or_else(|| {
         Error::BadInput(format!(
-            "there is no exercise {number}: there are 1 to {}",
-            ALL.len()
+            "there is no exercise {label}: there are {} (6 is all of 6a to 6d)",
+            exercises::labels()
         ))
     })
 }

@@ -2,11 +2,16 @@
 //!
 //! ```text
 //! folders ──► hand-ins ──► predictions against measurements ──► table, CSV, JSON
-//!                    └───► sessions: rescued? verified? a copy? ──┘
+//!                    └───► sessions: rescued? verified?  ──────────┤
+//!                              flags: copied? edited? redone?  ────┘
 //! ```
 
 mod files;
+mod flags;
+mod histogram;
 mod marks;
+mod natural;
+mod roster;
 mod rows;
 mod session;
 mod table;
@@ -20,12 +25,15 @@ use crate::{
     program::Program,
     signals,
 };
+use exercises::framework::Brief;
 use marks::{GradedPrediction, Measured};
+use roster::Roster;
 use session::GradedRun;
 
 /// Grades every hand-in in a folder, and prints and writes the result. Ctrl-C ends it
 /// without one.
 pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
+    let roster = args.roster.as_deref().map(Roster::read).transpose()?;
     let hand_ins = files::hand_ins(&args.dir)?;
     let asked = signals::stop_flag();
     let mut measured = Measured::default();
@@ -41,7 +49,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             learner: hand_in.learner,
         });
     }
-    session::find_copies(&mut graded);
+    flags::find(&mut graded, roster.as_ref());
     if let Some(file) = &args.csv {
         let rows = rows::csv(&graded);
         write_whole(
@@ -53,8 +61,8 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
         )?;
     }
     print_line(&match args.json {
-        true => format!("{:#}", rows::json(&graded)),
-        false => table::text(&graded, &measured),
+        true => format!("{:#}", rows::json(&graded, &measured)),
+        false => table::text(&graded, &measured, roster.as_ref()),
     })?;
     let of = graded.len();
     match graded.iter().filter(|graded| !graded.is_accepted()).count() {
@@ -81,6 +89,11 @@ impl Graded {
         self.refusals().is_empty()
     }
 
+    /// The prediction for a question, if there is one.
+    fn mark(&self, brief: &Brief) -> Option<&GradedPrediction> {
+        self.marks.iter().find(|mark| mark.brief.name == brief.name)
+    }
+
     /// What is not acceptable: the file or folder, and the reason.
     fn refusals(&self) -> Vec<(String, String)> {
         let whole = self.refused.iter();
@@ -92,6 +105,12 @@ impl Graded {
         });
         whole.chain(sessions).collect()
     }
+}
+
+/// The predictions of a class for a question, each with whether it is right.
+fn predictions(graded: &[Graded], brief: &Brief) -> impl Iterator<Item = (f64, bool)> {
+    let marks = graded.iter().filter_map(|graded| graded.mark(brief));
+    marks.map(|mark| (mark.number, mark.right))
 }
 
 /// The last part of a path, as text.

@@ -312,13 +312,17 @@ impl ExercisePanel {
                 exercise, refused, ..
             } => {
                 let brief = exercise.brief();
-                // First, so that a small screen shows it.
-                let refused = refused.as_ref().map(|why| format!("{why}\n\n"));
-                let refused = refused.unwrap_or_default();
+                let (asked, objective) = (brief.asked(), brief.objective);
+                // After an answer that is none, the error and the question come first, so
+                // that a small screen shows them.
+                let text = match refused {
+                    Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
+                    None => format!("{objective}\n\n{asked}"),
+                };
                 let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
                 (
                     format!("{} {}", brief.label(), brief.title),
-                    format!("{refused}{}\n\n{}", brief.objective, brief.asked()),
+                    text,
                     match (scene, brief.choices) {
                         (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
                         (false, []) => "a number and why, then Enter  Esc back",

@@ -14,44 +14,45 @@ use exercises::{
 use super::WIDTH;
 use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE};
 
-/// Does `exercise` with the learner whose predictions are in `file`: shows what was
-/// predicted and measured, and asks the next question.
-pub fn learn(
-    exercise: &'static dyn Exercise,
-    args: &ExerciseArgs,
-    file: &Path,
-) -> Result<(), Error> {
-    check_seed(exercise, args)?;
+/// Does `asked`, questions of one exercise, with the learner whose predictions are in
+/// `file`: shows what was predicted and measured, and asks the next question.
+pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(), Error> {
+    check_seed(asked, args)?;
     let mut learner = Learner {
         answers: Answers::load(file)?,
         file,
         args,
     };
     if args.redo {
-        parts(exercise).for_each(|part| learner.answers.clear(part.brief()));
+        let briefs = asked.iter().map(|part| part.brief());
+        briefs.for_each(|brief| learner.answers.reopen(brief));
     }
-    let is_known = |part: &&dyn Exercise| learner.answers.get(part.brief()).is_some();
-    let known = parts(exercise).filter(is_known).count();
-    let next = parts(exercise).nth(known);
-    match (&args.predict, next) {
+    match (&args.predict, learner.open(asked)) {
         (Some(text), Some(next)) => learner.predict(next, text),
-        (Some(_), None) => Err(learner.already(exercise)),
-        (None, _) => learner.go_through(exercise, known),
+        (Some(_), None) => Err(learner.already(asked)),
+        (None, _) => learner.go_through(asked),
     }?;
-    let unanswered = parts(exercise).find(|part| learner.answers.get(part.brief()).is_none());
-    match next_step(exercise.brief(), unanswered) {
+    let number = asked.first().map(|part| part.brief().number);
+    let whole: Vec<Question> = number
+        .and_then(exercises::find)
+        .map_or(Vec::new(), |first| parts(first).collect());
+    match number.and_then(|number| next_step(number, learner.open(&whole))) {
         Some(next) => print_line(&format!("\n{next}")),
         None => Ok(()),
     }
 }
 
+/// A question of an exercise.
+type Question = &'static dyn Exercise;
+
 /// Refuses a number where nothing is drawn.
-fn check_seed(exercise: &'static dyn Exercise, args: &ExerciseArgs) -> Result<(), Error> {
-    if args.seed.is_none() || parts(exercise).any(|part| part.draws()) {
-        return Ok(());
-    }
-    let number = exercise.brief().number;
-    let why = format!("exercise {number} is the same for everyone: leave --seed out");
+fn check_seed(asked: &[Question], args: &ExerciseArgs) -> Result<(), Error> {
+    let label = match asked {
+        _ if args.seed.is_none() || asked.iter().any(|part| part.draws()) => return Ok(()),
+        [only] => only.brief().label(),
+        _ => asked[0].brief().number.to_string(),
+    };
+    let why = format!("exercise {label} is the same for everyone: leave --seed out");
     Err(Error::BadInput(why))
 }
 
@@ -63,61 +64,80 @@ struct Learner<'a> {
 }
 
 impl Learner<'_> {
-    /// Shows all answered questions, then asks the next ones. Input from a script answers
-    /// one of them, or none where some are answered.
-    fn go_through(&mut self, exercise: &'static dyn Exercise, known: usize) -> Result<(), Error> {
-        let typed = io::stdin().is_terminal();
-        for (index, part) in parts(exercise).enumerate() {
-            if let Some(prediction) = self.answers.get(part.brief()).cloned() {
-                self.check_same(part, &prediction)?;
-                self.introduce(part, prediction.seed())?;
-                reveal(part, &prediction)?;
-                if index + 1 < known {
-                    print_line("")?;
-                }
-                continue;
-            }
-            let mut line = String::new();
-            if typed {
-                // Checks that the file is writable before the learner types a prediction.
-                Answers::try_place(self.file)?;
-                if index > 0 {
-                    print_line("")?;
-                }
-                self.introduce(part, self.seed(part))?;
-            } else {
-                line = read_line()?;
-                if line.trim().is_empty() && index > 0 {
-                    return Ok(());
-                }
-                if line.trim().is_empty() && part.evidence(self.seed(part))?.is_some() {
-                    self.introduce(part, self.seed(part))?;
-                }
-            }
-            let prediction = match typed {
-                true => ask(part.brief())?,
-                false => read(&line, part.brief())?,
-            };
-            let prediction = self.keep(part, prediction)?;
-            if !typed {
-                self.introduce(part, prediction.seed())?;
-            }
-            reveal(part, &prediction)?;
-            if !typed {
+    /// The first question without a prediction.
+    fn open(&self, asked: &[Question]) -> Option<Question> {
+        let is_open = |part: &Question| self.answers.get(part.brief()).is_none();
+        asked.iter().copied().find(is_open)
+    }
+
+    /// Shows the answered questions, and asks the others.
+    fn go_through(&mut self, asked: &[Question]) -> Result<(), Error> {
+        match io::stdin().is_terminal() {
+            true => self.with_a_person(asked),
+            false => self.with_a_script(asked),
+        }
+    }
+
+    /// Goes through all questions, and waits after each result until it is read.
+    fn with_a_person(&mut self, asked: &[Question]) -> Result<(), Error> {
+        for (index, part) in asked.iter().copied().enumerate() {
+            if index > 0 && !goes_on(part.brief())? {
                 return Ok(());
             }
+            if self.answers.get(part.brief()).is_some() {
+                self.show(part)?;
+                continue;
+            }
+            // Checks that the file is writable before the learner types a prediction.
+            Answers::try_place(self.file)?;
+            self.introduce(part, self.seed(part))?;
+            self.keep(part, ask(part.brief())?)?;
+            self.reveal(part)?;
         }
         Ok(())
     }
 
+    /// Shows what is answered; the input answers one question, or none where some are
+    /// answered.
+    fn with_a_script(&mut self, asked: &[Question]) -> Result<(), Error> {
+        for (index, part) in asked.iter().copied().enumerate() {
+            if self.answers.get(part.brief()).is_some() {
+                if index > 0 {
+                    print_line("")?;
+                }
+                self.show(part)?;
+                continue;
+            }
+            let line = read_line()?;
+            let empty = line.trim().is_empty();
+            if empty && index > 0 {
+                return Ok(());
+            }
+            if empty && part.evidence(self.seed(part))?.is_some() {
+                self.introduce(part, self.seed(part))?;
+            }
+            self.keep(part, read(&line, part.brief())?)?;
+            return self.show(part);
+        }
+        Ok(())
+    }
+
+    /// Shows an answered question and its result.
+    fn show(&self, part: Question) -> Result<(), Error> {
+        if let Some(prediction) = self.answers.get(part.brief()) {
+            self.check_same(part, prediction)?;
+            self.introduce(part, prediction.seed())?;
+        }
+        self.reveal(part)
+    }
+
     /// Answers one question with the text of `--predict`.
-    fn predict(&mut self, part: &'static dyn Exercise, text: &str) -> Result<(), Error> {
+    fn predict(&mut self, part: Question, text: &str) -> Result<(), Error> {
         let prediction = Prediction::read(text, part.brief());
         let prediction =
             prediction.map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
-        let prediction = self.keep(part, prediction)?;
-        self.introduce(part, prediction.seed())?;
-        reveal(part, &prediction)
+        self.keep(part, prediction)?;
+        self.show(part)
     }
 
     /// The learner's number for this question; zero where it does not matter.
@@ -127,14 +147,13 @@ impl Learner<'_> {
     }
 
     /// Keeps a prediction, with the learner's number where that matters.
-    fn keep(&mut self, part: &dyn Exercise, prediction: Prediction) -> Result<Prediction, Error> {
+    fn keep(&mut self, part: Question, prediction: Prediction) -> Result<(), Error> {
         let prediction = match self.seed(part) {
             0 => prediction,
             seed => prediction.about(seed),
         };
-        self.answers.set(part.brief(), prediction.clone());
-        self.answers.save(self.file)?;
-        Ok(prediction)
+        self.answers.set(part.brief(), prediction);
+        Ok(self.answers.save(self.file)?)
     }
 
     /// Refuses another number than that of the prediction.
@@ -149,13 +168,18 @@ impl Learner<'_> {
     }
 
     /// The refusal of a second prediction.
-    fn already(&self, exercise: &'static dyn Exercise) -> Error {
-        let last = parts(exercise).last().unwrap_or(exercise).brief();
-        let known = self.answers.get(last).map_or_else(String::new, |known| {
-            format!("{} ({})", last.in_unit(known.number()), known.reason())
+    fn already(&self, asked: &[Question]) -> Error {
+        let known = asked.last().and_then(|last| {
+            let (brief, known) = (last.brief(), self.answers.get(last.brief())?);
+            Some(format!(
+                "{} ({})",
+                brief.in_unit(known.number()),
+                known.reason()
+            ))
         });
         Error::BadInput(format!(
-            "you already predicted {known}: --redo predicts again"
+            "you already predicted {}: --redo predicts again",
+            known.unwrap_or_default()
         ))
     }
 
@@ -177,13 +201,38 @@ impl Learner<'_> {
             wrapped(&brief.asked()),
         ))
     }
+
+    /// Measures, and prints the figures beside the prediction, and the first one where it
+    /// was made again.
+    fn reveal(&self, part: Question) -> Result<(), Error> {
+        let brief = part.brief();
+        let Some(prediction) = self.answers.get(brief) else {
+            return Ok(());
+        };
+        let findings = part.measure(prediction.seed())?;
+        print_line(&findings.table.to_string())?;
+        print_line(&wrapped(&findings.reconcile(brief, prediction)))?;
+        let redone = self.answers.redone(brief);
+        match redone.and_then(|_| self.answers.first(brief)) {
+            Some(first) => print_line(&wrapped(&format!(
+                "\nYour first prediction is kept: {}, {}",
+                brief.in_unit(first.number()),
+                first.reason()
+            ))),
+            None => Ok(()),
+        }
+    }
 }
 
-/// Measures, and prints the figures beside the prediction.
-fn reveal(part: &dyn Exercise, prediction: &Prediction) -> Result<(), Error> {
-    let findings = part.measure(prediction.seed())?;
-    print_line(&findings.table.to_string())?;
-    print_line(&wrapped(&findings.reconcile(part.brief(), prediction)))
+/// Waits until the learner goes on to the question of `brief`; returns whether that
+/// happened.
+fn goes_on(brief: &Brief) -> Result<bool, Error> {
+    print!("\nEnter goes on to {} ({}) ", brief.label(), brief.title);
+    // A failure is ignored here: printing the question reports it.
+    let _ = io::stdout().flush();
+    let read = !read_line()?.is_empty();
+    print_line("")?;
+    Ok(read)
 }
 
 fn read_line() -> Result<String, Error> {
@@ -227,15 +276,21 @@ fn in_unit(unit: &str) -> String {
     }
 }
 
-/// The next step: the next question of this exercise, or the next exercise.
-fn next_step(brief: &Brief, unanswered: Option<&'static dyn Exercise>) -> Option<String> {
-    if brief.number == RESCUE {
+/// The next step after exercise `number`: its next question, or the next exercise.
+fn next_step(number: u32, open: Option<Question>) -> Option<String> {
+    if number == RESCUE {
         let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
                    ratelab exercise 5 --session rescue.rrd";
         return Some(how.to_owned());
     }
-    let next = unanswered.or_else(|| exercises::find(brief.number + 1))?;
-    let next = next.brief();
+    if let Some(open) = open.map(Exercise::brief) {
+        return Some(format!(
+            "Next: ratelab exercise {} ({})",
+            open.label(),
+            open.title
+        ));
+    }
+    let next = exercises::find(number + 1)?.brief();
     Some(format!(
         "Next: ratelab exercise {} ({})",
         next.number, next.title

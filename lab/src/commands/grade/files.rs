@@ -7,7 +7,7 @@ use std::{
 
 use exercises::framework::{Answers, AnswersError};
 
-use super::file_name;
+use super::{file_name, natural};
 use crate::{error::Error, predictions};
 
 /// Maximum size of a file of predictions (bytes).
@@ -77,10 +77,10 @@ fn answers(file: &Path) -> Result<Answers, String> {
     })
 }
 
-/// The content of a folder, by name.
+/// The content of a folder, by name: s2 comes before s10.
 fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
     let mut paths = entries.collect::<io::Result<Vec<PathBuf>>>()?;
-    paths.sort();
+    paths.sort_by(|one, other| natural::order(&file_name(one), &file_name(other)));
     Ok(paths)
 }

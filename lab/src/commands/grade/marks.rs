@@ -3,8 +3,9 @@
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-use exercises::framework::{Answers, Brief, Exercise, Findings};
+use exercises::framework::{Answers, Brief, Exercise, Findings, Origin};
 
+use super::flags::Flags;
 use crate::error::Error;
 
 /// A graded prediction.
@@ -21,30 +22,22 @@ pub struct GradedPrediction {
     pub right: bool,
     /// Its deviation, as text.
     pub by: String,
+    /// The later prediction, if there is one: the first is graded.
+    pub redone: Option<String>,
+    /// Whether the reason is one.
+    pub reasoned: bool,
+    /// How it came into the file.
+    pub origin: Origin,
+    /// What to look at.
+    pub flags: Flags,
 }
-
-impl GradedPrediction {
-    /// Whether `other` has the same words as a reason, and more than a few.
-    pub fn is_worded_like(&self, other: &Self) -> bool {
-        let words = |mark: &Self| {
-            let words = mark.reason.split(|c: char| !c.is_alphanumeric());
-            let words = words.filter(|word| !word.is_empty()).map(str::to_lowercase);
-            words.collect::<Vec<_>>()
-        };
-        let mine = words(self);
-        mine.len() >= TELLING && mine == words(other)
-    }
-}
-
-/// Number of words from which on the same reason is worth a note.
-const TELLING: usize = 5;
 
 /// The measured questions, by name and number of the learner.
 #[derive(Default)]
 pub struct Measured(BTreeMap<(&'static str, Option<u64>), Findings>);
 
 impl Measured {
-    /// Grades all predictions in `answers`, in the order of the questions.
+    /// Grades the first predictions in `answers`, in the order of the questions.
     ///
     /// # Errors
     /// [`Error`] if one cannot be measured.
@@ -52,7 +45,7 @@ impl Measured {
         let mut marks = Vec::new();
         for question in exercises::questions() {
             let brief = question.brief();
-            let Some(prediction) = answers.get(brief) else {
+            let Some((prediction, origin)) = answers.first(brief).zip(answers.origin(brief)) else {
                 continue;
             };
             let seed = question.draws().then(|| prediction.seed());
@@ -65,6 +58,12 @@ impl Measured {
                 reason: prediction.reason().to_owned(),
                 right,
                 by,
+                redone: answers
+                    .redone(brief)
+                    .map(|then| brief.in_unit(then.number())),
+                reasoned: prediction.is_reasoned(),
+                origin,
+                flags: Flags::new(),
             });
         }
         Ok(marks)

@@ -2,34 +2,45 @@
 
 use serde_json::{Value, json};
 
-use super::{Graded, file_name, marks::GradedPrediction, session::GradedRun};
+use super::{
+    Graded,
+    flags::{FlagKind, Flags},
+    histogram,
+    marks::{GradedPrediction, Measured},
+    predictions,
+    session::GradedRun,
+};
 
-/// The columns of the CSV file.
+/// The first columns of the CSV file; one for each kind of flag follows.
 pub const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
 
 /// The result as CSV.
 pub fn csv(graded: &[Graded]) -> String {
+    let flags = FlagKind::ALL.map(FlagKind::name).join(",");
     let rows = graded.iter().flat_map(|graded| {
-        let marks = graded.marks.iter().map(mark_cells);
-        let sessions = graded.sessions.iter().map(session_cells);
-        let whole = graded.refused.iter().map(|why| {
-            let empty = String::new;
-            [
-                "hand-in".to_owned(),
-                "false".to_owned(),
-                empty(),
-                empty(),
-                empty(),
-                why.clone(),
-            ]
-        });
-        marks.chain(sessions).chain(whole).map(|cells| {
+        let marks = graded.marks.iter();
+        let marks = marks.map(|mark| (mark_cells(mark), &mark.flags));
+        let sessions = graded.sessions.iter();
+        let sessions = sessions.map(|session| (session_cells(session), &session.flags));
+        let whole = graded.refused.iter();
+        let whole = whole.map(|why| (whole_cells(why), NONE));
+        marks.chain(sessions).chain(whole).map(|(cells, flags)| {
             let learner = [graded.learner.clone(), graded.is_accepted().to_string()];
-            let cells = learner.iter().chain(&cells).map(|cell| quoted(cell));
+            let flags = FlagKind::ALL.map(|kind| flags.get(&kind).cloned().unwrap_or_default());
+            let cells = learner.iter().chain(&cells).chain(&flags);
+            let cells = cells.map(|cell| quoted(cell));
             cells.collect::<Vec<_>>().join(",") + "\n"
         })
     });
-    format!("{HEADER}\n{}", rows.collect::<String>())
+    format!("{HEADER},{flags}\n{}", rows.collect::<String>())
+}
+
+/// A hand-in as a whole has no flags.
+const NONE: &Flags = &Flags::new();
+
+fn whole_cells(why: &str) -> [String; 6] {
+    let cells = ["hand-in", "false", "", "", "", why];
+    cells.map(str::to_owned)
 }
 
 fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
@@ -48,7 +59,7 @@ fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
 
 fn session_cells(session: &GradedRun) -> [String; 6] {
     [
-        file_name(&session.file),
+        session.file_name(),
         session.refused.is_empty().to_string(),
         String::new(),
         String::new(),
@@ -74,7 +85,7 @@ fn quoted(cell: &str) -> String {
 }
 
 /// The result as JSON.
-pub fn json(graded: &[Graded]) -> Value {
+pub fn json(graded: &[Graded], measured: &Measured) -> Value {
     let learners = graded.iter().map(|graded| {
         json!({
             "learner": graded.learner,
@@ -89,17 +100,45 @@ pub fn json(graded: &[Graded]) -> Value {
                 "right": mark.right,
                 "error": mark.by,
                 "reason": mark.reason,
+                "flags": named(&mark.flags),
             })).collect::<Vec<_>>(),
             "sessions": graded.sessions.iter().map(|session| json!({
-                "file": file_name(&session.file),
+                "file": session.file_name(),
                 "accepted": session.refused.is_empty(),
                 "rescue": session.rescued,
                 "verified": session.verified,
                 "problems": session.refused,
+                "flags": named(&session.flags),
             })).collect::<Vec<_>>(),
         })
     });
-    json!({ "hand_ins": learners.collect::<Vec<_>>() })
+    let questions = measured.questions().map(|(brief, _)| {
+        let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
+        json!({
+            "exercise": brief.label(),
+            "name": brief.name,
+            "quantity": brief.quantity,
+            "unit": brief.unit,
+            "predictions": predicted.len(),
+            "right": predicted.iter().filter(|(_, right)| *right).count(),
+            "histogram": histogram::rows(brief, &predicted).iter().map(|row| json!({
+                "predicted": row.what,
+                "count": row.count,
+                "right": row.right,
+            })).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "hand_ins": learners.collect::<Vec<_>>(),
+        "questions": questions.collect::<Vec<_>>(),
+    })
+}
+
+fn named(flags: &Flags) -> Value {
+    let named = flags
+        .iter()
+        .map(|(kind, why)| (kind.name().to_owned(), why.clone().into()));
+    Value::Object(named.collect())
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::{
 
 use ratelab::runtime::{Time, TimedKnob, telemetry::Event};
 
-use super::{Graded, file_name};
+use super::{file_name, flags::Flags};
 use crate::{
     error::Error,
     program::Program,
@@ -27,8 +27,13 @@ pub struct GradedRun {
     pub verified: Option<String>,
     /// Why it is not acceptable; empty if it is.
     pub refused: Vec<String>,
-    /// The commands of the learner, in order.
-    commands: Vec<TimedKnob>,
+    /// The commands of the learner, in order. On the virtual clock they and their run times,
+    /// in nanoseconds, are the whole of what a person adds to a run.
+    pub commands: Vec<TimedKnob>,
+    /// Whether commands were in the settings of the run, so that no hand gave them.
+    pub scripted: bool,
+    /// What to look at.
+    pub flags: Flags,
 }
 
 impl GradedRun {
@@ -43,6 +48,8 @@ impl GradedRun {
             verified: None,
             refused: Vec::new(),
             commands: Vec::new(),
+            scripted: false,
+            flags: Flags::new(),
         };
         let recording = match Recording::read(file) {
             Ok(recording) => recording,
@@ -56,6 +63,8 @@ impl GradedRun {
         };
         session.commands = recording.events.iter().filter_map(Event::knob).collect();
         session.commands.retain(|command| command.at > Time::ZERO);
+        let mut planned = recording.origin.config.knobs.iter();
+        session.scripted = planned.any(|command| command.at > Time::ZERO);
         session.refused.extend(recording.defect());
         if is_shipped(&recording) {
             let why = "comes with ratelab: expected a session of one's own";
@@ -82,43 +91,11 @@ impl GradedRun {
 
     /// Its name in the folder of the `learner`.
     pub fn name(&self, learner: &str) -> String {
-        format!("{learner}/{}", file_name(&self.file))
+        format!("{learner}/{}", self.file_name())
     }
-}
 
-/// Refuses sessions with the commands of another learner's session.
-///
-/// On the virtual clock the commands and their run times, in nanoseconds, are the whole of
-/// what a person adds to a run. Hands never repeat them, whatever happens to the file.
-pub fn find_copies(graded: &mut [Graded]) {
-    let all: Vec<(usize, String, Vec<TimedKnob>)> = sessions(graded)
-        .map(|(place, learner, session)| (place, session.name(learner), session.commands.clone()))
-        .collect();
-    for (place, graded) in graded.iter_mut().enumerate() {
-        for session in &mut graded.sessions {
-            let others = all.iter().filter(|(of, ..)| *of != place);
-            let others = others.filter(|(_, _, commands)| same(&session.commands, commands));
-            let names: Vec<&str> = others.map(|(_, name, _)| name.as_str()).collect();
-            if !names.is_empty() {
-                let why = format!("the same session as {}", names.join(", "));
-                session.refused.push(why);
-            }
-        }
+    /// The name of the file.
+    pub fn file_name(&self) -> String {
+        file_name(&self.file)
     }
-}
-
-/// All sessions, with the place and the name of the learner.
-fn sessions(graded: &[Graded]) -> impl Iterator<Item = (usize, &str, &GradedRun)> {
-    let learners = graded.iter().enumerate();
-    learners.flat_map(|(place, graded)| {
-        let sessions = graded.sessions.iter();
-        sessions.map(move |session| (place, graded.learner.as_str(), session))
-    })
-}
-
-/// Whether one list of commands begins with the other: a copy may be cut short. Runs
-/// without commands are the same for everyone.
-fn same(one: &[TimedKnob], other: &[TimedKnob]) -> bool {
-    let shared = one.len().min(other.len());
-    shared > 0 && one[..shared] == other[..shared]
 }

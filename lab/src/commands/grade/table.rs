@@ -1,84 +1,165 @@
 //! The result as text.
 
-use exercises::framework::{Answer, Brief, Findings, Table};
+use exercises::framework::{Brief, Findings, Table, Tolerance};
 
-use super::{Graded, marks::GradedPrediction, marks::Measured};
+use super::{
+    Graded,
+    flags::FlagKind,
+    histogram,
+    marks::{GradedPrediction, Measured},
+    natural, predictions,
+    roster::Roster,
+};
 use crate::{printable::one_line, report::line};
 
-/// A learner per row, then the reasons by question, then what is not acceptable.
-pub fn text(graded: &[Graded], measured: &Measured) -> String {
+/// Columns of a line.
+const WIDTH: usize = 80;
+
+/// A learner per row, then the predictions by question, then what to look at and what is
+/// not acceptable.
+pub fn text(graded: &[Graded], measured: &Measured, roster: Option<&Roster>) -> String {
     let questions: Vec<(&Brief, Option<&Findings>)> = measured.questions().collect();
-    let accepted = graded.iter().filter(|graded| graded.is_accepted()).count();
-    let mut lines = vec![line(
-        "hand-ins",
-        &format!("{}, {accepted} acceptable", graded.len()),
-    )];
-    let names = questions.iter().map(|(brief, _)| heading(brief));
-    let names: Vec<String> = names.collect();
-    if !names.is_empty() {
-        lines.push(line(
-            "columns",
-            "✓ right, ✖ wrong, with the predicted number",
-        ));
-    }
+    let mut lines = head(graded, &questions, roster);
     lines.push(String::new());
-    lines.extend(
-        learners(graded, &questions, names)
-            .lines()
-            .map(str::to_owned),
-    );
+    lines.extend(learners(graded, &questions));
     for (brief, findings) in questions {
-        lines.push(String::new());
-        lines.push(title(brief, findings));
+        let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
+        let right = predicted.iter().filter(|(_, right)| *right).count();
+        lines.push(format!("\n{}", title(brief, findings)));
+        lines.push(format!("  {right} of {} right", predicted.len()));
+        lines.extend(histogram::lines(&histogram::rows(brief, &predicted)));
         lines.extend(reasons(graded, brief));
     }
-    let refusals: Vec<_> = graded.iter().flat_map(Graded::refusals).collect();
-    if !refusals.is_empty() {
-        lines.push("\nNot acceptable".to_owned());
-        let refusals = refusals.iter();
-        lines.extend(refusals.map(|(what, why)| one_line(&format!("  ✖ {what}: {why}"))));
-    }
+    let flagged = graded.iter().flat_map(|graded| {
+        let found = graded.to_look_at().into_iter();
+        found.map(|(items, why)| format!("{} {items}: {why}", graded.learner))
+    });
+    lines.extend(listed("To look at", "?", flagged));
+    let refused = graded.iter().flat_map(Graded::refusals);
+    let refused = refused.map(|(what, why)| format!("{what}: {why}"));
+    lines.extend(listed("Not acceptable", "✖", refused));
     lines.join("\n")
 }
 
-/// Number and unit of a question.
-fn heading(brief: &Brief) -> String {
-    format!("{} {}", brief.label(), brief.unit)
-        .trim_end()
-        .to_owned()
-}
-
-/// The table of the learners.
-fn learners(
+/// What the table is about.
+fn head(
     graded: &[Graded],
     questions: &[(&Brief, Option<&Findings>)],
-    names: Vec<String>,
-) -> String {
-    let learners = graded.iter().map(|graded| one_line(&graded.learner));
-    let learners: Vec<String> = learners.collect();
-    let wide = learners.iter().map(|name| name.chars().count()).max();
-    let wide = wide.unwrap_or(0).max("learner".len());
-    let first = format!("{:<wide$}", "learner");
-    let last = ["right".to_owned(), "sessions".to_owned()];
-    let rows = graded.iter().zip(learners).map(|(graded, learner)| {
-        let marks = questions
-            .iter()
-            .map(|(brief, _)| graded.mark(brief).map_or("-".to_owned(), cell));
-        let right = graded.marks.iter().filter(|mark| mark.right).count();
-        let right = format!("{right} of {}", graded.marks.len());
-        let row = [format!("{learner:<wide$}")].into_iter().chain(marks);
-        row.chain([right, sessions(graded)]).collect()
-    });
-    let table = Table {
-        rows: rows.collect(),
-        headers: [first].into_iter().chain(names).chain(last).collect(),
+    roster: Option<&Roster>,
+) -> Vec<String> {
+    let accepted = graded.iter().filter(|graded| graded.is_accepted()).count();
+    let flagged = graded
+        .iter()
+        .filter(|graded| !graded.to_look_at().is_empty());
+    let flagged = match flagged.count() {
+        0 => String::new(),
+        flagged => format!(", {flagged} to look at"),
     };
-    let lines: Vec<String> = table
-        .to_string()
-        .lines()
-        .map(|l| l.trim_end().to_owned())
-        .collect();
-    lines.join("\n")
+    let mut lines = vec![line(
+        "hand-ins",
+        &format!("{}, {accepted} acceptable{flagged}", graded.len()),
+    )];
+    if !questions.is_empty() {
+        let columns = "✓ right, ✖ wrong, with the number that was predicted first";
+        lines.push(line("columns", columns));
+    }
+    let drawn = questions.iter().any(|(_, findings)| findings.is_none());
+    match roster {
+        Some(roster) => {
+            let is_missing = |name: &&str| graded.iter().all(|graded| graded.learner != *name);
+            let mut missing: Vec<&str> = roster.learners().filter(is_missing).collect();
+            missing.sort_by(|one, other| natural::order(one, other));
+            let missing = match missing.is_empty() {
+                true => "all with a hand-in".to_owned(),
+                false => format!("without a hand-in: {}", missing.join(", ")),
+            };
+            let learners = roster.learners().len();
+            lines.push(one_line(&line("roster", &format!("{learners}, {missing}"))));
+        }
+        None if drawn => {
+            let unchecked = "as each hand-in has it, unchecked: --roster FILE checks it";
+            lines.push(line("numbers", unchecked));
+        }
+        None => {}
+    }
+    lines
+}
+
+/// A headed list, if there is something in it.
+fn listed(head: &str, sign: &str, items: impl Iterator<Item = String>) -> Vec<String> {
+    let items = items.map(|item| one_line(&format!("  {sign} {item}")));
+    let mut lines: Vec<String> = items.collect();
+    if !lines.is_empty() {
+        lines.insert(0, format!("\n{head}"));
+    }
+    lines
+}
+
+/// Number, quantity and unit of a question.
+fn heading(brief: &Brief) -> String {
+    let unit = match brief.unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    format!("{} {}{unit}", brief.label(), brief.quantity)
+}
+
+/// The table of the learners: as many below each other as it takes for the width.
+fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec<String> {
+    let names = graded.iter().map(|graded| one_line(&graded.learner));
+    let mut columns = vec![column("learner".to_owned(), names)];
+    let width = |column: &[String]| column.iter().map(|c| c.chars().count()).max().unwrap_or(0);
+    // Names are on the left, everything else on the right.
+    let wide = width(&columns[0]);
+    for cell in &mut columns[0] {
+        *cell = format!("{cell:<wide$}");
+    }
+    let marks = questions.iter().map(|(brief, _)| {
+        let marks = graded.iter().map(|graded| graded.mark(brief));
+        let cells = marks.map(|mark| mark.map_or("-".to_owned(), cell));
+        column(heading(brief), cells)
+    });
+    let right = column("right".to_owned(), graded.iter().map(right));
+    let sessions = column("sessions".to_owned(), graded.iter().map(sessions));
+    let mut blocks = vec![columns.clone()];
+    let mut used = wide;
+    for column in marks.chain([right, sessions]) {
+        let needs = 2 + width(&column);
+        if used + needs > WIDTH && blocks.last().is_some_and(|block| block.len() > 1) {
+            blocks.push(columns.clone());
+            used = wide;
+        }
+        used += needs;
+        if let Some(block) = blocks.last_mut() {
+            block.push(column);
+        }
+    }
+    let tables = blocks.iter().map(|block| table(block));
+    tables.collect::<Vec<_>>().join(&String::new())
+}
+
+/// A head and the cells below it.
+fn column(head: String, cells: impl Iterator<Item = String>) -> Vec<String> {
+    [head].into_iter().chain(cells).collect()
+}
+
+/// The lines of a table with these columns, and an empty one after another table.
+fn table(columns: &[Vec<String>]) -> Vec<String> {
+    let row = |at: usize| columns.iter().map(|column| column[at].clone()).collect();
+    let table = Table {
+        headers: row(0),
+        rows: (1..columns[0].len()).map(row).collect(),
+    };
+    let text = table.to_string();
+    text.lines()
+        .map(|line| line.trim_end().to_owned())
+        .collect()
+}
+
+/// How many predictions are right.
+fn right(graded: &Graded) -> String {
+    let right = graded.marks.iter().filter(|mark| mark.right).count();
+    format!("{right} of {}", graded.marks.len())
 }
 
 /// How many sessions are acceptable.
@@ -100,29 +181,25 @@ fn cell(mark: &GradedPrediction) -> String {
     }
 }
 
-/// Title and result of a question.
+/// Title and result of a question, with how near a right prediction comes.
 fn title(brief: &Brief, findings: Option<&Findings>) -> String {
-    let rounded = |number: f64| brief.in_unit((number * 1e4).round() / 1e4);
-    let measured = match findings.map(|findings| findings.answer) {
-        None => "drawn from the learner's number".to_owned(),
-        Some(Answer::Exactly(number)) => rounded(number),
-        Some(Answer::About { number, within }) => format!("{} ± {within}", rounded(number)),
-        Some(Answer::Between { held, failed }) => {
-            format!("between {} and {}", rounded(held), rounded(failed))
-        }
+    let measured = findings.map_or_else(
+        || "drawn from the learner's number".to_owned(),
+        |findings| findings.answer.in_words(brief),
+    );
+    let within = match brief.tolerance {
+        Tolerance::Within(within) => format!(" ± {within}"),
+        Tolerance::Exact | Tolerance::Between => String::new(),
     };
-    format!("{} {}: {measured}", brief.label(), brief.title)
+    format!("{} {}: {measured}{within}", brief.label(), brief.title)
 }
 
 /// The predictions for a question with their reasons, and others with the same words.
 fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = String> + 'g {
     let marks = graded.iter().filter_map(|g| Some((g, g.mark(brief)?)));
     marks.map(|(of, mark)| {
-        let twin = graded.iter().find(|other| {
-            let theirs = other.mark(brief);
-            other.learner != of.learner && theirs.is_some_and(|theirs| mark.is_worded_like(theirs))
-        });
-        let twin = twin.map(|other| format!(" (the words of {})", other.learner));
+        let twin = mark.flags.get(&FlagKind::CopiedReason);
+        let twin = twin.map(|others| format!(" ({others})"));
         let drawn = mark.seed.map(|seed| format!(" (number {seed})"));
         one_line(&format!(
             "  {} {}{}: {}, {}{}",
@@ -138,11 +215,4 @@ fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = S
 
 fn sign(right: bool) -> &'static str {
     if right { "✓" } else { "✖" }
-}
-
-impl Graded {
-    /// The prediction for a question, if there is one.
-    fn mark(&self, brief: &Brief) -> Option<&GradedPrediction> {
-        self.marks.iter().find(|mark| mark.brief.name == brief.name)
-    }
 }

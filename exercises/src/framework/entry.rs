@@ -1,0 +1,115 @@
+//! A prediction in the file of a learner.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    mark::{self, Origin},
+    prediction::{Prediction, PredictionError},
+};
+
+/// A prediction, with the first one where it was made again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub(super) struct Entry {
+    pub prediction: Prediction,
+    mark: Option<String>,
+    /// Whether the question is to be asked again.
+    pub open: bool,
+    first: Option<Box<Entry>>,
+}
+
+impl Entry {
+    /// The prediction for the exercise `name`, after an `earlier` one if there is one.
+    pub fn new(name: &str, prediction: Prediction, earlier: Option<Self>) -> Self {
+        let first = earlier.map(|earlier| match earlier.first {
+            Some(first) => first,
+            None => Box::new(Self {
+                open: false,
+                ..earlier
+            }),
+        });
+        let mut entry = Self {
+            prediction,
+            mark: None,
+            open: false,
+            first,
+        };
+        entry.mark = Some(mark::new(&entry.content(name)));
+        entry
+    }
+
+    /// The prediction that was made first.
+    pub fn first(&self) -> &Prediction {
+        &self.first.as_deref().unwrap_or(self).prediction
+    }
+
+    /// Whether there is an earlier one.
+    pub fn is_redone(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// How it, and the first one, came into the file.
+    pub fn origin(&self, name: &str) -> Origin {
+        let own = mark::origin(self.mark.as_deref(), &self.content(name));
+        match self.first.as_deref().map(|first| first.origin(name)) {
+            Some(first) if own != Origin::Edited => first,
+            _ => own,
+        }
+    }
+
+    /// What the mark vouches for.
+    fn content(&self, name: &str) -> String {
+        let first = self.first.as_deref();
+        format!(
+            "{name} {} {:?} {:?} {:?}",
+            self.prediction.number(),
+            self.prediction.reason(),
+            self.prediction.seed,
+            first.map(|first| &first.mark),
+        )
+    }
+}
+
+/// An entry as it stands in the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table with a number and a reason")]
+struct Written {
+    number: f64,
+    reason: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mark: Option<String>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    open: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    first: Option<Box<Entry>>,
+}
+
+impl TryFrom<Written> for Entry {
+    type Error = PredictionError;
+
+    fn try_from(read: Written) -> Result<Self, PredictionError> {
+        let mut prediction = Prediction::new(read.number, &read.reason)?;
+        prediction.seed = read.seed;
+        Ok(Self {
+            prediction,
+            mark: read.mark,
+            open: read.open,
+            first: read.first,
+        })
+    }
+}
+
+impl From<Entry> for Written {
+    fn from(entry: Entry) -> Self {
+        Self {
+            number: entry.prediction.number(),
+            reason: entry.prediction.reason().to_owned(),
+            seed: entry.prediction.seed,
+            mark: entry.mark,
+            open: entry.open,
+            first: entry.first,
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! What a teacher had better look at. A flag is no judgement: of two copies nobody knows
+//! which is the original, and an early version wrote files without marks.
+
+use std::collections::BTreeMap;
+
+use exercises::framework::Origin;
+
+use super::{Graded, marks::GradedPrediction, roster::Roster};
+use crate::rescue::alike;
+
+/// The kinds of flags; each is a column of the CSV file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FlagKind {
+    /// The reason, or the entry of the file, is another learner's as well.
+    CopiedReason,
+    /// The entry was changed outside of ratelab, or written by hand.
+    Edited,
+    /// The prediction is about a number that is not the learner's.
+    ForeignSeed,
+    /// The prediction was made again after the measurement.
+    Redone,
+    /// Another learner has the same session.
+    CopiedRescue,
+    /// The session was played from a list of knobs.
+    Scripted,
+    /// The reason is none.
+    NoReason,
+}
+
+impl FlagKind {
+    /// All of them, in the order of the columns.
+    pub const ALL: [Self; 7] = [
+        Self::CopiedReason,
+        Self::Edited,
+        Self::ForeignSeed,
+        Self::Redone,
+        Self::CopiedRescue,
+        Self::Scripted,
+        Self::NoReason,
+    ];
+
+    /// The name for programs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CopiedReason => "copied_reason",
+            Self::Edited => "edited",
+            Self::ForeignSeed => "foreign_seed",
+            Self::Redone => "redone",
+            Self::CopiedRescue => "copied_rescue",
+            Self::Scripted => "scripted",
+            Self::NoReason => "no_reason",
+        }
+    }
+}
+
+/// Flags of a prediction or a session, with the evidence.
+pub type Flags = BTreeMap<FlagKind, String>;
+
+/// Number of words from which on the same reason is worth a note: fewer are often the same
+/// by chance.
+const TELLING: usize = 4;
+
+/// Flags everything in a class.
+pub fn find(graded: &mut [Graded], roster: Option<&Roster>) {
+    let found: Vec<(Vec<Flags>, Vec<Flags>)> = graded
+        .iter()
+        .map(|of| {
+            let marks = of.marks.iter();
+            let marks = marks.map(|mark| of_prediction(of, mark, graded, roster));
+            let sessions = 0..of.sessions.len();
+            let sessions = sessions.map(|at| of_session(of, at, graded));
+            (marks.collect(), sessions.collect())
+        })
+        .collect();
+    for (graded, (marks, sessions)) in graded.iter_mut().zip(found) {
+        let all = graded.marks.iter_mut().zip(marks);
+        all.for_each(|(mark, flags)| mark.flags = flags);
+        let all = graded.sessions.iter_mut().zip(sessions);
+        all.for_each(|(session, flags)| session.flags = flags);
+    }
+}
+
+fn of_prediction(
+    of: &Graded,
+    mark: &GradedPrediction,
+    class: &[Graded],
+    roster: Option<&Roster>,
+) -> Flags {
+    let edited = match mark.origin {
+        Origin::Written(_) => None,
+        Origin::Unmarked => Some("without a mark: by hand or by an earlier ratelab".to_owned()),
+        Origin::Edited => Some("changed after ratelab wrote it".to_owned()),
+    };
+    let redone = mark.redone.as_ref();
+    let short = (!mark.reasoned).then(|| format!("{:?} is no reason", mark.reason));
+    let all = [
+        (FlagKind::CopiedReason, copied(of, mark, class)),
+        (FlagKind::Edited, edited),
+        (FlagKind::ForeignSeed, foreign(of, mark, roster)),
+        (
+            FlagKind::Redone,
+            redone.map(|then| format!("then {then}: the first counts")),
+        ),
+        (FlagKind::NoReason, short),
+    ];
+    let found = all.into_iter();
+    found.filter_map(|(kind, why)| Some((kind, why?))).collect()
+}
+
+/// The others in whose hand-in the entry, or the words, are the same.
+fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<String> {
+    let others = class.iter().filter(|other| other.learner != of.learner);
+    let others = others.filter_map(|other| Some((&*other.learner, other.mark(mark.brief)?)));
+    let (mut files, mut words) = (Vec::new(), Vec::new());
+    for (learner, theirs) in others {
+        if matches!(mark.origin, Origin::Written(_)) && mark.origin == theirs.origin {
+            files.push(learner);
+        } else if is_worded_alike(&mark.reason, &theirs.reason) {
+            words.push(learner);
+        }
+    }
+    let said = [("the entry of ", files), ("the words of ", words)];
+    let said = said.iter().filter(|(_, names)| !names.is_empty());
+    let said: Vec<String> = said
+        .map(|(what, names)| format!("{what}{}", names.join(", ")))
+        .collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+fn is_worded_alike(one: &str, other: &str) -> bool {
+    let words = |reason: &str| {
+        let words = reason.split(|c: char| !c.is_alphanumeric());
+        let words = words.filter(|word| !word.is_empty()).map(str::to_lowercase);
+        words.collect::<Vec<_>>()
+    };
+    let mine = words(one);
+    mine.len() >= TELLING && mine == words(other)
+}
+
+/// Why the learner's number in a prediction is not that of the roster.
+fn foreign(of: &Graded, mark: &GradedPrediction, roster: Option<&Roster>) -> Option<String> {
+    let (number, roster) = (mark.seed?, roster?);
+    let own = roster.number(&of.learner);
+    if own == Some(number) {
+        return None;
+    }
+    let others: Vec<&str> = roster.owners(number).collect();
+    let whose = match others.is_empty() {
+        true => String::new(),
+        false => format!(" of {}", others.join(", ")),
+    };
+    let own = own.map_or_else(|| "no number".to_owned(), |own| own.to_string());
+    Some(format!(
+        "about number {number}{whose}; the roster has {own}"
+    ))
+}
+
+fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
+    let session = &of.sessions[at];
+    let others = class.iter().filter(|other| other.learner != of.learner);
+    let others = others.flat_map(|other| {
+        let sessions = other.sessions.iter();
+        let same = sessions.filter(|theirs| alike(&session.commands, &theirs.commands));
+        same.map(|theirs| theirs.name(&other.learner))
+    });
+    let others: Vec<String> = others.collect();
+    let copied = (!others.is_empty()).then(|| format!("the same session as {}", others.join(", ")));
+    let scripted = session
+        .scripted
+        .then(|| "played from a list of knobs and not by hand".to_owned());
+    let all = [
+        (FlagKind::CopiedRescue, copied),
+        (FlagKind::Scripted, scripted),
+    ];
+    let found = all.into_iter();
+    found.filter_map(|(kind, why)| Some((kind, why?))).collect()
+}
+
+impl Graded {
+    /// What to look at: the items with the same evidence together, and the evidence.
+    pub fn to_look_at(&self) -> Vec<(String, &str)> {
+        let marks = self
+            .marks
+            .iter()
+            .map(|mark| (mark.brief.label(), &mark.flags));
+        let sessions = self
+            .sessions
+            .iter()
+            .map(|session| (session.file_name(), &session.flags));
+        let mut found: Vec<(String, &str)> = Vec::new();
+        for (item, flags) in marks.chain(sessions) {
+            for why in flags.values() {
+                match found.iter_mut().find(|(_, known)| known == why) {
+                    Some((items, _)) => *items = format!("{items}, {item}"),
+                    None => found.push((item.clone(), why)),
+                }
+            }
+        }
+        found
+    }
+}
