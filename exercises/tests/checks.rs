@@ -174,7 +174,7 @@ fn a_result_fits_on_a_terminal_of_80_by_24() {
     for (question, findings) in (1..=12).flat_map(findings) {
         let prediction = Prediction::new(5.0, "it takes as long as that, or so it seems to me");
         let text = findings.reconcile(question.brief(), &prediction.expect("finite"));
-        let lines = text.lines().map(|line| lines_of_80(line)).sum::<usize>();
+        let lines = text.lines().map(|line| wrapped(line, 80)).sum::<usize>();
         // An empty line and the next step follow.
         let rows = findings.table.to_string().lines().count() + 1 + lines + 2;
         let label = question.brief().label();
@@ -186,14 +186,26 @@ fn a_result_fits_on_a_terminal_of_80_by_24() {
     }
 }
 
-/// Lines of a paragraph that is wrapped between words.
-fn lines_of_80(paragraph: &str) -> usize {
+/// Lines of a page in the lab on a terminal of 80x24, above the prediction.
+const PAGE_LINES: usize = 12;
+
+#[test]
+fn a_question_is_in_sight_in_the_lab_at_80_by_24() {
+    for brief in questions().map(|question| question.brief()) {
+        let text = format!("{}\n\n{}", brief.objective, brief.asked());
+        let lines = text.lines().map(|line| wrapped(line, PAGE)).sum::<usize>();
+        assert!(lines <= PAGE_LINES, "{}: {lines} lines", brief.label());
+    }
+}
+
+/// Lines of a paragraph that is wrapped between words to this many columns.
+fn wrapped(paragraph: &str, columns: usize) -> usize {
     let mut lines = (1, 0);
     for word in paragraph.split(' ') {
         let wide = word.chars().count();
         lines = match lines {
             (rows, 0) => (rows, wide),
-            (rows, used) if used + 1 + wide <= 80 => (rows, used + 1 + wide),
+            (rows, used) if used + 1 + wide <= columns => (rows, used + 1 + wide),
             (rows, _) => (rows + 1, wide),
         };
     }

@@ -197,6 +197,42 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
 }
 
 #[test]
+fn a_recording_plays_in_the_terminal_where_no_viewer_is() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let file = root.join("recordings/fall-5hz.rrd").display().to_string();
+    let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
+    command.args(["replay", &file]);
+    command.cwd(std::env::temp_dir());
+    command.env("PATH", "");
+    let mut lab = Lab::start(command, 45, 160);
+    lab.wait_for("FELL at 0.840 s");
+    lab.type_keys("q");
+    let (status, parser) = lab.close();
+    assert!(status.success());
+    let said = parser.screen().contents();
+    assert!(said.contains("the rerun viewer was not found"), "{said}");
+}
+
+#[test]
+fn a_result_stays_in_sight_until_the_learner_goes_on() {
+    let folder = tempfile::TempDir::new().expect("folder");
+    let mut lab = Lab::open_in(folder.path(), &["exercise", "7"], 24, 80);
+    lab.wait_for("Your prediction in s, and why:");
+    lab.type_keys("5 because it grows old\r");
+    lab.wait_for("Enter goes on to 7b");
+    let screen = lab.parser.screen().contents();
+    for part in ["depth  stay up", "You called it", "message was read"] {
+        assert!(screen.contains(part), "{part:?} is missing in\n{screen}");
+    }
+    lab.type_keys("\r");
+    lab.wait_for("Your prediction in messages, and why:");
+    lab.type_keys("4 because it is short\r");
+    lab.wait_for("Next: ratelab exercise 8");
+    assert!(lab.parser.screen().contents().contains("depth  stay up"));
+    assert!(lab.close().0.success());
+}
+
+#[test]
 fn an_exercise_is_done_in_the_lab() {
     let folder = tempfile::TempDir::new().expect("folder");
     let mut lab = Lab::open_in(folder.path(), &["--ascii"], 45, 160);
@@ -207,6 +243,7 @@ fn an_exercise_is_done_in_the_lab() {
     lab.wait_for("how many of the three runs");
     lab.type_keys("many\r");
     lab.wait_for("expected a number and a reason");
+    lab.wait_for("how many of the three runs");
     lab.type_keys("\u{7f}\u{7f}\u{7f}\u{7f}8 of three\r");
     lab.wait_for("8 is impossible here");
     lab.type_keys(&"\u{7f}".repeat(10));

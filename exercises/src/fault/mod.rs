@@ -182,11 +182,15 @@ fn table(as_it_is: &Run, mended: &[Run]) -> Table {
     let runs = names.zip([as_it_is].into_iter().chain(mended));
     let cells = |(name, run): (&str, &Run)| {
         let age = format!("{:.0} ms", run.push_age_ms());
-        [name.to_owned(), run.did(), age]
+        let end = match run.fell() {
+            true => format!("fell {:.2} s", run.summary.sim_time.as_secs_f64()),
+            false => "stood".to_owned(),
+        };
+        [name.to_owned(), end, age]
     };
     let cells: Vec<[String; 3]> = runs.map(cells).collect();
     let half = cells.len().div_ceil(2);
-    let mut table = Table::new(["mended", "it", "push age", "mended", "it", "push age"]);
+    let mut table = Table::new(["mended", "run", "age", "mended", "run", "age"]);
     for (at, [a, b, c]) in cells[..half].iter().cloned().enumerate() {
         let [d, e, f] = cells.get(half + at).cloned().unwrap_or_default();
         table.row([a, b, c, d, e, f]);

@@ -35,10 +35,10 @@ const BRIEF: Brief = Brief {
                 is due as k divided by the rate, in whole nanoseconds. The other adds a period in \
                 floating point after every tick. At 25 Hz against 50 Hz the policy ticks with \
                 every second tick of the sensor, at the same instant, the sensor first by rights. \
-                Yet the course's scheduler comes to a mean latency of 29.5 ms at 25 Hz. Which of \
-                the two is it, and why does that come out? Look at how old readings are when the \
-                policy uses them, and actions when they are applied; then read \
-                exercises/src/ties/accumulating.rs to its last line.",
+                Yet the course's scheduler comes to a mean latency of 29.5 ms at 25 Hz: which of \
+                the two is it, and why? Look at the ages of readings and of actions when they are \
+                used; then read accumulating.rs to its last line (a clone has it in \
+                exercises/src/ties, a package in share/ratelab/exercises).",
     question: "What is the mean latency at 25 Hz if nodes due together really are?",
     quantity: "mean latency",
     unit: "ms",

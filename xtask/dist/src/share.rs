@@ -1,4 +1,4 @@
-//! Files beside the program: recordings, manual pages, completions.
+//! Files beside the program: recordings, code to read, manual pages, completions.
 
 use std::{
     fs,
@@ -8,12 +8,14 @@ use std::{
 
 use crate::{Error, Tree, program::succeed};
 
-/// The recordings of the clone for users, and the knobs file of one of them.
-const RECORDINGS: [&str; 4] = [
-    "balanced-50hz.rrd",
-    "fall-5hz.rrd",
-    "rescue.knobs",
-    "rescued.rrd",
+/// Files of the clone for users, and their folders in the package: recordings with the
+/// knobs file of one of them, and the code that an exercise asks to read.
+const SHARED: [(&str, &str, &str); 5] = [
+    ("recordings", "balanced-50hz.rrd", "recordings"),
+    ("recordings", "fall-5hz.rrd", "recordings"),
+    ("recordings", "rescue.knobs", "recordings"),
+    ("recordings", "rescued.rrd", "recordings"),
+    ("exercises/src/ties", "accumulating.rs", "exercises"),
 ];
 
 /// Shells, and the folder of each for completions.
@@ -43,9 +45,9 @@ pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> 
         succeed("ratelab completions", Ok(script.status))?;
         tree.add(place, script.stdout);
     }
-    for name in RECORDINGS {
-        let bytes = read(&root.join("recordings").join(name))?;
-        tree.add(format!("share/ratelab/recordings/{name}"), bytes);
+    for (place, name, folder) in SHARED {
+        let bytes = read(&root.join(place).join(name))?;
+        tree.add(format!("share/ratelab/{folder}/{name}"), bytes);
     }
     Ok(())
 }

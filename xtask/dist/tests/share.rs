@@ -20,7 +20,7 @@ esac
 "#;
 
 #[test]
-fn the_unpacked_program_writes_its_pages_and_recordings_are_included() {
+fn the_unpacked_program_writes_its_pages_and_shared_files_are_included() {
     let scratch = tempfile::tempdir().unwrap();
     let package = std::env::var_os("CARGO_MANIFEST_DIR").unwrap();
     let root = Path::new(&package).join("../..");
@@ -43,5 +43,6 @@ fn the_unpacked_program_writes_its_pages_and_recordings_are_included() {
         assert_eq!(text(place), format!("for {shell}\n"));
     }
     assert!(text("share/ratelab/recordings/fall-5hz.rrd").len() > 100_000);
-    assert_eq!(tree.files().count(), 11);
+    assert!(text("share/ratelab/exercises/accumulating.rs").contains("due[next] += "));
+    assert_eq!(tree.files().count(), 12);
 }
