@@ -55,6 +55,11 @@ fn a_prediction_is_a_number_and_a_reason_in_any_words() {
         ("10: the pole needs a tenth", 10.0, "the pole needs a tenth"),
         ("8 weil es reicht", 8.0, "weil es reicht"),
         ("8因为它很慢", 8.0, "因为它很慢"),
+        (
+            "8 because 80 ms at 20 ms a second",
+            8.0,
+            "80 ms at 20 ms a second",
+        ),
         ("0, 5 Hz is too slow", 0.0, "5 Hz is too slow"),
         ("+.5 for no reason", 0.5, "for no reason"),
     ] {

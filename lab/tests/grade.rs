@@ -312,7 +312,7 @@ fn what_a_prediction_hides_is_flagged_with_its_evidence_and_the_first_one_counts
             &[("edited", "changed after ratelab wrote it")],
         ),
         ("s12", "false", &[("copied_reason", "the words of s1")]),
-        ("s13", "false", &[("redone", "then 7.5 Hz")]),
+        ("s13", "false", &[("redone", "later 7.5 Hz")]),
         (
             "s14",
             "true",

@@ -128,14 +128,14 @@ impl fmt::Display for Prediction {
     }
 }
 
-/// Letters of a reason, in all its words.
+/// Letters of a reason, in all its words and units.
 const LETTERS: usize = 4;
 
 /// Whether `text` is more than a word or a few letters.
 fn is_reason(text: &str) -> bool {
     let different: HashSet<String> = words(text).map(str::to_lowercase).collect();
-    let letters = words(text).map(|word| word.chars().count());
-    different.len() > 1 && letters.sum::<usize>() >= LETTERS
+    let letters = text.chars().filter(|c| c.is_alphabetic()).count();
+    different.len() > 1 && letters >= LETTERS
 }
 
 /// The words of `text`, without numbers and units. In a script without capitals, such as

@@ -40,7 +40,7 @@ impl fmt::Display for Table {
             let cells: Vec<String> = cells
                 .map(|(cell, width)| format!("{cell:>width$}"))
                 .collect();
-            writeln!(f, "{}", cells.join("  "))?;
+            writeln!(f, "{}", cells.join("  ").trim_end())?;
         }
         Ok(())
     }

@@ -33,7 +33,7 @@ const BRIEF: Brief = Brief {
                 policy is slow at once, for a tenth of a second, for two tenths and so on, and \
                 then decides 50 times a second again.",
     question: "After how many seconds at 5 Hz does 50 Hz come too late?",
-    quantity: "slow time",
+    quantity: "duration",
     unit: "s",
     tolerance: Tolerance::Between,
     range: Range {

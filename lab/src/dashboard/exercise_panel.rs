@@ -480,6 +480,26 @@ mod tests {
     }
 
     #[test]
+    fn the_question_stays_at_the_top_after_an_answer_that_is_none() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("answers.toml");
+        let mut panel = ExercisePanel::with_answers(file, 0);
+        for exercise in questions().filter(|exercise| !exercise.draws()) {
+            panel.page = PanelPage::List(index(exercise));
+            panel.open(exercise);
+            press(&mut panel, KeyCode::Enter);
+            let text = panel.page().text;
+            let mut paragraphs = text.split("\n\n");
+            let error = paragraphs.next().expect("an error");
+            if error.starts_with("Begin with ") {
+                continue;
+            }
+            assert!(error.starts_with("no prediction yet"), "{text}");
+            assert_eq!(paragraphs.next(), Some(&*exercise.brief().asked()));
+        }
+    }
+
+    #[test]
     fn page_keys_move_through_the_list() {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("answers.toml");

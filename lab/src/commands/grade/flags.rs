@@ -99,7 +99,7 @@ fn of_prediction(
         (FlagKind::ForeignSeed, foreign(of, mark, roster)),
         (
             FlagKind::Redone,
-            redone.map(|then| format!("then {then}: the first counts")),
+            redone.map(|then| format!("later {then}: the first one counts")),
         ),
         (FlagKind::NoReason, short),
     ];

@@ -151,9 +151,7 @@ fn table(columns: &[Vec<String>]) -> Vec<String> {
         rows: (1..columns[0].len()).map(row).collect(),
     };
     let text = table.to_string();
-    text.lines()
-        .map(|line| line.trim_end().to_owned())
-        .collect()
+    text.lines().map(str::to_owned).collect()
 }
 
 /// How many predictions are right.
