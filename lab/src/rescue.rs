@@ -200,3 +200,37 @@ impl RescueStage {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn commands(text: &str) -> Vec<TimedKnob> {
+        CartPole::KNOBS
+            .parse_list(&text.replace(", ", "\n"))
+            .expect(text)
+    }
+
+    #[test]
+    fn a_copy_of_commands_is_told_from_other_hands() {
+        let one = commands("1 control-hz 5, 2 control-hz 25");
+        for (other, copied) in [
+            ("1 control-hz 5, 2 control-hz 25", true),
+            ("1.000000004 control-hz 5, 1.999999996 control-hz 25", true),
+            ("1.001 control-hz 5, 2.0009 control-hz 25", true),
+            // All of it later, and cut short.
+            ("1.3 control-hz 5, 2.3 control-hz 25", true),
+            ("1 control-hz 5, 2 control-hz 25, 9 control-hz 50", true),
+            ("1 control-hz 5", true),
+            ("1.000000001 control-hz 5", false),
+            ("1.0011 control-hz 5, 2.0009 control-hz 25", false),
+            ("1.3 control-hz 5, 2.30001 control-hz 25", false),
+            ("1 control-hz 5, 2 control-hz 20", false),
+            ("1 control-hz 4, 2 control-hz 25", false),
+        ] {
+            assert_eq!(alike(&one, &commands(other)), copied, "{other}");
+            assert_eq!(alike(&commands(other), &one), copied, "{other}");
+        }
+        assert!(!alike(&one, &[]) && !alike(&[], &[]));
+    }
+}

@@ -220,6 +220,14 @@ fn a_rescue_by_hand_is_judged_from_its_recording() {
     fs::write(&longer, shipped).expect("written");
     let shipped_knobs = fs::read_to_string(reference("rescue.knobs")).expect("read");
     record(&shipped_knobs, &repeated);
+    // Almost at the same nanoseconds, and all of it a little later.
+    let nearly = learner.0.path().join("nearly.rrd");
+    record(&shipped_knobs.replace("34574", "34578"), &nearly);
+    let later = learner.0.path().join("later.rrd");
+    let shifted = shipped_knobs
+        .replace("0.995", "1.005")
+        .replace("2.116", "2.126");
+    record(&shifted, &later);
     let judged = |file: &str| {
         let output = learner.does(&["5", "--session", file]);
         (
@@ -233,7 +241,7 @@ fn a_rescue_by_hand_is_judged_from_its_recording() {
         "{code:?} {said}"
     );
     assert!(said.starts_with('✓'), "{said}");
-    for copy in [longer, shorter, repeated] {
+    for copy in [longer, shorter, repeated, nearly, later] {
         let (code, said) = judged(&copy.display().to_string());
         assert_eq!(code, Some(1), "{said}");
         assert!(

@@ -484,16 +484,13 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("answers.toml");
         let mut panel = ExercisePanel::with_answers(file, 0);
-        for exercise in questions().filter(|exercise| !exercise.draws()) {
-            panel.page = PanelPage::List(index(exercise));
+        let first = exercises::ALL.into_iter();
+        for exercise in first.filter(|exercise| !exercise.draws()) {
             panel.open(exercise);
             press(&mut panel, KeyCode::Enter);
             let text = panel.page().text;
             let mut paragraphs = text.split("\n\n");
             let error = paragraphs.next().expect("an error");
-            if error.starts_with("Begin with ") {
-                continue;
-            }
             assert!(error.starts_with("no prediction yet"), "{text}");
             assert_eq!(paragraphs.next(), Some(&*exercise.brief().asked()));
         }
