@@ -116,9 +116,11 @@ fn exercise_12_the_clock_that_ties() {
     check(12, 16);
 }
 
-/// For each question: the predictions that are just right, and those that are just wrong,
+/// The predictions for a question that are just right, and those that are just wrong,
 /// below and above; none where nothing is possible there.
-const EDGES: [(&str, [f64; 2], [Option<f64>; 2]); 17] = [
+type Edges = (&'static str, [f64; 2], [Option<f64>; 2]);
+
+const EDGES: [Edges; 17] = [
     ("1", [7.0, 8.0], [Some(6.9), Some(8.1)]),
     ("2", [0.0, 0.0], [None, Some(1.0)]),
     ("3", [8.98, 10.98], [Some(8.9), Some(11.0)]),
@@ -128,7 +130,7 @@ const EDGES: [(&str, [f64; 2], [Option<f64>; 2]); 17] = [
     ("6b", [70.0, 80.0], [Some(69.0), Some(81.0)]),
     ("6c", [76.0, 96.0], [Some(75.0), Some(97.0)]),
     ("6d", [10.0, 24.0], [Some(9.0), Some(25.0)]),
-    ("7a", [4.2, 6.28], [Some(4.1), Some(6.3)]),
+    ("7a", [4.2, 6.27], [Some(4.1), Some(6.3)]),
     ("7b", [4.0, 4.0], [Some(3.0), Some(5.0)]),
     ("8a", [1.0, 5.0], [Some(0.0), Some(6.0)]),
     ("8b", [0.0, 0.0], [None, Some(1.0)]),

@@ -180,7 +180,8 @@ fn unknown_arguments_are_refused_with_a_remedy() {
             &["lab", "--fps", "x"],
             "expected 1 to 120 frames per second",
         ),
-        (&["exercise", "check", "x"], "the number of an exercise"),
+        (&["exercise", "check", "x"], "9a, 9b, 10, 11, 12"),
+        (&["exercise", "x"], "9a, 9b, 10, 11, 12, or check"),
         (&["exercise", "--redo"], "as in ratelab exercise 1"),
         (
             &["run", "--clock", "wall"],

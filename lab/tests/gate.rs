@@ -63,14 +63,14 @@ fn measured(name: &str) -> Answer {
 
 fn exactly(name: &str) -> f64 {
     match measured(name) {
-        Answer::Exactly(number) | Answer::About { number, .. } => number,
+        Answer::Exactly(number) => number,
         Answer::Between { .. } => panic!("{name}"),
     }
 }
 
 fn between(name: &str) -> [f64; 2] {
     match measured(name) {
-        Answer::Between { held, failed } => [held, failed],
+        Answer::Between { from, to } => [from, to],
         _ => panic!("{name}"),
     }
 }

@@ -58,7 +58,10 @@ impl FromStr for Wanted {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "check" => Ok(Self::Check),
-            _ => text.parse().map(Self::Exercise),
+            _ => {
+                let label = text.parse().map(Self::Exercise);
+                label.map_err(|why: String| format!("{why}, or check"))
+            }
         }
     }
 }
@@ -75,7 +78,7 @@ impl FromStr for Label {
                 let letter = &label[label.len() - letters..];
                 Ok(Self(format!("{number}{letter}")))
             }
-            _ => Err(format!("expected one of {}, or check", exercises::labels())),
+            _ => Err(format!("expected one of {}", exercises::labels())),
         }
     }
 }
