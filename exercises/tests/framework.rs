@@ -378,6 +378,7 @@ fn a_prediction_is_compared_with_the_measurement() {
         let (hit, _) = findings(turn).judge(&BRIEF, &prediction);
         assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
     }
+    assert_eq!(brief(11).in_unit(1.0), "1 message");
     let zero = reconciled(Answer::Exactly(0.0), "2 because of it");
     assert!(zero.contains("You were 2 Hz above it."), "{zero}");
 }

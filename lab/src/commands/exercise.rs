@@ -71,14 +71,9 @@ fn find(Label(label): &Label) -> Result<Vec<&'static dyn Exercise>, Error> {
 fn list(answers: &Answers, file: &Path) -> String {
     let lines = questions().map(|exercise| {
         let brief = exercise.brief();
-        let predicted = predicted(answers, brief).unwrap_or_default();
-        let line = format!(
-            "{:<3} {:<38} {:<17}  {predicted}",
-            brief.label(),
-            brief.title,
-            brief.kind.to_string()
-        );
-        line.trim_end().to_owned() + "\n"
+        let done = predicted(answers, brief);
+        let kind = done.unwrap_or_else(|| brief.kind.to_string());
+        format!("{:<3} {:<38} {kind}\n", brief.label(), brief.title)
     });
     let lines: String = lines.collect();
     format!(
