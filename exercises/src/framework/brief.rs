@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::tolerance::Tolerance;
+use super::{tolerance::Tolerance, unit::in_unit};
 
 /// Kind of an exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,15 +91,6 @@ impl Brief {
         let index = (number as usize).checked_sub(1)?;
         self.choices.get(index).copied()
     }
-}
-
-/// `number` with its `unit`, if it has one.
-pub(super) fn in_unit(number: f64, unit: &str) -> String {
-    let unit = match unit {
-        "messages" if number == 1.0 => "message",
-        unit => unit,
-    };
-    format!("{number} {unit}").trim_end().to_owned()
 }
 
 /// The possible results of an exercise.

@@ -13,11 +13,12 @@ use ratelab::{
 use thiserror::Error;
 
 use super::{
-    brief::{Brief, in_unit},
+    brief::Brief,
     expectations::{Check, Expectations, ExpectationsError},
     measurement::Measurement,
     prediction::Prediction,
     table::Table,
+    unit::in_unit,
 };
 
 /// One exercise.

@@ -5,8 +5,8 @@ use std::{collections::HashSet, fmt};
 use thiserror::Error;
 
 use super::{
-    brief::{Brief, in_unit},
-    unit::Unit,
+    brief::Brief,
+    unit::{Unit, in_unit},
 };
 
 /// A number and a reason, given before the measurement.

@@ -1,6 +1,6 @@
 //! How near a prediction has to come.
 
-use super::brief::in_unit;
+use super::unit::in_unit;
 
 /// How near a right prediction comes. The question states it, so that nobody is wrong by
 /// a rounding.

@@ -70,3 +70,12 @@ impl Unit {
         (self.quantity == to.quantity).then(|| number * many / parts)
     }
 }
+
+/// `number` with its `unit`, if it has one.
+pub(super) fn in_unit(number: f64, unit: &str) -> String {
+    let unit = match unit {
+        "messages" if number == 1.0 => "message",
+        unit => unit,
+    };
+    format!("{number} {unit}").trim_end().to_owned()
+}

@@ -7,6 +7,7 @@
 //! ```
 
 mod files;
+mod flag;
 mod flags;
 mod histogram;
 mod marks;

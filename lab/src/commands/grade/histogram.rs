@@ -10,7 +10,7 @@ const BAR: usize = 40;
 
 /// A row: what was predicted, by how many, and how many of them are right.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct Tally {
     /// The number or choice, or a range of numbers.
     pub what: String,
     /// How many predicted it.
@@ -20,7 +20,7 @@ pub struct Row {
 }
 
 /// Counts `predictions`, each a number and whether it is right, in ascending order.
-pub fn rows(brief: &Brief, predictions: &[(f64, bool)]) -> Vec<Row> {
+pub fn rows(brief: &Brief, predictions: &[(f64, bool)]) -> Vec<Tally> {
     let mut sorted = predictions.to_vec();
     sorted.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let same = sorted.chunk_by(|(a, _), (b, _)| a == b);
@@ -40,8 +40,8 @@ pub fn rows(brief: &Brief, predictions: &[(f64, bool)]) -> Vec<Row> {
         .collect()
 }
 
-fn row(what: String, of: &[(f64, bool)]) -> Row {
-    Row {
+fn row(what: String, of: &[(f64, bool)]) -> Tally {
+    Tally {
         what,
         count: of.len(),
         right: of.iter().filter(|(_, right)| *right).count(),
@@ -59,11 +59,11 @@ fn round_step(least: f64) -> f64 {
 }
 
 /// A line for each row, with a bar.
-pub fn lines(rows: &[Row]) -> Vec<String> {
+pub fn lines(rows: &[Tally]) -> Vec<String> {
     let wide = rows.iter().map(|row| row.what.chars().count()).max();
     let wide = wide.unwrap_or(0);
     let most = rows.iter().map(|row| row.count).max().unwrap_or(0).max(BAR);
-    let line = |row: &Row| {
+    let line = |row: &Tally| {
         let bar = "█".repeat((row.count * BAR).div_ceil(most));
         let right = match row.right {
             0 => String::new(),

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, btree_map::Entry};
 
 use exercises::framework::{Answers, Brief, Exercise, Findings, Origin};
 
-use super::flags::Flags;
+use super::flag::Flags;
 use crate::error::Error;
 
 /// A graded prediction.

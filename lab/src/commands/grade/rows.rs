@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{
     Graded,
-    flags::{FlagKind, Flags},
+    flag::{FlagKind, Flags},
     histogram,
     marks::{GradedPrediction, Measured},
     predictions,

@@ -9,7 +9,7 @@ use std::{
 
 use ratelab::runtime::{Time, TimedKnob, telemetry::Event};
 
-use super::{file_name, flags::Flags};
+use super::{file_name, flag::Flags};
 use crate::{
     error::Error,
     program::Program,

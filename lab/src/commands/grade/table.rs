@@ -4,7 +4,7 @@ use exercises::framework::{Brief, Findings, Table, Tolerance};
 
 use super::{
     Graded,
-    flags::FlagKind,
+    flag::FlagKind,
     histogram,
     marks::{GradedPrediction, Measured},
     natural, predictions,
