@@ -90,6 +90,14 @@ pub enum Error {
         /// Number of all hand-ins.
         of: usize,
     },
+    /// Ctrl-C ended the grading.
+    #[error("stopped after {graded} of {of} hand-ins: the result is of these")]
+    HalfGraded {
+        /// Number of graded hand-ins.
+        graded: usize,
+        /// Number of all hand-ins.
+        of: usize,
+    },
     /// An exercise that could not be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),

@@ -17,7 +17,7 @@ mod rows;
 mod session;
 mod table;
 
-use std::path::Path;
+use std::{path::Path, sync::atomic::AtomicBool};
 
 use crate::{
     cli::GradeArgs,
@@ -27,31 +27,29 @@ use crate::{
     signals,
 };
 use exercises::framework::Brief;
+use files::HandIn;
 use marks::{GradedPrediction, Measured};
 use roster::Roster;
 use session::GradedRun;
 
-/// Grades every hand-in in a folder, and prints and writes the result. Ctrl-C ends it
-/// without one.
+/// Grades every hand-in in a folder, and prints and writes the result. After Ctrl-C it
+/// prints the hand-ins that are graded, and writes nothing.
 pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     let roster = args.roster.as_deref().map(Roster::read).transpose()?;
     let hand_ins = files::hand_ins(&args.dir)?;
     let asked = signals::stop_flag();
     let mut measured = Measured::default();
     let mut graded = Vec::new();
+    let all = hand_ins.len();
     for hand_in in hand_ins {
-        let marks = measured.marks(&hand_in.answers)?;
-        let recordings = hand_in.recordings.iter();
-        let sessions = recordings.map(|file| GradedRun::of(file, program, &asked));
-        graded.push(Graded {
-            marks,
-            sessions: sessions.collect::<Result<_, _>>()?,
-            refused: hand_in.refused(),
-            learner: hand_in.learner,
-        });
+        match Graded::of(hand_in, &mut measured, program, &asked)? {
+            Some(hand_in) => graded.push(hand_in),
+            None => break,
+        }
     }
+    let stopped = graded.len() < all;
     flags::find(&mut graded, roster.as_ref());
-    if let Some(file) = &args.csv {
+    if let Some(file) = args.csv.as_ref().filter(|_| !stopped) {
         let rows = rows::csv(&graded);
         write_whole(
             "--csv",
@@ -65,6 +63,12 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
         true => format!("{:#}", rows::json(&graded, &measured)),
         false => table::text(&graded, &measured, roster.as_ref()),
     })?;
+    if stopped {
+        return Err(Error::HalfGraded {
+            graded: graded.len(),
+            of: all,
+        });
+    }
     let of = graded.len();
     match graded.iter().filter(|graded| !graded.is_accepted()).count() {
         0 => Ok(()),
@@ -85,6 +89,33 @@ struct Graded {
 }
 
 impl Graded {
+    /// Grades a hand-in; `None` if `asked` is set meanwhile.
+    ///
+    /// # Errors
+    /// [`Error`] if a question cannot be measured.
+    fn of(
+        hand_in: HandIn,
+        measured: &mut Measured,
+        program: &Program,
+        asked: &AtomicBool,
+    ) -> Result<Option<Self>, Error> {
+        let Some(marks) = measured.marks_unless(asked, &hand_in.answers)? else {
+            return Ok(None);
+        };
+        let recordings = hand_in.recordings.iter();
+        let sessions = recordings.map(|file| GradedRun::of(file, program, asked));
+        let sessions = match sessions.collect::<Result<_, Error>>() {
+            Err(stopped) if stopped.is_stop() => return Ok(None),
+            sessions => sessions?,
+        };
+        Ok(Some(Self {
+            marks,
+            sessions,
+            refused: hand_in.refused(),
+            learner: hand_in.learner,
+        }))
+    }
+
     /// Whether everything in it is acceptable. A wrong prediction is.
     fn is_accepted(&self) -> bool {
         self.refusals().is_empty()

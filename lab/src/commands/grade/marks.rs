@@ -1,9 +1,17 @@
 //! Predictions against measurements. A question is measured when the first prediction of
 //! it is read: once, or once for each learner's number that decides what is measured.
 
-use std::collections::{BTreeMap, btree_map::Entry};
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    sync::{
+        atomic::{AtomicBool, Ordering},
+        mpsc::{RecvTimeoutError, channel},
+    },
+    thread,
+    time::Duration,
+};
 
-use exercises::framework::{Answers, Brief, Exercise, Findings, Origin};
+use exercises::framework::{Answers, Brief, Exercise, Failure, Findings, Origin};
 
 use super::flag::Flags;
 use crate::error::Error;
@@ -32,16 +40,52 @@ pub struct GradedPrediction {
     pub flags: Flags,
 }
 
+/// Time between two looks at whether the user has had enough.
+const LOOK: Duration = Duration::from_millis(50);
+
 /// The measured questions, by name and number of the learner.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Measured(BTreeMap<(&'static str, Option<u64>), Findings>);
 
 impl Measured {
+    /// The same as [`Measured::marks`], or `None` if `asked` is set meanwhile: then the
+    /// measurement is left to a thread that ends with the program.
+    ///
+    /// # Errors
+    /// [`Error`] if a question cannot be measured.
+    pub fn marks_unless(
+        &mut self,
+        asked: &AtomicBool,
+        answers: &Answers,
+    ) -> Result<Option<Vec<GradedPrediction>>, Error> {
+        let (mut known, answers) = (self.clone(), answers.clone());
+        let (sender, done) = channel();
+        thread::spawn(move || {
+            let marks = known.marks(&answers);
+            // Nobody waits for it any more if this fails.
+            let _ = sender.send((known, marks));
+        });
+        while !asked.load(Ordering::Relaxed) {
+            match done.recv_timeout(LOOK) {
+                Ok((known, marks)) => {
+                    *self = known;
+                    return marks.map(Some);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    let why = "a measurement panicked".to_owned();
+                    return Err(Failure::Unmeasured(why).into());
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// Grades the first predictions in `answers`, in the order of the questions.
     ///
     /// # Errors
     /// [`Error`] if one cannot be measured.
-    pub fn marks(&mut self, answers: &Answers) -> Result<Vec<GradedPrediction>, Error> {
+    fn marks(&mut self, answers: &Answers) -> Result<Vec<GradedPrediction>, Error> {
         let mut marks = Vec::new();
         for question in exercises::questions() {
             let brief = question.brief();
