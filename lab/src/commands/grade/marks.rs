@@ -130,3 +130,27 @@ impl Measured {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use exercises::framework::Prediction;
+
+    use super::*;
+
+    #[test]
+    fn nobody_waits_for_a_measurement_after_an_interrupt() {
+        let mut answers = Answers::default();
+        let brief = exercises::find(11).expect("an exercise").brief();
+        let prediction = Prediction::read("4 because I counted", brief);
+        answers.set(brief, prediction.expect("a prediction"));
+        let mut measured = Measured::default();
+        let marks = |measured: &mut Measured, asked| {
+            let marks = measured.marks_unless(&AtomicBool::new(asked), &answers);
+            marks.expect("measured").map(|marks| marks.len())
+        };
+        assert_eq!(marks(&mut measured, true), None);
+        assert_eq!(measured.questions().count(), 0);
+        assert_eq!(marks(&mut measured, false), Some(1));
+        assert_eq!(measured.questions().count(), 1);
+    }
+}
