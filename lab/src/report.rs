@@ -36,7 +36,6 @@ pub struct ReportContext {
 /// The summary as a few lines of text.
 pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let world = timing::world(system, summary);
-    let asked = world.is_some();
     let mut lines = vec![("clock", clock(system, summary, context))];
     lines.extend(world.map(|text| ("world", text)));
     lines.extend([
@@ -52,7 +51,7 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     }
     lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
-    let age = summary.push_age().filter(|_| asked);
+    let age = summary.push_age();
     lines.extend(age.map(|age| ("push age", push_age(age))));
     lines.extend(quadratic_cost(system, summary).map(|text| ("quadratic", text)));
     lines.extend(times(summary));
@@ -196,7 +195,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let steps = match timing::plant(system) {
-        Some(_) => format!("{} control steps in ", summary.steps),
+        Some(_) => plant_steps(summary) + " in ",
         None => String::new(),
     };
     let sim = summary.sim_time.as_secs_f64();
@@ -209,6 +208,21 @@ fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> S
         summary.verdict
     )
 }
+
+/// The number of steps of the plant, and when it stopped, if that was before the end.
+fn plant_steps(summary: &Summary) -> String {
+    let steps = format!("{} plant steps", summary.steps);
+    let still = summary.last_step.filter(|last| {
+        let rest = summary.sim_time.since(*last);
+        rest > STILL
+    });
+    still.map_or(steps.clone(), |last| {
+        format!("{steps}, the last at {last},")
+    })
+}
+
+/// Time without a step after which a plant stands still.
+const STILL: Duration = Duration::from_millis(250);
 
 fn topics(summary: &Summary) -> Option<String> {
     let topic = |topic: &TopicSummary| {

@@ -4,7 +4,7 @@ mod support;
 
 use std::fs;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use support::{complaint, folder, path, ratelab, reference};
 
@@ -31,7 +31,7 @@ fn the_page_has_the_numbers_of_the_run_and_its_summary() {
     let data = data(&page);
     let run = &data["runs"][0];
     assert_eq!(run["verdict"], "FELL at 0.840 s (pole beyond ±12°)");
-    assert_eq!(run["nodes"][1]["rates"], serde_json::json!([[0, 5.0]]));
+    assert_eq!(run["nodes"][1]["rates"], json!([[0, 5.0]]));
     let obs = &run["topics"][0];
     assert_eq!(
         obs["dropped"].as_array().expect("a list").last(),
@@ -40,6 +40,11 @@ fn the_page_has_the_numbers_of_the_run_and_its_summary() {
     let plant = &run["plant"];
     let steps = plant["at"].as_array().expect("a list").len();
     assert_eq!(steps, 43);
+    // The push age of the summary, and of the lab: 96 ms where the latency is 85 ms.
+    assert_eq!(
+        plant["age"].as_array().expect("ages").last(),
+        Some(&json!(96.2))
+    );
     for key in ["age", "moving"] {
         assert_eq!(plant[key].as_array().expect("a list").len(), steps, "{key}");
     }

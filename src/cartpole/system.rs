@@ -38,6 +38,12 @@ pub mod verdict {
         lost: false,
         text: "BALANCED (pole up the whole run)",
     };
+    /// The run ended before the first step of the plant.
+    pub const NEVER_MOVED: VerdictKind = VerdictKind {
+        name: "never_moved",
+        lost: true,
+        text: "UNDECIDED (the plant never moved)",
+    };
     /// The pole was up when a command stopped the run.
     pub const STOPPED: VerdictKind = VerdictKind {
         name: "stopped",
@@ -390,6 +396,7 @@ impl System for CartPole {
         let kind = match (fall, exit) {
             (Some(Fall::Pole), _) => &verdict::POLE_FELL,
             (Some(Fall::Cart), _) => &verdict::CART_LEFT_RAIL,
+            (None, ClockExit::Completed) if state.is_none() => &verdict::NEVER_MOVED,
             (None, ClockExit::Completed) => &verdict::BALANCED,
             (None, _) => &verdict::STOPPED,
         };
@@ -431,6 +438,7 @@ impl System for CartPole {
             &verdict::STOPPED,
             &verdict::POLE_FELL,
             &verdict::CART_LEFT_RAIL,
+            &verdict::NEVER_MOVED,
         ]
     }
 
@@ -476,6 +484,22 @@ mod tests {
     fn limits(setup: &str) -> AgeLimits {
         let setup = CartPole::config(setup).expect("knobs").setup;
         CartPole::default().age_limits(&setup)
+    }
+
+    #[test]
+    fn a_plant_that_never_moved_is_not_balanced() {
+        let config = CartPole::config("").expect("knobs");
+        let mut config = Config {
+            end: Time::from_nanos(1_000_000_000),
+            ..config
+        };
+        config.setup.set("crash actuator".parse().expect("a knob"));
+        let system = std::sync::Arc::new(CartPole::default());
+        let run = crate::experiment::Experiment::new(system, &config).expect("a graph");
+        let summary = run.run().expect("no fault");
+        assert_eq!((summary.steps, summary.last_step), (0, None));
+        assert_eq!(summary.verdict.name(), "never_moved");
+        assert!(summary.verdict.is_lost());
     }
 
     #[test]

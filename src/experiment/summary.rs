@@ -20,6 +20,8 @@ pub struct Summary {
     pub verdict: Verdict,
     /// Steps of the plant: messages on the system's topic of states.
     pub steps: u64,
+    /// Run time of the last step; `None` without one.
+    pub last_step: Option<Time>,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
     /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
@@ -168,6 +170,7 @@ impl Summary {
             config: config.clone(),
             verdict: end.verdict,
             steps: steps.map_or(0, |topic| topic.published),
+            last_step: steps.and_then(|topic| topic.newest),
             state: end.state,
             chains: end.chains,
             cost: end.cost,

@@ -261,7 +261,7 @@ impl KnobKind {
     }
 
     /// Whether the knob is an event, without a value.
-    fn has_no_value(self) -> bool {
+    pub(crate) fn has_no_value(self) -> bool {
         self.value_name().is_empty()
     }
 

@@ -10,8 +10,12 @@ use crate::runtime::{Depth, Hz, Knob};
 pub struct Setup(Vec<Knob>);
 
 impl Setup {
-    /// Sets `knob`, in place of an earlier value.
+    /// Sets `knob`, in place of an earlier value. A crash or a restart has none: it comes
+    /// after all that was set before.
     pub fn set(&mut self, knob: Knob) {
+        if knob.kind().has_no_value() {
+            self.0.retain(|known| !known.is_of(&knob));
+        }
         match self.0.iter_mut().find(|known| known.is_of(&knob)) {
             Some(known) => *known = knob,
             None => self.0.push(knob),
@@ -66,5 +70,21 @@ impl FromIterator<Knob> for Setup {
         let mut setup = Self::default();
         setup.extend(knobs);
         setup
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crash_after_a_restart_comes_after_it() {
+        let knobs = ["crash a", "restart a", "rate a 5", "crash a", "rate a 7"];
+        let setup: Setup = knobs
+            .iter()
+            .map(|text| text.parse::<Knob>().expect("a knob"))
+            .collect();
+        let texts: Vec<String> = setup.iter().map(ToString::to_string).collect();
+        assert_eq!(texts, ["restart a", "rate a 7", "crash a"]);
     }
 }

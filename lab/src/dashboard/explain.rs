@@ -111,7 +111,8 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
         ),
         format!(
             "The lower one is the age of the push in force: it grows, and jumps down when \
-             something fresher is applied.{age}{parts}"
+             something fresher is applied.{age}{parts} The phase of the ticks counts, too: a rate \
+             turned on the way may give another age than the same rate from the start."
         ),
         format!("Faint is the run before this one: {again}."),
     ]

@@ -9,7 +9,7 @@ use std::{
 use ratelab::{
     experiment::{Config, Summary},
     runtime::{
-        ClockExit, Head, Knob, KnobKind, Observer, Rows, Snapshot, Time,
+        ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
         telemetry::{Event, Lineage, NodeView, TopicView},
     },
     system::{Setup, Signal, System, Verdict, VerdictKind, verdict},
@@ -17,7 +17,7 @@ use ratelab::{
 
 use super::{
     age_limits::LimitsInForce,
-    cause::{Facts, acting, latest},
+    cause::{Facts, Hang, Trial, Trials, acting, latest},
     figures::{Figures, NodeFigures},
     flights::dots,
     frame::{
@@ -35,6 +35,13 @@ use crate::{
     names,
     timing::{depends_on_the_world, plant},
 };
+
+/// Run time without a step after which the plant stands still, unless two periods are
+/// longer.
+const STILL: Duration = Duration::from_millis(250);
+
+/// Why the same rates may give another age from the start.
+const PHASE: &str = "turned on the way, ticks meet at another phase: after r the age may differ";
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -124,8 +131,10 @@ pub struct Sampler {
     events: usize,
     /// The knobs turned since the start of the run.
     turned: Setup,
-    /// Hangs: time, node and duration.
-    hangs: Vec<(Time, String, Duration)>,
+    /// The hangs turned since the start of the run.
+    hangs: Vec<Hang>,
+    /// The run again without what made its pushes old.
+    trials: Trials,
     figures: Figures,
     /// The newest state of the plant.
     state: Vec<f64>,
@@ -170,6 +179,7 @@ impl Sampler {
         self.figures
             .refresh(session.system(), session.observer(), &counters, at_rest);
         let lit = self.lit_nodes(&counters, running, at_rest);
+        let hangs = self.hangs(session);
         let figures = &self.figures;
         let nodes = counters.nodes.iter().zip(&figures.nodes).zip(lit);
         let topics = counters.topics.iter().zip(&figures.ages);
@@ -182,7 +192,7 @@ impl Sampler {
             settings: self.settings(session),
             verdict,
             age,
-            awaits_limits: self.limits.are_coming(),
+            awaits_limits: self.limits.are_coming() || self.trials.are_coming(),
             push,
             same: self.same(session),
             latency: figures.latency.as_ref().map(|latency| LatencyData {
@@ -197,7 +207,7 @@ impl Sampler {
                         caption: session.system().caption(&node.name),
                         health: match gone {
                             true => Health::Gone,
-                            false => self.health(node, counters.now),
+                            false => health(node, &hangs, counters.now),
                         },
                         place: place.map(|place| place.text),
                         ..node_data(node, *figures, lit)
@@ -271,25 +281,16 @@ impl Sampler {
         self.events += events.len();
         let turned = events.iter().filter_map(Event::knob);
         for timed in turned {
-            if let Knob::Hang { node, cost } = &timed.knob {
-                self.hangs.push((timed.at, node.clone(), *cost));
-            }
+            self.hangs.extend(Hang::of(&timed));
             self.turned.extend([timed.knob]);
         }
     }
 
-    /// The state of `node` at run time `now`. A hang takes effect at the first tick after
-    /// its command.
-    fn health(&self, node: &NodeView, now: Time) -> Health {
-        let hangs = self.hangs.iter().any(|(at, name, cost)| {
-            let until = *at + node.hz.period() + *cost;
-            **name == *node.name && (*at..until).contains(&now)
-        });
-        match node.crashed {
-            true => Health::Crashed,
-            false if hangs && node.busy => Health::Hangs,
-            false => Health::Works,
-        }
+    /// All hangs of `session`.
+    fn hangs(&self, session: &impl RunSource) -> Vec<Hang> {
+        let mut hangs = Hang::at_the_start(&session.config().setup);
+        hangs.extend(self.hangs.iter().cloned());
+        hangs
     }
 
     /// The setup of `session` in force.
@@ -376,7 +377,7 @@ impl Sampler {
 
     /// The state of the run, and the reason for its end, in measured figures.
     fn verdict(
-        &self,
+        &mut self,
         session: &mut impl RunSource,
         snapshot: &Snapshot,
         age: Option<AgeData>,
@@ -386,21 +387,22 @@ impl Sampler {
             return self.going_on(session, snapshot, age);
         };
         let lost = verdict.is_lost();
+        let why = match still(session.system(), snapshot) {
+            Some(_) => self.waits(session, snapshot),
+            None if lost => self.reasons(session, snapshot, age),
+            None => Vec::new(),
+        };
         VerdictData {
             standing: if lost { Standing::Lost } else { Standing::Done },
             word: verdict.name().replace('_', " "),
             headline: format!("{verdict}{}", self.as_before(session)),
-            why: if lost {
-                self.reasons(session, snapshot, age)
-            } else {
-                Vec::new()
-            },
+            why,
         }
     }
 
     /// The state of a running run that is not lost.
     fn going_on(
-        &self,
+        &mut self,
         session: &mut impl RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
@@ -417,19 +419,43 @@ impl Sampler {
                     .collect(),
             };
         }
-        let strained = age.filter(|age| matches!(age.strain(), Strain::Swings | Strain::Falls));
-        let (standing, why) = match strained {
-            Some(_) => (Standing::Warned, self.reasons(session, graph, age)),
-            None => {
+        if let Some(since) = still(session.system(), graph) {
+            let why = self.waits(session, graph);
+            return VerdictData {
+                standing: Standing::Warned,
+                word: "stands still".to_owned(),
+                headline: since.map_or_else(
+                    || "NOT MOVED: the plant made no step so far".to_owned(),
+                    |last| format!("STANDS STILL: the last step of the plant was at {last}"),
+                ),
+                why,
+            };
+        }
+        let (strain, idle) = (
+            age.map(|age| age.strain()),
+            is_idle(session.system(), graph),
+        );
+        let (standing, why) = match strain {
+            Some(Strain::Swings | Strain::Falls) => {
+                (Standing::Warned, self.reasons(session, graph, age))
+            }
+            None if idle => (Standing::Warned, self.reasons(session, graph, age)),
+            _ => {
                 let mut why = self.overloads(session);
                 why.extend(living(session.system(), graph, age));
+                let turned = self.turned.iter().any(|knob| knob.kind() == KnobKind::Rate);
+                why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned()));
                 (Standing::Good, why)
             }
         };
         VerdictData {
             standing,
             word: String::new(),
-            headline: so_far(session.system()) + self.as_before(session),
+            headline: match strain {
+                Some(Strain::Falls) => "NOT LOST YET: pushes are older than it bears".to_owned(),
+                None if idle => "NOT LOST YET: no action was applied so far".to_owned(),
+                _ => so_far(session.system()) + self.as_before(session),
+            },
             why,
         }
     }
@@ -460,8 +486,25 @@ impl Sampler {
         }
     }
 
+    /// Why the plant stands still.
+    fn waits(&self, session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
+        let gone = gone(session, graph);
+        let Some((_, node)) = moves(session.system(), graph).filter(|_| gone.is_empty()) else {
+            return gone;
+        };
+        let (name, key) = (&node.name, if session.live() { ":" } else { "" });
+        vec![match health(node, &self.hangs(session), graph.now) {
+            Health::Crashed => {
+                format!("the {name} crashed: the plant waits for it. {key}restart {name} goes on")
+            }
+            Health::Hangs => format!("the {name} hangs in one tick: the plant waits for its end"),
+            _ if node.busy => format!("the {name} is in a long tick: the plant waits for its end"),
+            _ => format!("the {name} does not tick: the plant waits for it"),
+        }]
+    }
+
     fn reasons(
-        &self,
+        &mut self,
         session: &mut impl RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
@@ -471,8 +514,10 @@ impl Sampler {
             return gone;
         }
         let mut reasons = self.overloads(session);
-        let setup = self.setup(session);
+        let (setup, hangs) = (self.setup(session), self.hangs(session));
         let (system, live) = (session.shared_system().clone(), session.live());
+        let trial = Trial::new(system.clone(), session.config(), setup.clone(), graph.now);
+        let over = session.summary().is_some();
         let lineage = session.lineage();
         let late = match (age, acting(&*system, graph)) {
             (Some(age), _) => age.stretch,
@@ -487,12 +532,49 @@ impl Sampler {
             lineage,
             age,
             late,
+            hangs: &hangs,
             live,
         };
+        let tried = self.trials.follow(trial, facts.cures(), over);
         // More load than there is time for comes before the parts of an age, which follow from it.
-        reasons.extend(facts.cause().lines);
+        reasons.extend(facts.cause(tried).lines);
         reasons
     }
+}
+
+/// The state of `node` at run time `now`. A hang takes effect at the first tick after its
+/// command.
+fn health(node: &NodeView, hangs: &[Hang], now: Time) -> Health {
+    let mut hangs = hangs.iter().filter(|hang| *hang.node == *node.name);
+    let hangs = hangs.any(|hang| hang.is_at(now, node.hz.period()));
+    match node.crashed {
+        true => Health::Crashed,
+        false if hangs && node.busy => Health::Hangs,
+        false => Health::Works,
+    }
+}
+
+/// Whether the plant stands still, and since which step; `None` if it moves.
+fn still(system: &dyn System, graph: &Snapshot) -> Option<Option<Time>> {
+    let (steps, node) = moves(system, graph)?;
+    let patience = STILL.max(node.hz.period() * 2);
+    let rest = graph.now.since(steps.newest.unwrap_or(Time::ZERO));
+    (rest > patience).then_some(steps.newest)
+}
+
+/// Whether the plant moves, and nothing has pushed it for long after the start.
+fn is_idle(system: &dyn System, graph: &Snapshot) -> bool {
+    let pushed = acting(system, graph).is_none_or(|acts| graph.nodes[acts].push_age.is_some());
+    let periods = graph.nodes.iter().map(|node| node.hz.period());
+    let patience = STILL.max(periods.max().unwrap_or_default() * 2);
+    !pushed && plant(system).is_some() && graph.now > Time::ZERO + patience
+}
+
+/// The steps of the plant, and the node that makes them.
+fn moves<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<(&'g TopicView, &'g NodeView)> {
+    let steps = graph.topic(plant(system)?)?;
+    let node = graph.nodes.get(*steps.publishers.first()?)?;
+    Some((steps, node))
 }
 
 /// A line for each node whose process does not answer.

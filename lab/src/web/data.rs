@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use ratelab::{
-    runtime::{Command, Head, Knob, Rows, Time, telemetry::Event},
+    runtime::{
+        Command, Head, Knob, Rows, Time,
+        telemetry::{Event, PushAge},
+    },
     system::{Picture, Shape, Style, System},
 };
 use serde_json::{Value, json};
@@ -113,7 +116,7 @@ fn topics(recording: &Recording) -> Value {
     topics.collect()
 }
 
-/// The picture and the age of the sensing at each step of the plant.
+/// The picture and the push age of the last second at each step of the plant.
 fn plant(recording: &Recording, system: &dyn System) -> Value {
     let empty = Rows::default();
     let rows = system.state().and_then(|state| recording.rows(state));
@@ -126,10 +129,8 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
         .filter_map(|step| system.picture(rows.row(*step)))
         .collect();
     let heads = steps.iter().map(|step| rows.heads()[*step]);
-    let ages = heads.clone().map(|head| {
-        let age = head.origin.map(|origin| ms(head.at) - ms(origin));
-        age.map(|age| (age * 10.0).round() / 10.0)
-    });
+    let ages = push_ages(rows.heads());
+    let ages = steps.iter().map(|step| ages[*step]);
     let view = pictures.first().map(|picture| picture.view);
     let still = still(&pictures);
     let moving = pictures.iter().map(|picture| {
@@ -144,6 +145,19 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
         "still": still.iter().copied().map(shape).collect::<Vec<_>>(),
         "moving": moving.collect::<Vec<_>>(),
     })
+}
+
+/// The mean push age of the last second at each step of the plant (ms).
+fn push_ages(steps: &[Head]) -> Vec<Option<f64>> {
+    let age = PushAge::default();
+    let ages = steps.iter().map(|step| {
+        if let Some(sensed) = step.origin {
+            age.push(step.at, sensed);
+        }
+        let mean = age.view(step.at).and_then(|view| view.late_s);
+        mean.map(|seconds| (seconds * 1e4).round() / 10.0)
+    });
+    ages.collect()
 }
 
 /// The shapes that are the same in all pictures.

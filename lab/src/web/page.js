@@ -153,7 +153,7 @@ function tell(over) {
     return `${topic.name} ${place < 0 ? 0 : topic.dropped[place]} dropped`;
   });
   const ages = run.plant.age.filter((age) => age !== null);
-  const mean = ages.length ? ` An action rests on a reading ${(ages.reduce((sum, age) => sum + age, 0) / ages.length).toFixed(1)} ms old on average.` : "";
+  const mean = ages.length ? ` The mean push age of the last second was ${ages[ages.length - 1].toFixed(1)} ms.` : "";
   const state = over ? run.verdict : `at ${(now / 1000).toFixed(2)} s`;
   told.textContent = `${name}${state}. ${drops.join(", ")}.${over ? mean : ""}`;
   told.className = over && run.lost ? "lost" : "";

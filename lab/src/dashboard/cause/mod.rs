@@ -3,16 +3,22 @@
 //! The age of an action is the sum of its parts. The largest part has an owner, a node or
 //! a link, and a knob of the owner is the cure.
 
+mod blame;
+mod hang;
 mod owner;
+mod trial;
 
 use std::time::Duration;
 
 use ratelab::{
-    runtime::{Hz, Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
+    runtime::{Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
     system::{Alias, Setup, System},
 };
 
+use blame::Effect;
+pub use hang::Hang;
 pub use owner::{Explained, Owner};
+pub use trial::{Trial, Trials, Tried};
 
 use super::{
     frame::{AgeData, Strain},
@@ -36,6 +42,8 @@ pub struct Facts<'a> {
     pub age: Option<AgeData>,
     /// The stretch of run time of that age.
     pub late: (Time, Time),
+    /// Its hangs.
+    pub hangs: &'a [Hang],
     /// Whether keys turn its knobs; `false` for a recording.
     pub live: bool,
 }
@@ -49,50 +57,115 @@ pub struct Cause {
     pub lines: Vec<String>,
 }
 
+/// Number of causes that are told apart.
+const MOST_CAUSES: usize = 3;
+
 /// Length of the recent stretch of run time; longer if two periods are.
 const LATELY: Duration = Duration::from_secs(1);
-
-/// The keys that raise the rates of the first aliases.
-const RATE_KEYS: [char; 2] = [']', '}'];
 
 /// Share of the longest interval at which another one counts as equally long.
 const AS_SLOW: f64 = 0.9;
 
 impl Facts<'_> {
-    /// The cause of the loss; empty for a system without an age.
-    pub fn cause(&self) -> Cause {
+    /// The knobs that would take the causes away, the most important first.
+    pub fn cures(&self) -> Vec<Knob> {
+        let Some(acts) = acting(self.system, self.graph).filter(|_| self.is_old()) else {
+            return Vec::new();
+        };
+        let explained = self.explained();
+        let cures = self.causes(&explained, acts).into_iter();
+        cures.map(|(_, cure)| cure).collect()
+    }
+
+    /// The cause of the loss; empty for a system without an age. What was `tried` is what
+    /// the [cures](Self::cures) did.
+    pub fn cause(&self, tried: Option<&Tried>) -> Cause {
         let Some(acts) = acting(self.system, self.graph) else {
             return Cause::default();
         };
-        let fresh = self.fresh();
-        let anyway = self.system.lost_anyway(self.setup);
-        if anyway.is_some() || fresh.is_some() {
-            let why = anyway.unwrap_or_else(|| self.unequal());
-            let line = fresh.map_or(why.clone(), |fresh| format!("{fresh}: {why}"));
+        if !self.is_old() {
+            let why = self.system.lost_anyway(self.setup);
+            let why = why.unwrap_or_else(|| self.unequal());
+            let line = self
+                .fresh()
+                .map_or(why.clone(), |fresh| format!("{fresh}: {why}"));
             return Cause {
                 lines: vec![line + self.another()],
                 ..Cause::default()
             };
         }
-        let (from, to) = self.late;
-        let explained = Explained {
-            lineage: self.lineage,
-            graph: self.graph,
-            setup: self.setup,
-            from,
-            to,
-        };
+        let explained = self.explained();
         let owners = main_owners(&explained, acts);
-        let mut lines: Vec<String> = owners
-            .iter()
-            .map(|owner| self.blame(*owner, &explained))
-            .collect();
+        let causes = self.causes(&explained, acts);
+        let mut lines = self.lines(&owners, &causes, tried, &explained);
         if lines.is_empty() {
             lines.push("no action was applied in the last second".to_owned());
         }
         lines.extend(self.how_old());
         lines.extend(owners.iter().find_map(|owner| self.symptom(*owner)));
         Cause { owners, lines }
+    }
+
+    /// Whether age is to blame.
+    fn is_old(&self) -> bool {
+        self.system.lost_anyway(self.setup).is_none() && self.fresh().is_none()
+    }
+
+    fn explained(&self) -> Explained<'_> {
+        let (from, to) = self.late;
+        Explained {
+            lineage: self.lineage,
+            graph: self.graph,
+            setup: self.setup,
+            hangs: self.hangs,
+            from,
+            to,
+        }
+    }
+
+    /// The owners of the age with a knob that takes their part away, the most important
+    /// first.
+    fn causes(&self, explained: &Explained<'_>, acts: usize) -> Vec<(Owner, Knob)> {
+        let mut owners = main_owners(explained, acts);
+        let others = explained.owners(acts).into_iter().map(|(owner, _)| owner);
+        owners.extend(others);
+        let mut causes: Vec<(Owner, Knob)> = Vec::new();
+        for owner in owners {
+            let cure = self.cure(owner).filter(|cure| !self.was_turned(cure));
+            if let Some(cure) = cure.filter(|cure| causes.iter().all(|(_, known)| known != cure)) {
+                causes.push((owner, cure));
+            }
+        }
+        causes.truncate(MOST_CAUSES);
+        causes
+    }
+
+    /// A line for each main owner, and for each other cause without which it is not mended.
+    fn lines(
+        &self,
+        owners: &[Owner],
+        causes: &[(Owner, Knob)],
+        tried: Option<&Tried>,
+        explained: &Explained<'_>,
+    ) -> Vec<String> {
+        let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
+        let tried = tried.filter(of_these);
+        let needed = tried
+            .and_then(|tried| tried.needed.as_deref())
+            .unwrap_or(&[]);
+        let needed = needed.iter().map(|index| causes[*index].0);
+        let others = needed.filter(|owner| !owners.contains(owner));
+        let all: Vec<Owner> = owners.iter().copied().chain(others).collect();
+        let line = |(number, owner): (usize, &Owner)| {
+            let place = causes.iter().position(|(known, _)| known == owner);
+            let effect = Effect::of(tried, place);
+            let line = self.blame(*owner, effect, explained);
+            match line.strip_prefix("the age arose") {
+                Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
+                _ => line,
+            }
+        };
+        all.iter().enumerate().map(line).collect()
     }
 
     /// States that age is not the cause, if it is below the limit of the loop.
@@ -140,185 +213,6 @@ impl Facts<'_> {
         })
     }
 
-    /// The lateness of a node, by its thread or by its executor.
-    fn blame_lateness(&self, node: usize, explained: &Explained<'_>) -> String {
-        let name = self.node(node);
-        if let Some(executor) = self.graph.nodes[node].executor {
-            let share = self.share(Owner::Late(node), explained);
-            return format!(
-                "the age arose as the {name} waits for its executor {executor}{share}: quicker \
-                 nodes in it help, or another executor"
-            );
-        }
-        let cure = self.mended_by(&format!("wakes {name} none"));
-        format!("the age arose in the {name}: it wakes late. {cure}")
-    }
-
-    /// The share of an owner in the age, in parentheses.
-    fn share(&self, owner: Owner, explained: &Explained<'_>) -> String {
-        let owners = acting(self.system, self.graph).map(|acts| explained.owners(acts));
-        let owners = owners.unwrap_or_default();
-        let all: Duration = owners.iter().map(|(_, took)| *took).sum();
-        let own = owners.iter().find(|(known, _)| *known == owner);
-        own.filter(|_| !all.is_zero())
-            .map_or_else(String::new, |(_, took)| {
-                let share = took.as_secs_f64() / all.as_secs_f64() * 100.0;
-                format!(" ({share:.0} % of it)")
-            })
-    }
-
-    /// The stage in which the age arose, and its cure.
-    fn blame(&self, owner: Owner, explained: &Explained<'_>) -> String {
-        match owner {
-            Owner::Rate(node) => self.blame_rate(node, explained),
-            Owner::Cost(node) => self.blame_cost(node, explained),
-            Owner::Late(node) => self.blame_lateness(node, explained),
-            Owner::Match(topic, node) => {
-                let (name, other) = (self.node(node), self.topic(topic));
-                let share = self.share(owner, explained);
-                format!(
-                    "the age arose as the {name} waits for {other}, to match{share}: what makes \
-                     {other} come sooner helps"
-                )
-            }
-            Owner::Crash(node) => {
-                let name = self.node(node);
-                let cure = self.mended_by(&format!("restart {name}"));
-                format!("the {name} crashed: its last message stays in use. {cure}")
-            }
-            Owner::Clock(node) => {
-                let (name, every) = (self.node(node), ms(explained.interval(node)));
-                let cure = self.mended_by(&format!("clock {name} 0 0"));
-                format!(
-                    "the age arose in the {name}: by its wrong clock it ticks every {every}. {cure}"
-                )
-            }
-            Owner::Phase(node) => {
-                let cure = self.mended_by(&format!("offset {} 0", self.node(node)));
-                format!("the age arose as messages wait for ticks. {cure}")
-            }
-            Owner::Link(topic) => {
-                let name = self.topic(topic);
-                let (loss, delay) = (explained.loss(topic) * 100.0, ms(explained.delay(topic)));
-                let what = match (loss > 0.0, explained.delay(topic).is_zero()) {
-                    (true, true) => format!("loses {loss:.0} % of the messages"),
-                    (true, false) => format!("takes {delay} and loses {loss:.0} %"),
-                    _ => format!("takes {delay}"),
-                };
-                let cure = self.mended_by(&format!("link {name} none"));
-                format!("the age arose on {name}: its link {what}. {cure}")
-            }
-            Owner::Order(topic) => {
-                let (name, depth) = (self.topic(topic), self.graph.topics[topic].depth);
-                let cure = self.mended_by(&format!("read {name} newest"));
-                format!(
-                    "the age arose in the queue of {name}: it is read from the old end, {depth} \
-                     deep. {cure}"
-                )
-            }
-        }
-    }
-
-    fn blame_cost(&self, node: usize, explained: &Explained<'_>) -> String {
-        let (name, every) = (self.node(node), ms(explained.interval(node)));
-        let time = explained.time().as_secs_f64();
-        let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
-        let none = format!("takes {name} none");
-        let cure = match self.is_set_to_take(name) || self.was_turned(&none) {
-            true => self.mended_by(&none),
-            false => format!("a faster one {}", self.mends()),
-        };
-        format!(
-            "the age arose in the {name}: its ticks take {busy:.0} % of the time and come every \
-             {every}. {cure}"
-        )
-    }
-
-    /// Whether a knob sets the duration of the ticks of `node`; without one they take the
-    /// time that they need.
-    fn is_set_to_take(&self, node: &str) -> bool {
-        let mut knobs = self.setup.iter();
-        let sets = |knob: &Knob| match knob {
-            Knob::Takes { spec, .. } => !spec.draw.is_none(),
-            knob => knob.kind() == KnobKind::Hang,
-        };
-        knobs.any(|knob| knob.target() == node && sets(knob))
-    }
-
-    /// Whether `knob` was turned since the start, and is in force.
-    fn was_turned(&self, knob: &str) -> bool {
-        let knob = knob.parse::<Knob>();
-        knob.is_ok_and(|knob| self.turned.iter().any(|turned| *turned == knob))
-    }
-
-    /// Names `knob` as the cure; where keys turn knobs, with the key of the prompt.
-    fn mended_by(&self, knob: &str) -> String {
-        if self.was_turned(knob) {
-            return format!("{knob} came too late");
-        }
-        let key = if self.live { ":" } else { "" };
-        format!("{key}{knob} {}", self.mends())
-    }
-
-    /// What a cure does: limits of chains may need several of them.
-    fn mends(&self) -> &'static str {
-        match self.system.graph_file() {
-            Some(_) => "lowers it",
-            None => "mends it",
-        }
-    }
-
-    /// Whether a higher rate of the node asks nothing for more than there is time for.
-    fn has_time(&self, node: usize) -> bool {
-        let node = &self.graph.nodes[node];
-        let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
-            return true;
-        };
-        let mut setup = self.system.settings();
-        setup.extend(self.setup.iter().cloned());
-        let now = self.system.warnings(&setup);
-        let node = node.name.to_string();
-        setup.extend([Knob::Rate { node, hz }]);
-        self.system.warnings(&setup) == now
-    }
-
-    fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
-        let name = self.node(node);
-        let every = match self.graph.nodes[node].overruns {
-            0 => explained.pace(node),
-            _ => explained.interval(node),
-        };
-        let (setting, key) = rate_setting(self.system, name);
-        let mut turned = self.turned.iter();
-        let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
-            && explained.pace(node) > self.graph.nodes[node].hz.period();
-        let cure = match key.filter(|_| self.live) {
-            _ if !self.has_time(node) => {
-                "There is no time for a higher rate: lower the load first".to_owned()
-            }
-            _ if raised => format!("{setting} was raised too late"),
-            Some(key) => format!("{key} raises {setting}"),
-            None => format!("raise {setting}"),
-        };
-        let topics = self.graph.topics.iter();
-        let reads = topics
-            .clone()
-            .any(|topic| topic.subscriptions.iter().any(|reader| reader.node == node));
-        let mut outputs = topics
-            .filter(|topic| topic.publishers.contains(&node) && !topic.subscriptions.is_empty());
-        let arose = match (reads, outputs.next()) {
-            (true, Some(topic)) => {
-                format!("on {}: the {name} decides every {}", topic.name, ms(every))
-            }
-            (true, None) => format!("in the {name}: it acts every {}", ms(every)),
-            (false, _) => {
-                let times = (10.0 / every.as_secs_f64()).round() / 10.0;
-                format!("at the {name}: it looks {times} times a second")
-            }
-        };
-        format!("the age arose {arose}. {cure}")
-    }
-
     /// The symptom at the queue of a slow node.
     fn symptom(&self, owner: Owner) -> Option<String> {
         let (Owner::Rate(node) | Owner::Cost(node)) = owner else {
@@ -354,7 +248,9 @@ impl Facts<'_> {
 fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
     let owners = explained.owners(acts);
     let Some(&(first, _)) = owners.first() else {
-        return crashed(explained).into_iter().collect();
+        let mut path = upstream(explained.graph, acts);
+        path.push(acts);
+        return explained.unreached(&path);
     };
     let Owner::Rate(slowest) = first else {
         return vec![first];
@@ -367,12 +263,6 @@ fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
         slow.insert(0, first);
     }
     slow
-}
-
-/// A crashed node, if no action was ever applied.
-fn crashed(explained: &Explained<'_>) -> Option<Owner> {
-    let node = explained.graph.nodes.iter().position(|node| node.crashed);
-    node.map(Owner::Crash)
 }
 
 /// The node of `graph` with a push age.
@@ -410,19 +300,6 @@ fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
     path.remove(0);
     path.sort_unstable();
     path
-}
-
-/// The name of the rate of `node`, and the key that raises it.
-fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
-    let aliases = system.aliases().iter();
-    let mut rates = aliases
-        .filter(|alias| alias.kind() == KnobKind::Rate)
-        .enumerate();
-    let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
-    match alias {
-        Some((number, alias)) => (alias.name.to_owned(), RATE_KEYS.get(number).copied()),
-        None => (format!("rate {node}"), None),
-    }
 }
 
 fn ms(duration: Duration) -> String {

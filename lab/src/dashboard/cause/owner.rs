@@ -10,6 +10,8 @@ use ratelab::{
     system::Setup,
 };
 
+use super::Hang;
+
 /// The owner of an age, as an index of a node or a topic of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
@@ -17,6 +19,8 @@ pub enum Owner {
     Rate(usize),
     /// A node with long ticks.
     Cost(usize),
+    /// A node that hung in one tick.
+    Hang(usize),
     /// A node with late ticks.
     Late(usize),
     /// A node that crashed.
@@ -41,6 +45,8 @@ pub struct Explained<'a> {
     pub graph: &'a Snapshot,
     /// Its knobs in force.
     pub setup: &'a Setup,
+    /// Its hangs.
+    pub hangs: &'a [Hang],
     /// Begin (run time).
     pub from: Time,
     /// End (run time).
@@ -73,7 +79,7 @@ impl Explained<'_> {
         Some(match stage {
             Stage::Before => return None,
             Stage::Match { topic, node } => Owner::Match(topic, node),
-            Stage::Cost { node } => Owner::Cost(node),
+            Stage::Cost { node } => self.long(node),
             Stage::Link { topic } => Owner::Link(topic),
             Stage::Executor { node } => Owner::Late(node),
             Stage::Queue { topic, .. } => Owner::Order(topic),
@@ -108,7 +114,7 @@ impl Explained<'_> {
         if view.crashed {
             Owner::Crash(node)
         } else if busy * 2 > self.time() {
-            Owner::Cost(node)
+            self.long(node)
         } else if late * 2 > view.hz.period() {
             Owner::Late(node)
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
@@ -119,6 +125,44 @@ impl Explained<'_> {
         } else {
             Owner::Rate(node)
         }
+    }
+
+    /// The owner of the long ticks of a node.
+    fn long(&self, node: usize) -> Owner {
+        match self.hang(node) {
+            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => Owner::Hang(node),
+            _ => Owner::Cost(node),
+        }
+    }
+
+    /// The duration of the longest recent hang of a node.
+    pub fn hang(&self, node: usize) -> Option<Duration> {
+        let view = &self.graph.nodes[node];
+        let recent = |hang: &&Hang| {
+            let (begins, ends) = (hang.at, hang.at + view.hz.period() + hang.cost);
+            *hang.node == *view.name && begins < self.to && self.from < ends
+        };
+        let recent = self.hangs.iter().filter(recent);
+        recent.map(|hang| hang.cost).max()
+    }
+
+    /// Why nothing came through, from the sensing on: the nodes and topics of `path` that
+    /// stand in the way.
+    pub fn unreached(&self, path: &[usize]) -> Vec<Owner> {
+        let nodes = path.iter().filter_map(|node| {
+            let view = &self.graph.nodes[*node];
+            match (view.crashed, view.busy) {
+                (true, _) => Some(Owner::Crash(*node)),
+                (false, true) => Some(self.long(*node)),
+                (false, false) => None,
+            }
+        });
+        let topics = (0..self.graph.topics.len()).filter(|topic| {
+            let view = &self.graph.topics[*topic];
+            let of_path = view.publishers.iter().any(|node| path.contains(node));
+            of_path && view.published > 0 && view.lost + view.in_flight == view.published
+        });
+        nodes.chain(topics.map(Owner::Link)).collect()
     }
 
     /// Recent share of a topic's messages lost on its link.

@@ -47,7 +47,7 @@ const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
 
 /// Ways to lose the pole.
-const WAYS: [Way; 26] = [
+const WAYS: [Way; 31] = [
     way(COURSE, &["rate policy 5"], &["Rate policy"]),
     way(
         COURSE,
@@ -96,7 +96,13 @@ const WAYS: [Way; 26] = [
     ),
     fault(&[(1.0, "crash policy")], &["Crash policy"]),
     fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
-    fault(&[(0.1, "hang policy 900")], &["Cost policy"]),
+    fault(&[(0.1, "hang policy 900")], &["Hang policy"]),
+    fault(&[(0.1, "hang sensor 900")], &["Hang sensor"]),
+    // Without any message.
+    fault(&[(0.0, "crash policy")], &["Crash policy"]),
+    fault(&[(0.0, "crash sensor")], &["Crash sensor"]),
+    way(OWN, &["hang policy 900"], &["Hang policy"]),
+    way(OWN, &["link /obs loss:1"], &["Link /obs"]),
     // Restored, but too late.
     fault(
         &[(0.1, "rate policy 4"), (0.6, "rate policy 50")],
@@ -150,9 +156,10 @@ fn cause_after(graph: &Snapshot, lineage: &Lineage, setup: &Setup, turned: &Setu
         lineage,
         age: age(lineage, acts, late, system.age_limits(setup)),
         late,
+        hangs: &Hang::at_the_start(setup),
         live: false,
     };
-    facts.cause()
+    facts.cause(None)
 }
 
 /// A run that is over, with its chains and all knobs, those of the start first.
@@ -209,7 +216,8 @@ fn is_mended_by(owner: Owner, knob: &Knob, graph: &Snapshot) -> bool {
     let topic = |index: usize| *graph.topics[index].name == *knob.target();
     match owner {
         Owner::Rate(index) => node(index) && matches!(knob, Knob::Rate { .. }),
-        Owner::Cost(index) => node(index) && matches!(knob, Knob::Takes { .. } | Knob::Hang { .. }),
+        Owner::Cost(index) => node(index) && matches!(knob, Knob::Takes { .. }),
+        Owner::Hang(index) => node(index) && matches!(knob, Knob::Hang { .. }),
         Owner::Late(index) => node(index) && matches!(knob, Knob::Wakes { .. }),
         Owner::Crash(index) => node(index) && matches!(knob, Knob::Crash { .. }),
         Owner::Clock(index) => node(index) && matches!(knob, Knob::Clock { .. }),
@@ -232,6 +240,7 @@ fn names(owners: &[Owner], graph: &Snapshot) -> Vec<String> {
     let name = |owner: &Owner| match *owner {
         Owner::Rate(index) => node("Rate", index),
         Owner::Cost(index) => node("Cost", index),
+        Owner::Hang(index) => node("Hang", index),
         Owner::Late(index) => node("Late", index),
         Owner::Crash(index) => node("Crash", index),
         Owner::Clock(index) => node("Clock", index),
@@ -390,7 +399,7 @@ fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
     let by_itself = cause(&graph, &lineage, &Setup::default());
     assert_eq!(names(&by_itself.owners, &graph), ["Cost policy"]);
     let text = "the age arose in the policy: its ticks take 85 % of the time and come every 100 \
-                ms. a faster one mends it";
+                ms. try a faster one";
     assert_eq!(by_itself.lines[0], text);
     let by_knob = cause(
         &graph,
@@ -398,7 +407,7 @@ fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
         &[knob("takes policy 85")].into_iter().collect(),
     );
     assert!(
-        by_knob.lines[0].ends_with("takes policy none mends it"),
+        by_knob.lines[0].ends_with("try takes policy none"),
         "{:?}",
         by_knob.lines
     );
@@ -449,7 +458,8 @@ fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
         let played = Played::of(&config);
         let end = played.summary.verdict.at;
         let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
-        if !played.summary.verdict.is_lost() || warned == way.owners.is_empty() {
+        let old = !way.owners.is_empty() && played.summary.push_age().is_some();
+        if !played.summary.verdict.is_lost() || warned != old {
             wrong.push(format!("{:?} {:?}: warned {warned}", way.setup, way.later));
         }
     }
@@ -554,5 +564,70 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
             .collect();
         let cause = cause_after(&played.graph, &played.lineage, &played.setup(), &turned);
         assert!(cause.lines[0].ends_with(cure), "{:?}", cause.lines);
+    }
+}
+
+/// The lines about a run that `config` begins, once its cures were tried.
+fn proven(setup: &[&str]) -> Vec<String> {
+    let mut config = way(OWN, &[], &[]).config(0);
+    config.setup = setup.iter().map(|text| knob(text)).collect();
+    let played = Played::of(&config);
+    assert!(played.summary.verdict.is_lost(), "{setup:?}");
+    let system: Arc<dyn System> = Arc::new(CartPole::default());
+    let acts = acting(&*system, &played.graph).expect("an actuator");
+    let late = latest(&played.graph, &played.lineage, acts);
+    let facts = Facts {
+        system: &*system,
+        setup: &config.setup,
+        turned: &Setup::default(),
+        graph: &played.graph,
+        lineage: &played.lineage,
+        age: age(
+            &played.lineage,
+            acts,
+            late,
+            system.age_limits(&config.setup),
+        ),
+        late,
+        hangs: &Hang::at_the_start(&config.setup),
+        live: true,
+    };
+    let now = played.graph.now;
+    let trial = Trial::new(system.clone(), &config, config.setup.clone(), now);
+    let untried = facts.cause(None).lines;
+    assert!(!untried.join(" ").contains("mends"), "{untried:?}");
+    facts.cause(trial.run(&facts.cures()).as_ref()).lines
+}
+
+#[test]
+fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_its_share() {
+    for (setup, told) in [
+        (
+            &["hang policy 3000"][..],
+            &["one tick took 3000 ms. :hang policy 0 mends it"][..],
+        ),
+        (&["crash policy"], &[":restart policy mends it"]),
+        (&["takes policy 85"], &[":takes policy none mends it"]),
+        (
+            &["link /obs loss:1"],
+            &["loses 100 % of the messages. :link /obs none mends it"],
+        ),
+        (
+            &["link /obs delay:120", "link /action delay:120"],
+            &[" takes 120 of ", "and on /", ", too, mends it"],
+        ),
+        (
+            &["crash sensor", "crash policy"],
+            &[
+                ":restart sensor alone is not enough",
+                "policy crashed",
+                ", too, mends it",
+            ],
+        ),
+    ] {
+        let lines = proven(setup).join("\n");
+        for part in told {
+            assert!(lines.contains(part), "{setup:?}: {part:?} in\n{lines}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Keys for links, and what faults look like.
 
 use super::*;
+use crate::dashboard::sampler::RunSource;
 
 /// The knobs that are set.
 fn set(app: &App) -> Vec<String> {
@@ -47,4 +48,120 @@ fn a_crashed_node_is_seen_until_it_is_restarted() {
     wait(&mut app, true);
     press(&mut app, ":restart policy\n");
     wait(&mut app, false);
+}
+
+/// A run with `setup` that is over, its cures tried.
+fn over(setup: &[&str]) -> App {
+    let setup = setup.iter().map(|text| text.parse().expect("a knob"));
+    let mut app = ended(Config {
+        setup: setup.collect(),
+        ..Config::default()
+    });
+    prove(&mut app);
+    app
+}
+
+/// Waits until what would mend the run was tried.
+fn prove(app: &mut App) {
+    while app
+        .screen()
+        .is_some_and(|screen| screen.frame.awaits_limits)
+    {
+        app.sample().expect("no fault");
+    }
+}
+
+/// The rows of the screen without quotes.
+fn rows(app: &App) -> Vec<String> {
+    let drawn = screen(app, &PLAIN, 80, 24);
+    let rows = drawn.lines().map(|line| line.trim_matches('"').to_owned());
+    rows.collect()
+}
+
+#[test]
+fn age_verdict_and_cause_keep_their_rows_whatever_happens() {
+    for (setup, verdict, cause) in [
+        (
+            &["rate policy 5"][..],
+            "FELL at 0.840 s",
+            "the policy decides",
+        ),
+        (
+            &["hang policy 900"],
+            "FELL at 0.620 s",
+            "in the policy: it hung",
+        ),
+        (&["crash policy"], "FELL at 0.620 s", "the policy crashed"),
+        (&["crash sensor"], "FELL at 0.620 s", "the sensor crashed"),
+        (
+            &["link /obs loss:1"],
+            "FELL at 0.620 s",
+            "on /obs: its link loses 100 %",
+        ),
+        (
+            &["crash actuator"],
+            "UNDECIDED (the plant never moved)",
+            "the actuator crashed",
+        ),
+        (
+            &[
+                "link /obs delay:120",
+                "link /action delay:120",
+                "rate sensor 5",
+            ],
+            "FELL at",
+            "the age arose",
+        ),
+    ] {
+        let rows = rows(&over(setup));
+        for (row, part) in [(1, "push age"), (2, verdict), (3, cause)] {
+            assert!(
+                rows[row].contains(part),
+                "{setup:?}: {part:?} in\n{}",
+                rows.join("\n")
+            );
+        }
+    }
+}
+
+#[test]
+fn what_the_screen_advises_mends_the_next_run() {
+    for setup in [
+        &["hang policy 3000"][..],
+        &["hang sensor 3000"],
+        &["crash policy"],
+        &["crash sensor"],
+        &["link /obs loss:1"],
+        &["takes policy 700"],
+    ] {
+        let mut app = over(setup);
+        let drawn = rows(&app)[2..6].join(" ");
+        let drawn = drawn.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (advice, _) = drawn.split_once(" mends it").expect(&drawn);
+        let (_, advice) = advice.rsplit_once(':').expect("a key");
+        press(&mut app, &format!(":{advice}\nr"));
+        while !app.ended() {
+            app.sample().expect("no fault");
+        }
+        let verdict = app.session().summary().expect("ended").verdict;
+        assert_eq!(verdict.name(), "balanced", "{setup:?}: {advice}");
+    }
+}
+
+#[test]
+fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
+    let mut app = running();
+    press(&mut app, ":crash actuator\n");
+    let wait = |app: &mut App, part: &str| {
+        while !rows(app)[2..5].join("").contains(part) {
+            app.sample().expect("no fault");
+        }
+    };
+    wait(&mut app, "STANDS STILL: the last step of the plant was at");
+    wait(
+        &mut app,
+        "the actuator crashed: the plant waits for it. :restart actuator goes on",
+    );
+    press(&mut app, ":restart actuator\n");
+    wait(&mut app, "BALANCED so far");
 }

@@ -20,11 +20,24 @@ const BAR: (usize, usize) = (40, 8);
 /// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
-/// Draws the number, a bar with a tick at each limit, and the mean parts of the age.
-pub fn render(age: &AgeData, push: Option<&PushData>, theme: &Theme, area: Rect, buf: &mut Buffer) {
+/// The line before the first push.
+const NO_AGE: &str = "push age  none: no action was applied so far";
+
+/// Draws the number, a bar with a tick at each limit, and the mean parts of the age; without
+/// an age, that there was no push.
+pub fn render(
+    age: Option<&AgeData>,
+    push: Option<&PushData>,
+    theme: &Theme,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let line = pane::row(area, 0);
+    let Some(age) = age else {
+        return put(NO_AGE, theme.strong(), 1, line, buf);
+    };
     let number = number(age);
     let (sign, word, style) = verdict(age.strain(), theme);
-    let line = pane::row(area, 0);
     put(&number, theme.strong(), 1, line, buf);
     let begin = pane::width(&number) + 3;
     let room = usize::from(line.width);
@@ -65,8 +78,8 @@ pub fn push_line(push: &PushData, theme: &Theme, line: Rect, buf: &mut Buffer) {
 fn number(age: &AgeData) -> String {
     let mean = ms(age.mean);
     match age.limit() {
-        Some(limit) => format!("age {mean:>3} ms of {}", ms(limit)),
-        None => format!("age {mean:>3} ms"),
+        Some(limit) => format!("push age {mean:>3} ms of {}", ms(limit)),
+        None => format!("push age {mean:>3} ms"),
     }
 }
 
@@ -146,7 +159,9 @@ mod tests {
     };
 
     fn line(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
-        screen(width, 1, |area, buf| render(age, None, theme, area, buf))
+        screen(width, 1, |area, buf| {
+            render(Some(age), None, theme, area, buf)
+        })
     }
 
     fn push() -> PushData {
@@ -166,7 +181,7 @@ mod tests {
     fn the_parts_of_the_age_fill_the_bar_and_stand_beside_it() {
         let drawn = |width, theme| {
             screen(width, 2, |area, buf| {
-                render(&sample::age(95, 200), Some(&push()), theme, area, buf);
+                render(Some(&sample::age(95, 200)), Some(&push()), theme, area, buf);
                 push_line(&push(), theme, pane::row(area, 1), buf);
             })
         };
@@ -189,7 +204,10 @@ mod tests {
             ..sample::age(95, 200)
         };
         let buf = line(&unknown, 80, &RICH);
-        assert_eq!(text(&buf), " age  95 ms  what this loop bears is unknown");
+        assert_eq!(
+            text(&buf),
+            " push age  95 ms  what this loop bears is unknown"
+        );
         assert_eq!(styled(&buf, RICH.alarm_line()), "");
     }
 
@@ -211,7 +229,13 @@ mod tests {
         for mean in [0, 10, 95, 1_000_000] {
             let push = push();
             torture(|theme, area, buf| {
-                render(&sample::age(mean, mean), Some(&push), theme, area, buf);
+                render(
+                    Some(&sample::age(mean, mean)),
+                    Some(&push),
+                    theme,
+                    area,
+                    buf,
+                );
                 push_line(&push, theme, pane::row(area, 1), buf);
             });
         }

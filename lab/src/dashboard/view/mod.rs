@@ -42,7 +42,7 @@ use self::{layout::ScreenLayout, theme::Theme};
 use super::{
     cliff::CliffMap,
     focus::Pane,
-    frame::{FrameData, PushData, SignalTrace},
+    frame::{FrameData, SignalTrace},
     knob_focus::KnobFocus,
     knot::KnotView,
     timeline::Timeline,
@@ -101,11 +101,11 @@ impl ScreenState<'_> {
 
     /// The state of the run and its cause, across a screen of the size of `area`, if the
     /// pane of events is too small. Beside several panes always the same number of lines,
-    /// for a stable layout: a long cause takes the line of the [`push`](Self::push). A
+    /// for a stable layout: a long cause takes the line of the push. A
     /// single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let single = layout::is_single(area, self.zoomed);
-        if self.frame.age.is_none() || (layout::is_roomy(area) && !single) {
+        if !self.has_age() || (layout::is_roomy(area) && !single) {
             return Vec::new();
         }
         let room = usize::from(area.width).saturating_sub(1);
@@ -129,16 +129,14 @@ impl ScreenState<'_> {
         }
     }
 
-    /// The parts of the age of the push in force, if there is room for them beside
-    /// `verdict` lines.
-    fn push(&self, area: Rect, verdict: usize) -> Option<&PushData> {
-        let push = self.frame.push.as_ref();
-        push.filter(|_| self.has_push(area) && verdict <= VERDICT_LINES)
-    }
-
     /// Whether a screen of the size of `area` has room for the parts of an age.
     fn has_push(&self, area: Rect) -> bool {
-        self.frame.push.is_some() && area.height >= LEAST_FOR_PARTS
+        self.has_age() && area.height >= LEAST_FOR_PARTS
+    }
+
+    /// Whether there is an age, or will be one.
+    fn has_age(&self) -> bool {
+        self.frame.age.is_some() || self.system.latency().is_some()
     }
 
     /// Whether the system has a picture, or may have one after the first state.
@@ -185,9 +183,9 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
         too_small(area, buf);
     } else if let Some(shown) = shown {
         let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let frame = shown.frame;
         let verdict = shown.verdict_lines(area, theme).len();
-        let age = [frame.age.is_some(), shown.push(area, verdict).is_some()].map(usize::from);
+        let push = shown.has_push(area) && verdict <= VERDICT_LINES;
+        let age = [shown.has_age(), push].map(usize::from);
         let age = pane::clamp(age.iter().sum::<usize>() + verdict);
         let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
             shown.has(pane)
@@ -253,21 +251,17 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
 
 /// The push age with its parts, and the cause of a loss.
 fn render_age(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let Some(age) = &shown.frame.age else {
-        return;
-    };
     let lines = shown.verdict_lines(buf.area, theme);
-    let push = shown.push(buf.area, lines.len());
-    let parts = shown
-        .frame
-        .push
-        .as_ref()
-        .filter(|_| shown.has_push(buf.area));
-    age::render(age, parts, theme, area, buf);
-    if let Some(push) = push {
-        age::push_line(push, theme, pane::row(area, 1), buf);
+    let has_push = shown.has_push(buf.area);
+    let parts = shown.frame.push.as_ref().filter(|_| has_push);
+    if shown.has_age() {
+        age::render(shown.frame.age.as_ref(), parts, theme, area, buf);
     }
-    let above = 1 + usize::from(push.is_some());
+    let push_line = has_push && lines.len() <= VERDICT_LINES;
+    let above = usize::from(shown.has_age());
+    if let Some(push) = parts.filter(|_| push_line) {
+        age::push_line(push, theme, pane::row(area, above + lines.len()), buf);
+    }
     for (number, line) in lines.into_iter().enumerate() {
         let mut place = pane::row(area, above + number);
         place.x += 1;

@@ -1,10 +1,13 @@
 //! The latency of each step of the plant: over time beside the period of the
-//! [paced node](paced_node), and as a distribution.
+//! [paced node](paced_node) and the push age, and as a distribution.
 
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{
-    runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
+    runtime::{
+        Command, Knob, Snapshot, Time,
+        telemetry::{Event, PushAge},
+    },
     system::System,
 };
 use rerun::{RecordingStream, RecordingStreamResult};
@@ -12,17 +15,18 @@ use rerun::{RecordingStream, RecordingStreamResult};
 use super::{
     histogram::Histogram,
     lines::{self, Line},
-    palette::{BLUE, ORANGE},
+    palette::{BLUE, ORANGE, PINK},
 };
 use crate::{names::paced_node, recording::plant_steps::PlantSteps};
 
-/// Latency and period (ms).
+/// Latency, period and push age (ms).
 pub const LATENCY: &str = "plot/latency";
 
 /// Draws latencies.
 pub struct LatencyScene {
     meter: &'static str,
     period: Option<Period>,
+    age: PushAge,
     histogram: Histogram,
 }
 
@@ -33,6 +37,7 @@ impl LatencyScene {
         Some(Self {
             meter,
             period: paced_node(system).map(|node| Period::new(node, start.period(node))),
+            age: PushAge::default(),
             histogram: Histogram::new(),
         })
     }
@@ -46,6 +51,8 @@ impl LatencyScene {
             Line::new(name, ORANGE, 2.0)
         });
         let lines = std::iter::once(Line::new(latency, BLUE, 1.0)).chain(period);
+        let age = Line::new("push age, mean of the last second (ms)", PINK, 2.0);
+        let lines = lines.chain([age]);
         lines::begin(rec, LATENCY, &lines.collect::<Vec<_>>())?;
         self.histogram.begin(rec)
     }
@@ -66,9 +73,14 @@ impl LatencyScene {
             let latency = step.origin.map(|origin| step.at.since(origin));
             values.push(latency.map_or(f64::NAN, ms));
             values.extend(self.period.as_mut().map(|period| ms(period.at(step.at))));
+            if let Some(sensed) = step.origin {
+                self.age.push(step.at, sensed);
+            }
+            let age = self.age.view(step.at).and_then(|view| view.late_s);
+            values.push(age.map_or(f64::NAN, |seconds| seconds * 1e3));
         }
         let stamps = progress.stamps_of_messages(progress.steps);
-        let count = 1 + usize::from(self.period.is_some());
+        let count = 2 + usize::from(self.period.is_some());
         lines::send(rec, LATENCY, &stamps, values, count)?;
         self.histogram.add(rec, progress)
     }

@@ -18,7 +18,8 @@ pub const WHITE: Color = rgb(0xe0, 0xe0, 0xe0);
 pub const GREY: Color = rgb(0x99, 0x99, 0x99);
 
 const YELLOW: Color = rgb(0xf0, 0xe4, 0x42);
-const PINK: Color = rgb(0xcc, 0x79, 0xa7);
+/// Ages.
+pub const PINK: Color = rgb(0xcc, 0x79, 0xa7);
 
 /// A colour for each of several series, and what it is called; they repeat
 /// after the fifth.

@@ -157,6 +157,15 @@ fn the_control_period_is_drawn_where_it_changed() {
 }
 
 #[test]
+fn the_age_that_is_drawn_is_the_one_of_the_summary() {
+    let run = run_with("2.51 control-hz 10");
+    let lines = lines(&draw(&run, Duration::from_millis(750)));
+    let age = f64::from_bits(lines[&(format!("/{LATENCY}"), 10_000_000_000)][2]);
+    let summary = run.summary.push_age().expect("pushes");
+    assert_eq!(age, summary.late_s * 1e3);
+}
+
+#[test]
 fn the_layout_comes_with_its_activation() {
     let start = run().start;
     let (rec, storage) = RecordingStreamBuilder::new("ratelab")

@@ -1,0 +1,45 @@
+//! Hangs, by the knobs that caused them.
+
+use std::time::Duration;
+
+use ratelab::{
+    runtime::{Knob, Time, TimedKnob},
+    system::Setup,
+};
+
+/// A tick that a knob makes long.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hang {
+    /// Run time of the knob: the tick is the next one.
+    pub at: Time,
+    /// The node.
+    pub node: String,
+    /// Duration of the tick.
+    pub cost: Duration,
+}
+
+impl Hang {
+    /// The hang that `timed` causes, if it causes one.
+    pub fn of(timed: &TimedKnob) -> Option<Self> {
+        match &timed.knob {
+            Knob::Hang { node, cost } => Some(Self {
+                at: timed.at,
+                node: node.clone(),
+                cost: *cost,
+            }),
+            _ => None,
+        }
+    }
+
+    /// The hangs that a run with `setup` begins with.
+    pub fn at_the_start(setup: &Setup) -> Vec<Self> {
+        let at = Time::ZERO;
+        let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
+        knobs.filter_map(|timed| Self::of(&timed)).collect()
+    }
+
+    /// Whether it may be going on at run time `now`, for a node with this `period`.
+    pub fn is_at(&self, now: Time, period: Duration) -> bool {
+        (self.at..self.at + period + self.cost).contains(&now)
+    }
+}
