@@ -34,7 +34,7 @@ fn its_runs_are_recorded_and_verified_where_the_system_is() {
     let knob = ["--knob", "rate pilot 1", "--record", &file, "--csv", &csv];
     let run = said(&[&["run", "--clock", "virtual"], &knob[..]].concat());
     assert!(run.contains("pilot 1 Hz"), "{run}");
-    assert!(run.contains("DOWN at 3.200 s: 321 control steps"), "{run}");
+    assert!(run.contains("DOWN at 3.200 s: 321 plant steps"), "{run}");
     let rows = fs::read_to_string(csv).expect("rows");
     assert!(
         rows.starts_with("time_s,height_m,climb_m_s\n0,0.999"),

@@ -20,6 +20,9 @@ const BAR: (usize, usize) = (40, 8);
 /// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
+/// Width below which the bar needs the room of a word.
+const NARROW: usize = 60;
+
 /// The line before the first push.
 const NO_AGE: &str = "push age  none: no action was applied so far";
 
@@ -36,7 +39,7 @@ pub fn render(
     let Some(age) = age else {
         return put(NO_AGE, theme.strong(), 1, line, buf);
     };
-    let number = number(age);
+    let number = number(age, usize::from(line.width));
     let (sign, word, style) = verdict(age.strain(), theme);
     put(&number, theme.strong(), 1, line, buf);
     let begin = pane::width(&number) + 3;
@@ -74,12 +77,13 @@ pub fn push_line(push: &PushData, theme: &Theme, line: Rect, buf: &mut Buffer) {
     put(&clip(text, room, theme), Style::new(), 1, line, buf);
 }
 
-/// The age and the limit, in a constant width.
-fn number(age: &AgeData) -> String {
+/// The age and the limit, in a constant width for a line of `room` columns.
+fn number(age: &AgeData, room: usize) -> String {
+    let name = if room < NARROW { "age" } else { "push age" };
     let mean = ms(age.mean);
     match age.limit() {
-        Some(limit) => format!("push age {mean:>3} ms of {}", ms(limit)),
-        None => format!("push age {mean:>3} ms"),
+        Some(limit) => format!("{name} {mean:>3} ms of {}", ms(limit)),
+        None => format!("{name} {mean:>3} ms"),
     }
 }
 
