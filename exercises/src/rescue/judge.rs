@@ -252,7 +252,7 @@ impl fmt::Display for RescueFailure {
                 held.as_secs_f64(),
                 HELD.as_secs(),
             ),
-            Self::Steps => f.write_str("control steps are missing from the record: try it again"),
+            Self::Steps => f.write_str("plant steps are missing from the record: try it again"),
         }
     }
 }

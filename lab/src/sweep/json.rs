@@ -51,6 +51,7 @@ fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
     figures.insert(key(&summary.good), json!(row.held));
     figures.extend(object(json!({
         "mean_latency_ms": row.mean_latency_s.map(|s| rounded(s * 1e3)),
+        "mean_late_push_age_ms": row.push_age_s.map(|s| rounded(s * 1e3)),
         "median_lost_at_s": row.lost_at_s.map(rounded),
         "runs": row.runs,
         "share": row.share().map(rounded),

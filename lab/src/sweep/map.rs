@@ -43,6 +43,12 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
             if summary.runs == summary.cells {
                 lines.extend(cliff::lines(summary, rows));
             }
+            if rows.iter().any(|row| row.push_age_s.is_some()) {
+                lines.push(line(
+                    "push age",
+                    "in the last second of a run, mean over the runs (ms)",
+                ));
+            }
             lines.extend(quadratic_cost(summary));
         }
         _ => {

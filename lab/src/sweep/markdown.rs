@@ -28,6 +28,7 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary], theory: bool) -> Vec<Vec
         summary.main.heading(),
         summary.good.clone(),
         "latency ms".to_owned(),
+        "push age ms".to_owned(),
         "lost at s".to_owned(),
     ];
     head.extend(cost.then(|| "cost".to_owned()));
@@ -36,6 +37,7 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary], theory: bool) -> Vec<Vec
     let rows = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), map::figure(row)];
         cells.push(map::decimals(row.mean_latency_s.map(|s| s * 1e3), 1));
+        cells.push(map::decimals(row.push_age_s.map(|s| s * 1e3), 1));
         cells.push(map::decimals(row.lost_at_s, 2));
         cells.extend(cost.then(|| map::cost_text(row.cost)));
         cells.extend(theory.then(|| map::growth_text(row.theory)));

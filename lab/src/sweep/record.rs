@@ -49,6 +49,10 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
         plots.push(("latency", format!("mean {meter} latency (ms)"), |row| {
             row.mean_latency_s.map(|s| s * 1e3)
         }));
+        let title = "mean push age in the last second (ms)";
+        plots.push(("age", title.to_owned(), |row| {
+            row.push_age_s.map(|s| s * 1e3)
+        }));
     }
     if summary.rows().iter().any(|row| row.theory.growth.is_some()) {
         let title = "growth of a small deviation by linear theory (1/s): above 0 is no fall yet";

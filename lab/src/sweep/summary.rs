@@ -37,6 +37,8 @@ pub struct RowSummary {
     pub held: usize,
     /// Mean over the runs of their mean latency (s).
     pub mean_latency_s: Option<f64>,
+    /// Mean over the runs of their mean push age in the last second (s).
+    pub push_age_s: Option<f64>,
     /// Mean over the runs that were not lost of the mean quadratic cost.
     pub cost: Option<f64>,
     /// The median run time of the loss (s); `None` without lost runs.
@@ -66,6 +68,7 @@ impl SweepSummary {
                 runs: survival.runs,
                 held: survival.held,
                 mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
+                push_age_s: mean(outcomes.iter().filter_map(|o| Some(o.push_age?.late_s))),
                 cost: mean(held.filter_map(|o| o.cost)),
                 lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
                 theory: said.transpose()?.unwrap_or_default(),

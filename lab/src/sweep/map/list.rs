@@ -10,10 +10,10 @@ use crate::{
 };
 
 /// Width of a bar (columns).
-const BAR: usize = 24;
+const BAR: usize = 14;
 
 /// The same beside more figures.
-const SHORT_BAR: usize = 16;
+const SHORT_BAR: usize = 6;
 
 /// The rows of one group.
 pub fn lines(
@@ -30,8 +30,8 @@ pub fn lines(
     let cost = summary.sweep.system.quadratic_cost().is_some();
     let bar_width = if theory { SHORT_BAR } else { BAR };
     let mut head = format!(
-        "{heading:>wide$}  {good:>counts$}  {:bar_width$}  {:>10}  {:>9}",
-        "", "latency ms", "lost at s"
+        "{heading:>wide$}  {good:>counts$}  {:bar_width$}  {:>10}  {:>8}  {:>9}",
+        "", "latency ms", "push age", "lost at s"
     );
     if cost {
         head += "    cost";
@@ -42,11 +42,12 @@ pub fn lines(
     let mut lines = vec![head];
     for (place, row) in rows.iter().enumerate() {
         let mut line = format!(
-            "{:>wide$}  {:>counts$}  {}  {:>10}  {:>9}",
+            "{:>wide$}  {:>counts$}  {}  {:>10}  {:>8}  {:>9}",
             row.value,
             figure(row),
             SurvivalLevel::bar(row.held, row.runs, bar_width, theme),
             decimals(row.mean_latency_s.map(|s| s * 1e3), 1),
+            decimals(row.push_age_s.map(|s| s * 1e3), 1),
             decimals(row.lost_at_s, 2),
         );
         if cost {
