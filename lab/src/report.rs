@@ -112,6 +112,11 @@ pub fn line(name: &str, text: &str) -> String {
     format!("{name:<9} {}", in_line(text))
 }
 
+/// The same for a text of the program itself, which may have several lines.
+pub fn paragraph(name: &str, text: &str) -> String {
+    format!("{name:<9} {text}")
+}
+
 /// The commands of the run; the verdict covers its end. Knobs are printed in the format
 /// of `--knobs`, to the nanosecond.
 fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {

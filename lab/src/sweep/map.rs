@@ -12,7 +12,10 @@ use super::{
     survival_level::SurvivalLevel,
     theory::{Edge, RowTheory},
 };
-use crate::{dashboard::view::theme::Theme, report::line};
+use crate::{
+    dashboard::view::theme::Theme,
+    report::{line, paragraph},
+};
 
 /// The style of a map.
 pub struct MapStyle {
@@ -72,9 +75,9 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
 
 /// What is said of the theory, and of the edges that it draws.
 fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
-    let mut lines = vec![format!("{:<9} {THEORY}", "growth")];
+    let mut lines = vec![paragraph("growth", THEORY)];
     if summary.rows().iter().any(|row| row.theory.sure.is_some()) {
-        lines.push(format!("{:<9} {SURE}", "sure"));
+        lines.push(paragraph("sure", SURE));
     }
     let edges: Vec<Edge> = summary.edges().collect();
     let drawn = Edge::ALL.into_iter().filter(|edge| edges.contains(edge));
@@ -85,7 +88,7 @@ fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
             true => flat,
             false => format!("{flat} {}", cell_mark(edge, theme)),
         };
-        line(&mark, edge.text())
+        paragraph(&mark, edge.text())
     }));
     lines
 }
