@@ -6,7 +6,7 @@ use std::{
 };
 
 use directories::ProjectDirs;
-use exercises::framework::{Answers, Brief};
+use exercises::framework::{Answers, Brief, Exercise};
 
 /// Name of the file.
 pub const FILE: &str = "answers.toml";
@@ -48,4 +48,10 @@ pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
         "you predicted {number}{}",
         first.unwrap_or_default()
     ))
+}
+
+/// Whether the file `answers` has a prediction for `exercise`.
+pub fn is_predicted(answers: &Path, exercise: &dyn Exercise) -> bool {
+    let answers = Answers::load(answers);
+    answers.is_ok_and(|answers| answers.get(exercise.brief()).is_some())
 }

@@ -82,7 +82,7 @@ use terminal::{Input, Keyboard, Screen};
 pub use tour::Guide;
 use view::theme::Theme;
 
-use crate::{output, recording::Recording, signals};
+use crate::{output, predictions::answers_file, recording::Recording, signals};
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]
@@ -109,6 +109,7 @@ pub fn show(
 ) -> Result<LabOutcome, LabError> {
     let mut app = App::new(config, setup)?;
     app.guide(guide);
+    app.ask_before_the_map(answers_file(None));
     Ok(until_left(app, options))
 }
 

@@ -1,16 +1,38 @@
 //! The cliff map over the dashboard.
 
-use std::fmt::Display;
+use std::{
+    fmt::Display,
+    path::{Path, PathBuf},
+};
 
 use ratelab::experiment::Config;
 
 use super::App;
 use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
+use crate::predictions::is_predicted;
+
+/// The place of a map that shows what an exercise asks for.
+const MASKED: &str = "the map answers exercise 1: e predicts it, m again shows the map anyway";
 
 impl App {
+    /// From now on the map asks for the prediction of exercise 1 first, once, if `answers`
+    /// has none.
+    pub fn ask_before_the_map(&mut self, answers: PathBuf) {
+        self.asks_first = Some(answers).filter(|_| self.setup.course);
+    }
+
+    /// Opens the map, unless it is to ask first.
+    pub(super) fn ask_for_map(&mut self) {
+        let open = |answers: &Path| !is_predicted(answers, &exercises::cliff::Cliff);
+        match self.asks_first.take().is_some_and(|answers| open(&answers)) {
+            true => self.notify(MASKED),
+            false => self.open_map(),
+        }
+    }
+
     /// Opens the map for the session's conditions, at its run; a previous map is kept if
     /// it has that run.
-    pub(super) fn open_map(&mut self) {
+    fn open_map(&mut self) {
         self.mapping = true;
         let (config, graph) = (self.wanted(), self.graph());
         self.map.take_if(|map| !map.go_to(&graph, &config));

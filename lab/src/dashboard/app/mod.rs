@@ -13,7 +13,7 @@ mod restart;
 mod time;
 mod tour;
 
-use std::{sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use crossterm::event::KeyEvent;
 use ratelab::{
@@ -109,6 +109,8 @@ pub struct App {
     map_axes: MapAxes,
     /// Whether the map is open.
     mapping: bool,
+    /// The learner's predictions, if the map is to ask for that of what it shows.
+    asks_first: Option<PathBuf>,
     /// The controls of the panes.
     pub panes: Panes,
     /// The input line for a knob.
@@ -178,6 +180,7 @@ impl App {
             map: None,
             map_axes: MapAxes::default(),
             mapping: false,
+            asks_first: None,
             panes: Panes::default(),
             prompt: Prompt::default(),
             leave_at: None,
@@ -290,7 +293,7 @@ impl Model for App {
             footer: self.footer(),
             help: self.help(),
             page: self.page(frame),
-            aside: self.tour.map(Tour::page),
+            aside: self.tour_page(frame),
             notice: self.notice.as_deref(),
         })
     }
@@ -399,7 +402,7 @@ impl App {
             LabAction::Speed(direction) => self.change_speed(direction),
             LabAction::SpeedOne => self.set_speed(1.0),
             LabAction::OtherClock => self.other_clock(),
-            LabAction::Map => self.open_map(),
+            LabAction::Map => self.ask_for_map(),
             LabAction::Record => self.toggle_recording(),
             LabAction::Exercises => self.open_exercises(early),
             LabAction::Tour => self.toggle_tour(),

@@ -3,7 +3,11 @@
 use crossterm::event::KeyEvent;
 
 use super::App;
-use crate::dashboard::tour::{Guide, OFFER, Tour, Walk};
+use crate::dashboard::{
+    frame::FrameData,
+    tour::{Guide, OFFER, Seen, Tour, Walk},
+    view::TextPage,
+};
 
 impl App {
     /// Offers the tour, or begins it.
@@ -29,10 +33,17 @@ impl App {
             return false;
         };
         let walk = tour.take(key);
-        self.tour = match walk {
-            Walk::Lab(tour) | Walk::On(tour) => Some(tour),
-            Walk::Over => None,
-        };
-        !matches!(walk, Walk::Lab(_))
+        match walk {
+            Walk::Lab => {}
+            Walk::On(tour) => self.tour = Some(tour),
+            Walk::Over => self.tour = None,
+        }
+        walk != Walk::Lab
+    }
+
+    /// The step of the tour, about the run in `frame`.
+    pub(super) fn tour_page(&self, frame: &FrameData) -> Option<TextPage> {
+        let run = || Seen::of(frame, &self.wanted(), self.ended());
+        self.tour.map(|tour| tour.page(&run()))
     }
 }

@@ -1,11 +1,12 @@
-//! The guided tour: steps over a running session. A step names its keys, waits for them,
-//! and then says what to look at.
+//! The guided tour: steps over a running session. A step waits for a state of the run,
+//! however it comes about, and then says what to look at.
 
 mod steps;
 
 use crossterm::event::{KeyCode, KeyEvent};
 
 use super::view::TextPage;
+pub use steps::Seen;
 use steps::{STEPS, Step};
 
 /// The offer at the first start.
@@ -22,19 +23,15 @@ pub enum Guide {
     Tour,
 }
 
-/// A position in the tour.
+/// A position in the tour: the number of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tour {
-    step: usize,
-    /// How many keys of the step were pressed.
-    pressed: usize,
-}
+pub struct Tour(usize);
 
 /// The use of a key for the tour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Walk {
-    /// The key belongs to the lab; this is the position after it.
-    Lab(Tour),
+    /// The key belongs to the lab.
+    Lab,
     /// The key led to this position.
     On(Tour),
     /// The tour is over.
@@ -42,58 +39,29 @@ pub enum Walk {
 }
 
 impl Tour {
-    /// Takes a key. Enter goes on once the keys of the step were pressed, Esc ends the
-    /// tour; all others go to the lab.
+    /// Takes a key. Enter always goes on, Esc ends the tour; all others go to the lab.
     pub fn take(self, key: &KeyEvent) -> Walk {
         match key.code {
             KeyCode::Esc => Walk::Over,
-            KeyCode::Enter => match self.awaited() {
-                Some(_) => Walk::On(self),
-                None => self.next(),
-            },
-            KeyCode::Char(typed) if self.awaited() == Some(typed) => Walk::Lab(Self {
-                pressed: self.pressed + 1,
-                ..self
-            }),
-            _ => Walk::Lab(self),
-        }
-    }
-
-    fn next(self) -> Walk {
-        let step = self.step + 1;
-        match step < STEPS.len() {
-            true => Walk::On(Self { step, pressed: 0 }),
-            false => Walk::Over,
+            KeyCode::Enter if self.0 + 1 < STEPS.len() => Walk::On(Self(self.0 + 1)),
+            KeyCode::Enter => Walk::Over,
+            _ => Walk::Lab,
         }
     }
 
     fn shown(self) -> &'static Step {
-        &STEPS[self.step.min(STEPS.len() - 1)]
+        &STEPS[self.0.min(STEPS.len() - 1)]
     }
 
-    /// The key that the step waits for; `None` after its last.
-    fn awaited(self) -> Option<char> {
-        self.shown().keys.chars().nth(self.pressed)
-    }
-
-    /// The step on the screen.
-    pub fn page(self) -> TextPage {
+    /// The step on the screen, about the `run` as it is.
+    pub fn page(self, run: &Seen) -> TextPage {
         let step = self.shown();
-        let left: Vec<String> = step
-            .keys
-            .chars()
-            .skip(self.pressed)
-            .map(String::from)
-            .collect();
-        let (text, hint) = match left.is_empty() {
-            true => (step.look.to_owned(), "Enter goes on  Esc leaves"),
-            false => (
-                format!("{}\nKeys: {}", step.ask, left.join(" ")),
-                "waits for the key  Esc leaves",
-            ),
+        let (text, hint) = match (step.reached)(run) {
+            true => ((step.look)(run), "Enter goes on  Esc leaves"),
+            false => ((step.ask)(run), "Enter skips this  Esc leaves"),
         };
         TextPage {
-            title: format!("tour {} of {}: {}", self.step + 1, STEPS.len(), step.title),
+            title: format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title),
             text,
             typed: None,
             hint,
@@ -114,47 +82,51 @@ mod tests {
     }
 
     #[test]
-    fn every_step_waits_for_its_keys_and_then_for_enter() {
+    fn enter_goes_on_through_every_step_and_other_keys_are_for_the_lab() {
         let mut tour = Tour::default();
-        for (number, step) in STEPS.iter().enumerate() {
-            for typed in step.keys.chars() {
-                assert_eq!(tour.take(&key(KeyCode::Enter)), Walk::On(tour));
-                assert_eq!(tour.take(&key(KeyCode::Char('q'))), Walk::Lab(tour));
-                let Walk::Lab(after) = tour.take(&key(KeyCode::Char(typed))) else {
-                    panic!("{typed} must reach the lab in step {number}");
-                };
-                assert_ne!(after, tour);
-                tour = after;
-            }
-            assert_eq!(tour.awaited(), None);
+        for number in 0..STEPS.len() {
+            assert_eq!(tour.take(&key(KeyCode::Char('b'))), Walk::Lab);
+            assert_eq!(tour.take(&key(KeyCode::Esc)), Walk::Over);
             match tour.take(&key(KeyCode::Enter)) {
                 Walk::On(next) => tour = next,
                 end => assert_eq!((end, number), (Walk::Over, STEPS.len() - 1)),
             }
         }
-        assert_eq!(Tour::default().take(&key(KeyCode::Esc)), Walk::Over);
     }
 
     /// The place for a step on a screen of 80x24.
     const PLACE: (u16, u16) = (50, 10);
 
+    /// Runs in all combinations of what the steps distinguish.
+    fn runs() -> impl Iterator<Item = Seen> {
+        (0..256).map(|bits: u32| {
+            let is = |bit: u32| bits & 1 << bit != 0;
+            Seen {
+                hz: if is(0) { 12.5 } else { 50.0 },
+                next_hz: if is(1) { 5.0 } else { 50.0 },
+                common_hz: is(2).then_some(50.0),
+                dropped: is(2),
+                fell: is(3),
+                over: is(3) || is(4),
+                explained: is(5),
+                same: is(6),
+                real: is(7),
+                now_s: 3.0,
+            }
+        })
+    }
+
     #[test]
     fn every_text_fits_on_a_screen_of_80_by_24() {
-        for (number, step) in STEPS.iter().enumerate() {
-            for pressed in [0, step.keys.len()] {
-                let page = Tour {
-                    step: number,
-                    pressed,
-                }
-                .page();
-                let drawn = screen(PLACE.0, PLACE.1, |area, buf| {
-                    crate::dashboard::view::aside(&page, &RICH, area, buf);
-                });
-                let last = page.text.split_whitespace().next_back().expect("a word");
-                let drawn = text(&drawn);
-                assert!(drawn.contains(last), "{last:?} is cut off:\n{drawn}");
-                assert!(drawn.contains("Esc leaves"), "{drawn}");
-            }
+        for (number, run) in (0..STEPS.len()).flat_map(|n| runs().map(move |run| (n, run))) {
+            let page = Tour(number).page(&run);
+            let drawn = screen(PLACE.0, PLACE.1, |area, buf| {
+                crate::dashboard::view::aside(&page, &RICH, area, buf);
+            });
+            let last = page.text.split_whitespace().next_back().expect("a word");
+            let drawn = text(&drawn);
+            assert!(drawn.contains(last), "{last:?} is cut off:\n{drawn}");
+            assert!(drawn.contains("Esc leaves"), "{drawn}");
         }
     }
 }
