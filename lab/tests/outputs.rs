@@ -180,7 +180,7 @@ fn rows_come_before_the_summary_where_both_go_to_one_file() {
     assert!(said.contains("\nclock     virtual"), "{said}");
     assert_eq!(
         said.lines().filter(|line| line.contains(',')).count(),
-        8,
+        9,
         "{said}"
     );
 }

@@ -434,9 +434,9 @@ fn a_knob_of_a_sweep_that_cannot_be_meant_is_refused_in_one_line() {
 fn a_sweep_is_a_table_in_markdown() {
     let one = sweep(&["--control-hz", "5,50", "--seeds", "0..2", "--markdown"]);
     for line in [
-        "| control Hz | balanced | latency ms | lost at s | cost |",
-        "| ---: | ---: | ---: | ---: | ---: |",
-        "| 5 | 0 of 3 | 85.0 | 0.84 | - |",
+        "| control Hz | balanced | latency ms | push age ms | lost at s | cost |",
+        "| ---: | ---: | ---: | ---: | ---: | ---: |",
+        "| 5 | 0 of 3 | 85.0 | 95.7 | 0.84 | - |",
     ] {
         assert!(
             one.lines().any(|l| l == line),

@@ -378,7 +378,7 @@ fn errors_have_a_place_and_a_remedy() {
         (
             after_a_node("[node.camera]\nrate = 1\n"),
             (4, 7),
-            "not TOML: duplicate key",
+            "\"camera\" is here twice",
         ),
         (
             after_a_node("[node.\"a b\"]\nrate = 1\n"),

@@ -38,7 +38,9 @@ impl InForce {
     /// The same up to `now`, while it is in force.
     fn twice_area(self, now: Time) -> u128 {
         let age = |at: Time| u128::from(at.as_nanos().saturating_sub(self.sensed.as_nanos()));
-        self.twice_area + age(now.max(self.since)).pow(2) - age(self.since).pow(2)
+        // The times of an altered log may be any.
+        let more = age(now.max(self.since)).pow(2) - age(self.since).pow(2);
+        self.twice_area.saturating_add(more)
     }
 }
 
