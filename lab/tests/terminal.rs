@@ -263,6 +263,8 @@ fn a_cell_of_the_cliff_map_runs_live() {
     let mut lab = Lab::open(&["--queue-depth", "2"], 45, 160);
     lab.wait_for("BALANCED so far");
     lab.type_keys("m");
+    lab.wait_for("m again");
+    lab.type_keys("m");
     lab.wait_for("cliff map: queue-depth 2");
     lab.wait_for("50 Hz, seed 0");
     lab.wait_for("3100 runs of 10 s");
