@@ -91,9 +91,8 @@ pub enum GraphError {
 pub struct Graph {
     pub(crate) nodes: Vec<ScheduledNode>,
     pub(crate) control: ControlPlane,
-    arrivals: Arc<Arrivals>,
-    /// The triggered nodes and those of executors, if there are any.
-    pub(crate) dispatcher: Option<Box<Dispatcher>>,
+    /// What happens to nodes beside their due ticks, and their executors.
+    pub(crate) dispatcher: Dispatcher,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
 }
@@ -174,8 +173,7 @@ impl Graph {
                 backpressure: Backpressure::default(),
                 seed: 0,
             },
-            arrivals: Arc::default(),
-            dispatcher: None,
+            dispatcher: Dispatcher::default(),
             cores: Some(usize::MAX),
         }
     }
@@ -259,7 +257,7 @@ impl Graph {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
         let release = release.into();
-        let (arrivals, index) = (&self.arrivals, self.nodes.len());
+        let (arrivals, index) = (self.dispatcher.arrivals(), self.nodes.len());
         let mut wiring = Wiring::new(&self.control.topics, arrivals, index);
         let node = Box::new(build(&mut wiring));
         let Wiring {
@@ -282,9 +280,6 @@ impl Graph {
             node.entry.matching = matching;
         }
         node.seed = self.control.seed;
-        if node.is_triggered() {
-            self.dispatcher();
-        }
         self.control.nodes.push(node.entry.clone());
         self.nodes.push(node);
         Ok(ends)

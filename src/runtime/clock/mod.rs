@@ -9,7 +9,7 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
-mod event_queue;
+mod due_queue;
 mod obey;
 mod pacer;
 mod players;

@@ -151,10 +151,9 @@ impl RealClock {
             reporter,
         };
         let now = graph.now();
-        let dispatcher = graph.dispatcher.as_deref();
         let threads = Threads::new(
             &context.state,
-            dispatcher,
+            &graph.dispatcher,
             &mut graph.nodes,
             &mailboxes,
             now,

@@ -348,10 +348,8 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        if let Some(dispatcher) = &mut graph.dispatcher {
-            for arrival in dispatcher.leave() {
-                dispatcher.arrivals().add(arrival);
-            }
+        for arrival in graph.dispatcher.leave() {
+            graph.dispatcher.arrivals().add(arrival);
         }
         let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
@@ -372,9 +370,7 @@ impl Rerun {
                 if self.watch.is_over() {
                     break;
                 }
-                if let Some(dispatcher) = &graph.dispatcher {
-                    dispatcher.arrivals().thin(planned.at);
-                }
+                graph.dispatcher.arrivals().thin(planned.at);
                 match &planned.part {
                     Part::Entry(thread) => players.entry(graph, *thread),
                     Part::Knot(steps) => {

@@ -4,13 +4,7 @@ mod dispatch;
 
 use std::ops::ControlFlow;
 
-use super::{
-    Clock, ClockExit,
-    event_queue::{EventQueue, NodeEventKind},
-    note_end,
-    obey::obey_at_rest,
-    pacer::Pacer,
-};
+use super::{Clock, ClockExit, due_queue::DueQueue, note_end, obey::obey_at_rest, pacer::Pacer};
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
@@ -71,7 +65,7 @@ struct Scheduler<'a> {
     graph: &'a mut Graph,
     inbox: &'a mut Inbox,
     until: Time,
-    queue: EventQueue,
+    queue: DueQueue,
     pacer: Pacer,
     /// The instant of the last tick, if there was one.
     last_tick: Option<Time>,
@@ -96,11 +90,9 @@ impl<'a> Scheduler<'a> {
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now, so this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
-        if let Some(dispatcher) = &mut graph.dispatcher {
-            dispatcher.prepare(now, &mut graph.nodes);
-        }
+        graph.dispatcher.prepare(now, &mut graph.nodes);
         Self {
-            queue: EventQueue::new(&graph.nodes),
+            queue: DueQueue::new(&graph.nodes),
             pacer: Pacer::new(graph.control.status.speed, now),
             last_tick: last_tick.map(|last| last.min(now)),
             graph,
@@ -151,11 +143,9 @@ impl<'a> Scheduler<'a> {
 
     /// Time of the next event of a node.
     fn next_at(&self) -> Time {
-        let next = self.queue.next_at();
-        match &self.graph.dispatcher {
-            None => next,
-            Some(dispatcher) => dispatcher.next().map_or(next, |place| next.min(place.at)),
-        }
+        let next = self.graph.dispatcher.next();
+        next.map_or(Time::MAX, |place| place.at)
+            .min(self.queue.next_at())
     }
 
     /// Whether nodes have yet to tick in the instant of the last tick.
@@ -215,7 +205,7 @@ impl<'a> Scheduler<'a> {
         self.tell_dispatcher(command, at);
         match command {
             Command::Set(knob) if knob.crashes().is_some() => {
-                self.queue = EventQueue::new(&self.graph.nodes);
+                self.queue = DueQueue::new(&self.graph.nodes);
             }
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
@@ -252,26 +242,15 @@ impl<'a> Scheduler<'a> {
         if let Some(place) = self.dispatched() {
             return self.dispatch(place);
         }
-        let Some(event) = self.queue.next() else {
+        let Some(node) = self.queue.next() else {
             return Ok(None);
         };
         // A node that is late from the real clock must not turn time back.
-        let now = event.at.max(self.graph.now());
+        let now = self.queue.next_at().max(self.graph.now());
         self.last_tick = Some(now);
         self.graph.control.set_now(now);
-        let outcome = match event.kind {
-            NodeEventKind::Due => self.due(event.node, now),
-            NodeEventKind::Starts => {
-                self.queue.happened();
-                let due = self.graph.nodes[event.node].waited();
-                self.start(event.node, due.unwrap_or(now), now)
-            }
-            NodeEventKind::Ends => {
-                self.queue.happened();
-                self.graph.nodes[event.node].finish(now, now)
-            }
-        };
-        self.conclude(event.node, now, outcome)
+        let outcome = self.due(node, now);
+        self.conclude(node, now, outcome)
     }
 
     /// What an event of a node at `now` means for the run.
@@ -281,9 +260,7 @@ impl<'a> Scheduler<'a> {
         now: Time,
         outcome: Tick,
     ) -> Result<Option<ClockExit>, Fault> {
-        if let Some(dispatcher) = &mut self.graph.dispatcher {
-            dispatcher.collect();
-        }
+        self.graph.dispatcher.collect();
         let node = &self.graph.nodes[node];
         match outcome {
             Ok(ControlFlow::Continue(())) => Ok(None),
@@ -313,7 +290,8 @@ impl<'a> Scheduler<'a> {
         }
         match node.wait(due, now) {
             Some(starts) => {
-                self.queue.add(index, starts, NodeEventKind::Starts);
+                let graph = &mut *self.graph;
+                graph.dispatcher.plan_start(index, starts, &graph.nodes);
                 GO_ON
             }
             None => self.start(index, due, now),
@@ -327,10 +305,8 @@ impl<'a> Scheduler<'a> {
         let (lateness, cost) = (node.lateness(due, now), node.cost());
         if let Some(duration) = node.duration(now, cost) {
             let ends = node.start(now, duration, lateness)?;
-            match node.skips_ticks() {
-                true => self.queue.add(index, ends, NodeEventKind::Ends),
-                false => self.began(index, ends, now),
-            }
+            let graph = &mut *self.graph;
+            graph.dispatcher.began(index, ends, now, &mut graph.nodes);
             return GO_ON;
         }
         let began = self.pacer.is_paced().then(Instant::now);

@@ -33,6 +33,17 @@ pub(crate) struct Place {
 }
 
 impl Place {
+    /// The place before all numbered events with this phase and rank.
+    pub(crate) fn before(at: Time, phase: Phase, rank: Rank) -> Self {
+        let number = 0;
+        Self {
+            at,
+            phase,
+            rank,
+            number,
+        }
+    }
+
     /// The place after all numbered events with this phase and rank.
     pub(crate) fn after(at: Time, phase: Phase, rank: Rank) -> Self {
         let number = u64::MAX;
@@ -72,8 +83,8 @@ impl Agenda {
     }
 
     fn insert(&mut self, at: Time, phase: Phase, rank: Rank, entry: AgendaItem) -> Place {
-        let number = self.added;
         self.added += 1;
+        let number = self.added;
         let place = Place {
             at,
             phase,

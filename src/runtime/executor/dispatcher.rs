@@ -1,5 +1,5 @@
-//! The nodes that do more than tick at a rate on a thread of their own: those that
-//! messages trigger, and those of executors.
+//! What happens to nodes in virtual time beside due ticks on threads of their own: late
+//! starts, ends, messages that trigger them, and all that executors do.
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase, Place},
@@ -18,7 +18,7 @@ use crate::runtime::{
     trigger::{Arrival, Arrivals},
 };
 
-/// The events of these nodes under the virtual clock.
+/// These events, with the executors.
 #[derive(Default)]
 pub(crate) struct Dispatcher {
     agenda: Agenda,
@@ -47,13 +47,6 @@ struct ExecutorState {
 }
 
 impl Dispatcher {
-    pub(crate) fn new(arrivals: Arc<Arrivals>) -> Self {
-        Self {
-            arrivals,
-            ..Self::default()
-        }
-    }
-
     /// Adds an executor with its nodes, given by their indices, in the order of
     /// registration; returns where they tick.
     pub(crate) fn add(&mut self, kind: Executor, members: &[(usize, Callback)]) -> Placement {
@@ -84,7 +77,7 @@ impl Dispatcher {
             (0..self.executors.len()).for_each(|executor| self.catch_up(executor, now, nodes));
         }
         for node in 0..nodes.len() {
-            if nodes[node].is_triggered() && nodes[node].has_thread() {
+            if nodes[node].has_thread() {
                 self.prepare_thread(node, now, nodes);
             }
         }
@@ -186,7 +179,7 @@ impl Dispatcher {
     }
 
     /// The list of arrivals that nobody has looked at.
-    pub(crate) fn arrivals(&self) -> &Arrivals {
+    pub(crate) fn arrivals(&self) -> &Arc<Arrivals> {
         &self.arrivals
     }
 

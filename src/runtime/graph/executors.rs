@@ -3,10 +3,9 @@
 use super::{Graph, GraphError};
 use crate::runtime::{
     command::ClockKind,
-    executor::{Callback, Dispatcher, Executor},
+    executor::{Callback, Executor},
     placement::Placement,
     scheduled_node::ScheduledNode,
-    sync::Arc,
 };
 
 impl Graph {
@@ -49,7 +48,7 @@ impl Graph {
             }
             members.push((node, callback));
         }
-        let placement = self.dispatcher().add(executor, &members);
+        let placement = self.dispatcher.add(executor, &members);
         let by_call = matches!(
             executor,
             Executor::Single | Executor::Multi { .. } | Executor::Events
@@ -89,13 +88,6 @@ impl Graph {
         }
     }
 
-    /// The triggered nodes and those of executors.
-    pub(super) fn dispatcher(&mut self) -> &mut Dispatcher {
-        let arrivals = &self.arrivals;
-        self.dispatcher
-            .get_or_insert_with(|| Box::new(Dispatcher::new(Arc::clone(arrivals))))
-    }
-
     /// Why the graph cannot run under this clock, with the remedy.
     pub(crate) fn refusal_of(&self, clock: ClockKind) -> Option<String> {
         let (node, why) = self.needs_virtual_time()?;
@@ -105,7 +97,7 @@ impl Graph {
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
         let mut spare = self.cores.unwrap_or(0);
-        let mut executors = self.dispatcher.iter().flat_map(|known| known.executors());
+        let mut executors = self.dispatcher.executors();
         executors.find_map(|(executor, members)| {
             let why = match executor {
                 Executor::Edf { .. } => format!("the real clock has no executor {executor}"),

@@ -70,6 +70,9 @@ impl Arrivals {
 
     /// Removes those before `now`, if there are many.
     pub(crate) fn thin(&self, now: Time) {
+        if !self.any.load(Ordering::Acquire) {
+            return;
+        }
         let arrivals = &mut lock(&self.list).arrivals;
         if arrivals.len() > MANY {
             arrivals.retain(|arrival| arrival.at >= now);
@@ -78,9 +81,16 @@ impl Arrivals {
 
     /// Removes all, in the order of publication.
     pub(crate) fn take(&self) -> Vec<Arrival> {
-        match self.any.swap(false, Ordering::Acquire) {
-            true => std::mem::take(&mut lock(&self.list).arrivals),
+        match self.any.load(Ordering::Acquire) {
+            true => self.take_some(),
             false => Vec::new(),
         }
+    }
+
+    #[cold]
+    fn take_some(&self) -> Vec<Arrival> {
+        let mut list = lock(&self.list);
+        self.any.store(false, Ordering::Release);
+        std::mem::take(&mut list.arrivals)
     }
 }

@@ -92,24 +92,18 @@ impl Wake for Post {
 
 /// Has the nodes of this process get their messages through their mailboxes.
 pub(super) fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
-    let Some(dispatcher) = &mut graph.dispatcher else {
-        return;
-    };
     let nodes = graph.nodes.iter().zip(mailboxes);
     let here = nodes.map(|(node, mailbox)| (!node.entry.remote).then(|| mailbox.clone()));
     let post = Post(here.collect());
-    for arrival in dispatcher.leave() {
+    for arrival in graph.dispatcher.leave() {
         post.wake(arrival);
     }
-    dispatcher.arrivals().forward_to(Some(Arc::new(post)));
+    graph.dispatcher.arrivals().forward_to(Some(Arc::new(post)));
 }
 
 /// Keeps the messages that arrive later for what comes next.
 pub(super) fn end_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
-    let Some(dispatcher) = &mut graph.dispatcher else {
-        return;
-    };
-    let arrivals = dispatcher.arrivals();
+    let arrivals = graph.dispatcher.arrivals();
     arrivals.forward_to(None);
     for mailbox in mailboxes {
         while let Some(wakeup) = mailbox.take() {

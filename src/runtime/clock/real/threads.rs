@@ -23,7 +23,7 @@ pub(super) struct Threads<'g> {
 pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
     let nodes = graph.nodes.iter();
     let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
-    let executors = graph.dispatcher.iter().flat_map(|known| known.executors());
+    let executors = graph.dispatcher.executors();
     for (_, members) in executors.filter(|(executor, _)| !executor.is_preemptive()) {
         let common = Arc::<Mailbox>::default();
         for (node, _) in members {
@@ -35,11 +35,11 @@ pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
 
 /// The cores of each node whose executor takes it off them for others, by its index.
 fn shares(
-    dispatcher: Option<&Dispatcher>,
+    dispatcher: &Dispatcher,
     nodes: &[Option<&mut ScheduledNode>],
 ) -> HashMap<usize, CoreShare> {
     let (mut spare, mut shares) = (spare_cores(), HashMap::new());
-    for (executor, members) in dispatcher.into_iter().flat_map(Dispatcher::executors) {
+    for (executor, members) in dispatcher.executors() {
         let Executor::FixedPriority { cores } = executor else {
             continue;
         };
@@ -63,7 +63,7 @@ impl<'g> Threads<'g> {
     /// Gives the nodes of this process their threads, at run time `now`.
     pub(super) fn new(
         state: &RunState,
-        dispatcher: Option<&Dispatcher>,
+        dispatcher: &Dispatcher,
         nodes: &'g mut [ScheduledNode],
         mailboxes: &'g [Arc<Mailbox>],
         now: Time,
@@ -77,7 +77,7 @@ impl<'g> Threads<'g> {
             LoggedNode::new(index, node, log)
         };
         let mut shares = shares(dispatcher, &here);
-        let executors = dispatcher.into_iter().flat_map(Dispatcher::executors);
+        let executors = dispatcher.executors();
         let executors = executors.filter(|(executor, _)| !executor.is_preemptive());
         let crews = executors.filter_map(|(executor, callbacks)| {
             let members = callbacks.iter().filter_map(|(index, callback)| {

@@ -1,10 +1,10 @@
-//! Triggered nodes and executors in virtual time.
+//! All events in virtual time but due ticks of nodes with a thread of their own.
 //!
 //! Within an instant: ticks end, messages arrive, timers of executors are due, then nodes
 //! with a thread of their own begin, by priority, and at last executors pick, until nothing
 //! is left to do at that instant.
 
-use super::{NodeEventKind, Scheduler};
+use super::Scheduler;
 use crate::runtime::{
     clock::ClockExit,
     command::Command,
@@ -14,18 +14,15 @@ use crate::runtime::{
 };
 
 impl Scheduler<'_> {
-    /// The next event of the dispatcher, if it comes before all others.
+    /// The next event of the dispatcher, if it comes before the next due tick.
     pub(super) fn dispatched(&self) -> Option<Place> {
-        let place = self.graph.dispatcher.as_ref()?.next()?;
-        let other = self.queue.next().map(|event| {
-            let phase = match event.kind {
-                NodeEventKind::Ends => Phase::Ends,
-                NodeEventKind::Starts | NodeEventKind::Due => Phase::Starts,
-            };
-            let rank = self.graph.nodes[event.node].rank(event.node);
-            Place::after(event.at, phase, rank)
+        let place = self.graph.dispatcher.next()?;
+        let due = self.queue.next().map(|node| {
+            // Before a late start of the same node: that tick is skipped.
+            let rank = self.graph.nodes[node].rank(node);
+            Place::before(self.queue.next_at(), Phase::Starts, rank)
         });
-        Some(place).filter(|place| other.is_none_or(|other| *place < other))
+        Some(place).filter(|place| due.is_none_or(|due| *place < due))
     }
 
     /// Processes the event of the dispatcher at `place`.
@@ -33,34 +30,26 @@ impl Scheduler<'_> {
         let now = place.at.max(self.graph.now());
         self.last_tick = Some(now);
         self.graph.control.set_now(now);
-        let (node, outcome) = match place.phase {
-            Phase::Picks => match self.pick(now) {
-                Some((node, outcome)) => (node, outcome),
-                None => return Ok(None),
-            },
-            _ => {
-                let Some(dispatcher) = &mut self.graph.dispatcher else {
-                    return Ok(None);
-                };
-                let Some((_, entry)) = dispatcher.pop() else {
-                    return Ok(None);
-                };
-                (entry.node, self.happen(place.phase, entry, now))
+        let happened = match place.phase {
+            Phase::Picks => self.pick(now),
+            phase => {
+                let entry = self.graph.dispatcher.pop();
+                entry.map(|(_, entry)| (entry.node, self.happen(phase, entry, now)))
             }
         };
-        self.conclude(node, now, outcome)
+        match happened {
+            Some((node, outcome)) => self.conclude(node, now, outcome),
+            None => Ok(None),
+        }
     }
 
     /// Processes an event of a node.
     fn happen(&mut self, phase: Phase, entry: AgendaItem, now: Time) -> Tick {
         let (graph, node) = (&mut *self.graph, entry.node);
-        let Some(dispatcher) = &mut graph.dispatcher else {
-            return GO_ON;
-        };
-        let nodes = &mut graph.nodes[..];
+        let (dispatcher, nodes) = (&mut graph.dispatcher, &mut graph.nodes[..]);
         match phase {
             Phase::Ends => {
-                let outcome = nodes[node].finish(now, Time::ZERO);
+                let outcome = nodes[node].finish(now, now);
                 dispatcher.ended(node, now, nodes);
                 self.go_on(node, now, false);
                 outcome
@@ -73,11 +62,12 @@ impl Scheduler<'_> {
                 GO_ON
             }
             Phase::Starts => {
-                nodes[node].waited();
-                let outcome = match nodes[node].take(now) {
-                    Some(due) => self.start(node, due, now),
-                    None => GO_ON,
+                let waited = nodes[node].waited();
+                let due = match nodes[node].is_triggered() {
+                    true => nodes[node].take(now),
+                    false => waited,
                 };
+                let outcome = due.map_or(GO_ON, |due| self.start(node, due, now));
                 self.go_on(node, now, false);
                 outcome
             }
@@ -91,20 +81,19 @@ impl Scheduler<'_> {
     /// Has a triggered node with a thread of its own begin, if it is idle and a message
     /// waits: at once, or late if the thread was `asleep`.
     fn go_on(&mut self, index: usize, now: Time, asleep: bool) {
-        let node = &mut self.graph.nodes[index];
+        let graph = &mut *self.graph;
+        let node = &mut graph.nodes[index];
         if !node.has_thread() || node.is_occupied() || node.oldest(now).is_none() {
             return;
         }
         let starts = node.plan_start(now, asleep);
-        if let Some(dispatcher) = &mut self.graph.dispatcher {
-            dispatcher.plan_start(index, starts, &self.graph.nodes);
-        }
+        graph.dispatcher.plan_start(index, starts, &graph.nodes);
     }
 
     /// Has an executor call its next callback.
     fn pick(&mut self, now: Time) -> Option<(usize, Tick)> {
         let graph = &mut *self.graph;
-        let call = graph.dispatcher.as_mut()?.pick(now, &mut graph.nodes)?;
+        let call = graph.dispatcher.pick(now, &mut graph.nodes)?;
         let node = call.node();
         let called = &mut graph.nodes[node];
         let due = match call {
@@ -113,38 +102,26 @@ impl Scheduler<'_> {
             Call::Messages { .. } => called.take(now),
         };
         if let Call::Timer { .. } = call {
-            graph.dispatcher.as_mut()?.called(node, &graph.nodes);
+            graph.dispatcher.called(node, &graph.nodes);
         }
         let outcome = due.map_or(GO_ON, |due| self.start(node, due, now));
-        if self.graph.nodes[node].running().is_none() {
-            let graph = &mut *self.graph;
-            graph
-                .dispatcher
-                .as_mut()?
-                .ended(node, now, &mut graph.nodes);
+        let graph = &mut *self.graph;
+        if graph.nodes[node].running().is_none() {
+            graph.dispatcher.ended(node, now, &mut graph.nodes);
         }
         Some((node, outcome))
-    }
-
-    /// A tick of a triggered node or of one of an executor takes until `ends`.
-    pub(super) fn began(&mut self, node: usize, ends: Time, now: Time) {
-        let graph = &mut *self.graph;
-        if let Some(dispatcher) = &mut graph.dispatcher {
-            dispatcher.began(node, ends, now, &mut graph.nodes);
-        }
     }
 
     /// Has the dispatcher follow a command for a node.
     pub(super) fn tell_dispatcher(&mut self, command: &Command, at: Time) {
         let graph = &mut *self.graph;
-        let (Some(dispatcher), Command::Set(knob)) = (&mut graph.dispatcher, command) else {
-            return;
-        };
-        let Some(crashed) = knob.crashes() else {
-            return;
-        };
-        if let Ok(node) = graph.control.node_index(knob.target()) {
-            dispatcher.changed(node, crashed, at, &mut graph.nodes);
+        if let Command::Set(knob) = command
+            && let Some(crashed) = knob.crashes()
+            && let Ok(node) = graph.control.node_index(knob.target())
+        {
+            graph
+                .dispatcher
+                .changed(node, crashed, at, &mut graph.nodes);
         }
     }
 }
