@@ -181,7 +181,7 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     // Back by two messages: before the fall the pole is up.
     lab.type_keys(",,");
     lab.wait_for("‖    0.800 s");
-    lab.wait_for("BALANCED so far");
+    lab.wait_for("NOT LOST YET");
     // The next event is the fall.
     lab.type_keys("n");
     lab.wait_for("FELL");
