@@ -91,7 +91,7 @@ fn recordings() {
         let mut messages = original.clone();
         *note = alter(&mut messages, random);
         // Less than a nanosecond of a lateness is none.
-        if compared(&messages) == compared(&original) {
+        if compared(&messages) == compared(original) {
             return;
         }
         fs::write(&file, encode(&messages)).expect("written");
