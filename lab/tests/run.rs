@@ -154,7 +154,7 @@ fn smoke_is_two_seconds_of_virtual_time() {
 
 #[test]
 fn bad_input_is_one_line_that_names_option_value_and_range() {
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 20] = [
         (
             &["--control-hz", "-5"],
             &["--control-hz", "-5", "0.001 to 10000"],
@@ -195,6 +195,9 @@ fn bad_input_is_one_line_that_names_option_value_and_range() {
             &["--break", "--control-hz", "3"],
             &["--break", "--control-hz"],
         ),
+        (&["--knob", "link "], &["expected link TOPIC SPEC"]),
+        (&["--knob", "0 lose /obs 3"], &["no time here", "--knobs"]),
+        (&["\u{1b}[31m"], &[r"\u{1b}[31m", "ends in .toml"]),
         (
             &["--knobs", "/nonexistent/knobs"],
             &["--knobs", "/nonexistent/knobs"],

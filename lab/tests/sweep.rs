@@ -424,6 +424,7 @@ fn a_knob_of_a_sweep_that_cannot_be_meant_is_refused_in_one_line() {
         ("takes nobody", "1,2", "expected one of"),
         ("crash policy", "1", "expected crash NODE"),
         ("on-stale", "hold,drop", "expected hold or zero:MS"),
+        ("link /obs delay:{}{}", "1,2", "more than one place"),
     ] {
         let said = support::complaint(&ratelab(&["sweep", "--axis", knob, list]), 2);
         assert!(said.contains(part), "{knob} {list}: {said}");

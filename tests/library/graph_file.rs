@@ -441,6 +441,11 @@ fn errors_have_a_place_and_a_remedy() {
             "did you mean \"camera\"?",
         ),
         (
+            after_a_node("subscribes = [\"/x\"]\n"),
+            (4, 1),
+            "did you mean \"reads\"?",
+        ),
+        (
             after_a_node("[chain.c]\npath = [\"camera\", \"camra\"]\n"),
             (5, 19),
             "take turns",
