@@ -99,10 +99,12 @@ impl Comparison {
             messages,
             ticks,
             until: (self.cut || !recording.is_whole()).then(|| observer.now().min(recording.until)),
-            without_digest: recording
-                .outcome
-                .as_ref()
-                .is_none_or(|outcome| outcome.digest.is_none()),
+            // A run that was never in a file needs none.
+            without_digest: recording.bytes > 0
+                && recording
+                    .outcome
+                    .as_ref()
+                    .is_none_or(|outcome| outcome.digest.is_none()),
         }
     }
 
