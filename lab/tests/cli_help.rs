@@ -8,7 +8,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use ratelab::cartpole::BROKEN_HZ;
+use ratelab::{cartpole::BROKEN_HZ, runtime::KnobKind};
 use tempfile::TempDir;
 
 use support::{complaint, path, ratelab, text};
@@ -131,6 +131,17 @@ fn help_contains_the_knob_that_breaks_it() {
         format!("decide {BROKEN_HZ} times a second"),
     ] {
         assert_eq!(help.matches(&text).count(), 1, "{text:?} in {help}");
+    }
+}
+
+#[test]
+fn help_contains_every_kind_of_knob() {
+    let help = said(&["run", "--help"]);
+    let words: Vec<&str> = help.split_whitespace().collect();
+    let help = words.join(" ");
+    for kind in KnobKind::ALL {
+        let usage = format!("\"{}\"", kind.usage());
+        assert!(help.contains(&usage), "{usage} in {help}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ratelab::runtime::{ClockKind, Speed, Time};
+use ratelab::runtime::{ClockKind, KnobKind, Speed, Time};
 
 use super::{
     heading,
@@ -24,10 +24,8 @@ pub struct GraphArgs {
     #[arg(long, value_name = "N", value_parser = values::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
-    /// Turn a knob before the run begins: "rate NODE HZ", "depth TOPIC N", "send NODE
-    /// TEXT", "takes NODE SPEC", "offset NODE MS" or "wakes NODE SPEC"; can be given
-    /// several times.
-    #[arg(long, value_name = "KNOB")]
+    /// Turn a knob before the run begins.
+    #[arg(long, value_name = "KNOB", help = knob_help())]
     pub knob: Vec<String>,
 
     /// Turn knobs on the way: a file with lines such as "2.5 rate NODE 10"; the
@@ -61,6 +59,14 @@ pub struct GraphArgs {
     /// Ask for real-time scheduling and locked memory (real clock only).
     #[arg(long, help_heading = heading::TIME)]
     pub realtime: bool,
+}
+
+/// The help of a knob before the run: every kind of it.
+fn knob_help() -> String {
+    let usages = KnobKind::ALL.map(|kind| format!("\"{}\"", kind.usage()));
+    let [first @ .., last] = &usages;
+    let first = first.join(", ");
+    format!("Turn a knob before the run begins: {first} or {last}; can be given several times")
 }
 
 /// A clock by name.
