@@ -11,6 +11,9 @@ use std::time::Duration;
 /// The keys that raise the rates of the first aliases.
 const RATE_KEYS: [char; 2] = [']', '}'];
 
+/// Recent messages of a link from which on a share of them is told.
+const ENOUGH: usize = 100;
+
 /// What a cure did where it was tried.
 #[derive(Clone, Copy)]
 pub enum Effect {
@@ -142,11 +145,11 @@ impl Facts<'_> {
             Owner::Phase(_) => "the age arose as messages wait for ticks".to_owned(),
             Owner::Link(topic) => {
                 let name = self.topic(topic);
-                let (loss, delay) = (explained.loss(topic) * 100.0, ms(explained.delay(topic)));
-                let what = match (loss > 0.0, explained.delay(topic).is_zero()) {
-                    (true, true) => format!("loses {loss:.0} % of the messages"),
-                    (true, false) => format!("takes {delay} and loses {loss:.0} %"),
-                    _ => format!("takes {delay}"),
+                let delay = explained.delay(topic);
+                let what = match (losses(explained.lost(topic)), delay.is_zero()) {
+                    (Some(loses), true) => loses,
+                    (Some(loses), false) => format!("takes {} and {loses}", ms(delay)),
+                    (None, _) => format!("takes {}", ms(delay)),
                 };
                 format!("the age arose on {name}: its link {what}")
             }
@@ -263,6 +266,16 @@ impl Facts<'_> {
     }
 }
 
+/// What a link did to its recent messages, if it lost any: a share of a few of them says
+/// little, so that they are counted.
+fn losses((lost, sent): (usize, usize)) -> Option<String> {
+    let share = || 100.0 * lost as f64 / sent as f64;
+    (lost > 0).then(|| match sent < ENOUGH {
+        true => format!("lost {lost} of {sent}"),
+        false => format!("loses {:.0} % of {sent} messages", share()),
+    })
+}
+
 /// The name of the rate of `node`, and the key that raises it.
 fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
     let aliases = system.aliases().iter();
@@ -273,5 +286,22 @@ fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
     match alias {
         Some((number, alias)) => (alias.name.to_owned(), RATE_KEYS.get(number).copied()),
         None => (format!("rate {node}"), None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::losses;
+
+    #[test]
+    fn a_share_is_told_of_many_messages_and_few_are_counted() {
+        for (lost, told) in [
+            ((0, 20), None),
+            ((20, 20), Some("lost 20 of 20")),
+            ((90, 99), Some("lost 90 of 99")),
+            ((90, 100), Some("loses 90 % of 100 messages")),
+        ] {
+            assert_eq!(losses(lost).as_deref(), told);
+        }
     }
 }

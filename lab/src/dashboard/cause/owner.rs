@@ -165,14 +165,10 @@ impl Explained<'_> {
         nodes.chain(topics.map(Owner::Link)).collect()
     }
 
-    /// Recent share of a topic's messages lost on its link.
-    pub fn loss(&self, topic: usize) -> f64 {
-        let (mut count, mut lost) = (0.0, 0.0);
-        for sent in self.recent(topic) {
-            count += 1.0;
-            lost += f64::from(u8::from(sent.arrives.is_none()));
-        }
-        lost / f64::max(count, 1.0)
+    /// How many of a topic's recent messages were lost on its link, and of how many.
+    pub fn lost(&self, topic: usize) -> (usize, usize) {
+        let lost = self.recent(topic).filter(|sent| sent.arrives.is_none());
+        (lost.count(), self.recent(topic).count())
     }
 
     /// Recent mean delay on the link of a topic.

@@ -610,7 +610,7 @@ fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_i
         (&["takes policy 85"], &[":takes policy none mends it"]),
         (
             &["link /obs loss:1"],
-            &["loses 100 % of the messages. :link /obs none mends it"],
+            &["lost 31 of 31. :link /obs none mends it"],
         ),
         (
             &["link /obs delay:120", "link /action delay:120"],

@@ -96,7 +96,7 @@ fn age_verdict_and_cause_keep_their_rows_whatever_happens() {
         (
             &["link /obs loss:1"],
             "FELL at 0.620 s",
-            "on /obs: its link loses 100 %",
+            "on /obs: its link lost 31 of 31",
         ),
         (
             &["crash actuator"],
