@@ -1,4 +1,5 @@
-//! What lies over the panes until a key closes it: the keys, or what a pane shows.
+//! What lies over the panes until a key closes it: the keys, the glossary, or what a pane
+//! shows.
 
 use crossterm::event::{KeyCode, KeyEvent};
 
@@ -12,55 +13,42 @@ pub const HINTS: &[(&str, &str)] = &[
     ("any other key", "close"),
 ];
 
+/// What an overlay shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// The keys and what they do.
+    Keys,
+    /// The words on the screen and what they mean.
+    Glossary,
+    /// What the pane in focus shows.
+    Explained,
+}
+
 /// An overlay that is open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overlay {
-    /// The keys and what they do.
-    Help {
-        /// Rows above the first that is shown.
-        scroll: usize,
-    },
-    /// What the pane in focus shows.
-    Explained {
-        /// Lines above the first that is shown.
-        scroll: usize,
-    },
+pub struct Overlay {
+    /// What it shows.
+    pub content: Content,
+    /// Lines above the first that is shown.
+    pub scroll: usize,
 }
 
 impl Overlay {
+    /// An overlay from its first line on.
+    pub fn of(content: Content) -> Self {
+        Self { content, scroll: 0 }
+    }
+
     /// The same after `key`; `None` if that closes it.
     pub fn after(self, key: &KeyEvent) -> Option<Self> {
-        let moved = |scroll: usize| match key.code {
-            KeyCode::Down | KeyCode::Char('j') => Some(scroll.saturating_add(1)),
-            KeyCode::Up | KeyCode::Char('k') => Some(scroll.saturating_sub(1)),
-            KeyCode::PageDown => Some(scroll.saturating_add(JUMP)),
-            KeyCode::PageUp => Some(scroll.saturating_sub(JUMP)),
-            KeyCode::Home => Some(0),
-            _ => None,
+        let scroll = match key.code {
+            KeyCode::Down | KeyCode::Char('j') => self.scroll.saturating_add(1),
+            KeyCode::Up | KeyCode::Char('k') => self.scroll.saturating_sub(1),
+            KeyCode::PageDown => self.scroll.saturating_add(JUMP),
+            KeyCode::PageUp => self.scroll.saturating_sub(JUMP),
+            KeyCode::Home => 0,
+            _ => return None,
         };
-        Some(match self {
-            Self::Help { scroll } => Self::Help {
-                scroll: moved(scroll)?,
-            },
-            Self::Explained { scroll } => Self::Explained {
-                scroll: moved(scroll)?,
-            },
-        })
-    }
-
-    /// How far the help is scrolled, if that is open.
-    pub fn help(self) -> Option<usize> {
-        match self {
-            Self::Help { scroll } => Some(scroll),
-            Self::Explained { .. } => None,
-        }
-    }
-
-    /// How far an explanation is scrolled, if that is open.
-    pub fn explained(self) -> Option<usize> {
-        match self {
-            Self::Explained { scroll } => Some(scroll),
-            Self::Help { .. } => None,
-        }
+        Some(Self { scroll, ..self })
     }
 }

@@ -9,10 +9,10 @@ use super::{
     focus::Pane,
     frame::FrameData,
     keys::PaneAction,
-    overlay::{self, Overlay},
+    overlay::{self, Content, Overlay},
     sampler::{self, RunSource},
     timeline::TimelineView,
-    view::{Footer, HelpPage, ScreenState, TextPage},
+    view::{Footer, GLOSSARY, HelpPage, ScreenState, TextPage},
 };
 
 /// The state of the panes' controls.
@@ -58,8 +58,9 @@ impl Panes {
             PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
             PaneAction::Span(closer) => self.timeline.zoom(closer),
             PaneAction::Zoom => self.zoomed = !self.zoomed,
-            PaneAction::Help => self.overlay = Some(Overlay::Help { scroll: 0 }),
-            PaneAction::Explain => self.overlay = Some(Overlay::Explained { scroll: 0 }),
+            PaneAction::Help => self.overlay = Some(Overlay::of(Content::Keys)),
+            PaneAction::Glossary => self.overlay = Some(Overlay::of(Content::Glossary)),
+            PaneAction::Explain => self.overlay = Some(Overlay::of(Content::Explained)),
         }
         Ok(self)
     }
@@ -79,18 +80,26 @@ impl Panes {
         }
     }
 
-    /// The page of the keys in `rows`, if it is open.
+    /// The page of the keys in `rows`, or of the glossary, if one is open.
     pub fn help(&self, rows: impl FnOnce() -> Vec<(String, String)>) -> Option<HelpPage> {
-        let scroll = self.overlay?.help()?;
+        let Overlay { content, scroll } = self.overlay?;
+        let owned = |(word, meaning): &(&str, &str)| ((*word).to_owned(), (*meaning).to_owned());
+        let (title, rows) = match content {
+            Content::Keys => ("keys", rows()),
+            Content::Glossary => ("words", GLOSSARY.iter().map(owned).collect()),
+            Content::Explained => return None,
+        };
         Some(HelpPage {
-            rows: rows(),
+            title,
+            rows,
             scroll,
         })
     }
 
     /// The page about the focused pane of `system`, if it is open.
     pub fn explanation(&self, system: &dyn System, frame: &FrameData) -> Option<TextPage> {
-        let scroll = self.overlay?.explained()?;
+        let explained = |open: &Overlay| open.content == Content::Explained;
+        let scroll = self.overlay.filter(explained)?.scroll;
         let signal = sampler::signal(system).map(|signal| signal.name);
         Some(explain::page(self.focus, signal, frame, scroll))
     }

@@ -267,7 +267,7 @@ fn nothing_is_cut_at_the_usual_sizes() {
             });
             for pane in Pane::ALL {
                 app.panes.focus = pane;
-                for overlay in ["", "i", "?"] {
+                for overlay in ["", "i", "?", "G"] {
                     press(&mut app, overlay);
                     for (width, height) in [(160, 50), (120, 35), (100, 30), (80, 24)] {
                         let drawn = screen(&app, &PLAIN, width, height);
@@ -344,7 +344,7 @@ fn every_pane_alone_fits_the_smallest_screen() {
 fn no_size_and_no_theme_panics() {
     let mut app = fallen();
     press(&mut app, "m");
-    app.panes.overlay = Some(super::overlay::Overlay::Help { scroll: 0 });
+    app.panes.overlay = Some(super::overlay::Overlay::of(super::overlay::Content::Keys));
     let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
     for (width, height) in
         sizes.flat_map(|w| [0, 1, 2, 5, 11, 12, 23, 24, 35, 36, 80].map(|h| (w, h)))

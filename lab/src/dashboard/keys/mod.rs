@@ -71,6 +71,11 @@ macro_rules! screen_with_panes {
                 "explain the pane in focus, with its figures",
                 Some("explain"),
             ),
+            row(
+                &[(Char('G'), Panes(PaneAction::Glossary))],
+                "the words on the screen, in one line each",
+                None,
+            ),
             row(&[(Char('q'), Quit), (Ctrl('c'), Quit)], "quit", Some("quit")),
             $($first,)+
             row(

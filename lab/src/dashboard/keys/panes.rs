@@ -17,6 +17,8 @@ pub enum PaneAction {
     Span(bool),
     /// Explain the pane in focus.
     Explain,
+    /// Show the glossary.
+    Glossary,
     /// Show the keys.
     Help,
 }

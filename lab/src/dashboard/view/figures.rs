@@ -27,7 +27,7 @@ const BEST_HISTOGRAM: usize = 8;
 
 /// Columns of topics. `avg` is over the whole run, `lately` counts drops in the last
 /// second, `age` is the data age at each read.
-const TOPIC_COLUMNS: [TableColumn; 8] = [
+pub(super) const TOPIC_COLUMNS: [TableColumn; 8] = [
     column("msg/s", 7, 0),
     column("avg", 7, 6),
     column("published", 9, 7),
@@ -39,7 +39,7 @@ const TOPIC_COLUMNS: [TableColumn; 8] = [
 ];
 
 /// Columns of nodes.
-const NODE_COLUMNS: [TableColumn; 6] = [
+pub(super) const NODE_COLUMNS: [TableColumn; 6] = [
     column("rate Hz", 9, 0),
     column("ticks", 8, 5),
     column("late p50 µs", 11, 2),

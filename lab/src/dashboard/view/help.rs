@@ -1,4 +1,4 @@
-//! All keys, over everything else.
+//! Keys or words with their meanings, over everything else.
 
 use ratatui::{
     buffer::Buffer,
@@ -13,29 +13,32 @@ use super::{
     theme::Theme,
 };
 
-/// Title of the overlay.
-const TITLE: &str = "keys";
-
 /// Blanks between a key and its action, and between two columns.
-const KEY_GAP: usize = 2;
+pub(super) const KEY_GAP: usize = 2;
 const COLUMN_GAP: usize = 4;
 
 /// Width of the frame of the box: lines and blanks.
-const EDGES: usize = 4;
+pub(super) const EDGES: usize = 4;
 
-/// All keys, with a scroll position.
+/// A list of keys or words, with a scroll position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HelpPage {
-    /// Keys and their actions, the most important first.
+    /// Its title.
+    pub title: &'static str,
+    /// Keys and their actions, the most important first, or words and their meanings.
     pub rows: Vec<(String, String)>,
     /// Number of rows scrolled past.
     pub scroll: usize,
 }
 
-/// Draws keys and their actions in the middle of `area`: in one column, or in two if one
+/// Draws the rows in the middle of `area`: in one column, or in two if one
 /// is too high.
 pub fn render(help: &HelpPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let HelpPage { rows, scroll } = help;
+    let HelpPage {
+        title,
+        rows,
+        scroll,
+    } = help;
     let area = area.intersection(buf.area);
     let widest = |text: fn(&(String, String)) -> &String| {
         let widths = rows.iter().map(|row| width(&plain(text(row), theme)));
@@ -47,10 +50,10 @@ pub fn render(help: &HelpPage, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let both = 2 * column + COLUMN_GAP + EDGES <= usize::from(area.width);
     let columns = if rows.len() > room && both { 2 } else { 1 };
     let high = rows.len().div_ceil(columns);
-    let wide = (columns * column + (columns - 1) * COLUMN_GAP).max(TITLE.len());
+    let wide = (columns * column + (columns - 1) * COLUMN_GAP).max(title.len());
     let place = centred(wide + EDGES, high + 2, area);
     Clear.render(place, buf);
-    let inner = border(TITLE, Span::default(), theme, true, place, buf);
+    let inner = border(title, Span::default(), theme, true, place, buf);
     let fit = usize::from(inner.height);
     // The last line points to the hidden ones.
     let shown = if high > fit {
@@ -127,6 +130,7 @@ mod tests {
             );
             render(
                 &HelpPage {
+                    title: "keys",
                     rows: keys(),
                     scroll,
                 },
@@ -170,7 +174,11 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         for scroll in [0, 2, usize::MAX] {
-            let page = |rows| HelpPage { rows, scroll };
+            let page = |rows| HelpPage {
+                title: "keys",
+                rows,
+                scroll,
+            };
             torture(|theme, area, buf| render(&page(keys()), theme, area, buf));
             torture(|theme, area, buf| render(&page(Vec::new()), theme, area, buf));
         }

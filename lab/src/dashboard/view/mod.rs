@@ -7,6 +7,7 @@ mod canvas;
 mod cliff;
 mod events;
 mod figures;
+mod glossary;
 mod graph;
 mod help;
 mod histogram;
@@ -37,7 +38,9 @@ use ratelab::{runtime::telemetry::Event, system::System};
 pub use self::page::aside;
 #[cfg(test)]
 pub use self::pane::testing;
-pub use self::{help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra};
+pub use self::{
+    glossary::GLOSSARY, help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra,
+};
 use self::{layout::ScreenLayout, theme::Theme};
 use super::{
     cliff::CliffMap,
@@ -76,9 +79,9 @@ pub struct ScreenState<'a> {
     pub map: Option<&'a CliffMap>,
     /// The last line.
     pub footer: Footer<'a>,
-    /// The keys and their actions, over everything else.
+    /// The keys or the glossary, over everything else.
     pub help: Option<HelpPage>,
-    /// A page of text over everything but the help.
+    /// A page of text over everything but these.
     pub page: Option<TextPage>,
     /// A page of text beside the panes to look at: a step of the tour.
     pub aside: Option<TextPage>,

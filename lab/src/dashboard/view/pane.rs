@@ -136,6 +136,8 @@ pub fn plain<'a>(text: &'a str, theme: &Theme) -> Cow<'a, str> {
     for letter in text.chars() {
         match letter {
             '×' => out.push('x'),
+            '✖' => out.push('x'),
+            '⚠' => out.push('!'),
             '±' => out.push_str("+-"),
             '→' => out.push_str("->"),
             '←' => out.push_str("<-"),

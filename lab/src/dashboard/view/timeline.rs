@@ -15,7 +15,7 @@ use super::{
 use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
 
 /// The meaning of the glyphs in lanes.
-const LEGEND: [(MarkKind, &str); 8] = [
+pub(super) const LEGEND: [(MarkKind, &str); 8] = [
     (MarkKind::Tick, "tick"),
     (MarkKind::Late, "late"),
     (MarkKind::Waiting, "waiting for"),
