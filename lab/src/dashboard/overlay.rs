@@ -15,7 +15,7 @@ pub const HINTS: &[(&str, &str)] = &[
 
 /// What an overlay shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub enum OverlayContent {
     /// The keys and what they do.
     Keys,
     /// The words on the screen and what they mean.
@@ -28,14 +28,14 @@ pub enum Content {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlay {
     /// What it shows.
-    pub content: Content,
+    pub content: OverlayContent,
     /// Lines above the first that is shown.
     pub scroll: usize,
 }
 
 impl Overlay {
     /// An overlay from its first line on.
-    pub fn of(content: Content) -> Self {
+    pub fn of(content: OverlayContent) -> Self {
         Self { content, scroll: 0 }
     }
 

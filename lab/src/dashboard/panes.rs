@@ -9,7 +9,7 @@ use super::{
     focus::Pane,
     frame::FrameData,
     keys::PaneAction,
-    overlay::{self, Content, Overlay},
+    overlay::{self, Overlay, OverlayContent},
     sampler::{self, RunSource},
     timeline::TimelineView,
     view::{Footer, GLOSSARY, HelpPage, ScreenState, TextPage},
@@ -58,9 +58,9 @@ impl Panes {
             PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
             PaneAction::Span(closer) => self.timeline.zoom(closer),
             PaneAction::Zoom => self.zoomed = !self.zoomed,
-            PaneAction::Help => self.overlay = Some(Overlay::of(Content::Keys)),
-            PaneAction::Glossary => self.overlay = Some(Overlay::of(Content::Glossary)),
-            PaneAction::Explain => self.overlay = Some(Overlay::of(Content::Explained)),
+            PaneAction::Help => self.overlay = Some(Overlay::of(OverlayContent::Keys)),
+            PaneAction::Glossary => self.overlay = Some(Overlay::of(OverlayContent::Glossary)),
+            PaneAction::Explain => self.overlay = Some(Overlay::of(OverlayContent::Explained)),
         }
         Ok(self)
     }
@@ -85,9 +85,9 @@ impl Panes {
         let Overlay { content, scroll } = self.overlay?;
         let owned = |(word, meaning): &(&str, &str)| ((*word).to_owned(), (*meaning).to_owned());
         let (title, rows) = match content {
-            Content::Keys => ("keys", rows()),
-            Content::Glossary => ("words", GLOSSARY.iter().map(owned).collect()),
-            Content::Explained => return None,
+            OverlayContent::Keys => ("keys", rows()),
+            OverlayContent::Glossary => ("words", GLOSSARY.iter().map(owned).collect()),
+            OverlayContent::Explained => return None,
         };
         Some(HelpPage {
             title,
@@ -98,7 +98,7 @@ impl Panes {
 
     /// The page about the focused pane of `system`, if it is open.
     pub fn explanation(&self, system: &dyn System, frame: &FrameData) -> Option<TextPage> {
-        let explained = |open: &Overlay| open.content == Content::Explained;
+        let explained = |open: &Overlay| open.content == OverlayContent::Explained;
         let scroll = self.overlay.filter(explained)?.scroll;
         let signal = sampler::signal(system).map(|signal| signal.name);
         Some(explain::page(self.focus, signal, frame, scroll))

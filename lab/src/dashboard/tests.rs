@@ -344,7 +344,9 @@ fn every_pane_alone_fits_the_smallest_screen() {
 fn no_size_and_no_theme_panics() {
     let mut app = fallen();
     press(&mut app, "m");
-    app.panes.overlay = Some(super::overlay::Overlay::of(super::overlay::Content::Keys));
+    app.panes.overlay = Some(super::overlay::Overlay::of(
+        super::overlay::OverlayContent::Keys,
+    ));
     let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
     for (width, height) in
         sizes.flat_map(|w| [0, 1, 2, 5, 11, 12, 23, 24, 35, 36, 80].map(|h| (w, h)))
