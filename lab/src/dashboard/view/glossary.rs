@@ -23,7 +23,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("depth", "how many messages a topic keeps for a reader"),
     (
         "dropped",
-        "pushed out of a full queue, unread; harmless by itself",
+        "pushed out of a full queue before its reader had read it",
     ),
     ("elsewhere", "a part of the push age that is not known"),
     ("falls", "the push is older than this loop can bear"),
