@@ -163,5 +163,8 @@ fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
         "the actuator crashed: the plant waits for it. :restart actuator goes on",
     );
     press(&mut app, ":restart actuator\n");
-    wait(&mut app, "BALANCED so far");
+    // Whether the pole is still up depends on the moment of the crash.
+    while rows(&mut app)[2..5].join("").contains("STANDS STILL") {
+        app.sample().expect("no fault");
+    }
 }
