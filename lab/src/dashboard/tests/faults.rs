@@ -164,7 +164,7 @@ fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
     );
     press(&mut app, ":restart actuator\n");
     // Whether the pole is still up depends on the moment of the crash.
-    while rows(&mut app)[2..5].join("").contains("STANDS STILL") {
+    while rows(&app)[2..5].join("").contains("STANDS STILL") {
         app.sample().expect("no fault");
     }
 }
