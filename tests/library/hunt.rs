@@ -14,6 +14,7 @@ use ratelab::{
         hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
     },
     runtime::{Knob, Time, TimedKnob},
+    system::WorldKind,
 };
 
 fn ms(ms: u64) -> Duration {
@@ -149,6 +150,23 @@ fn what_was_found_is_kept_when_a_hunt_is_stopped() {
             Hunted::Held { stopped, .. } => assert!(stopped && most == 0),
         }
     }
+}
+
+#[test]
+fn delays_that_differ_are_found_within_the_budget() {
+    let base = Config {
+        world: WorldKind::OWN,
+        seed: 2,
+        ..short("control-hz 20")
+    };
+    let hunt = Hunt::new(cart_pole(), base);
+    let found = found(&hunt, &delay(ms(400)));
+    let delays = found.knobs.iter().map(|timed| match timed.knob {
+        Knob::Postpone { delay, .. } => delay,
+        _ => panic!("{found:?}"),
+    });
+    assert!(delays.sum::<Duration>() <= ms(400), "{found:?}");
+    assert!(is_lost(&hunt, &found.knobs), "{found:?}");
 }
 
 #[test]

@@ -19,15 +19,17 @@
 //!    same moment.
 //! 2. *Random lists*, if no window is enough: [`RANDOM_LISTS`] of them, which the seed
 //!    of the run chooses.
-//! 3. *Delta debugging* makes the list 1-minimal: without any one of its parts the run is
+//! 3. *Larger windows*, of up to twice the budget, if those are not enough either: one that
+//!    shrinks to a list within the budget counts.
+//! 4. *Delta debugging* makes the list 1-minimal: without any one of its parts the run is
 //!    held. Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*,
 //!    IEEE Transactions on Software Engineering 28, 2002.
-//! 4. *Every smaller list* is run, if they are [`MOST_SMALLER`] at the most, in the order
+//! 5. *Every smaller list* is run, if they are [`MOST_SMALLER`] at the most, in the order
 //!    of their size: if one of them is enough, it is the result, and all that are
 //!    smaller than it have been run.
 //!
 //! A delay and a hang are lists of parts of [`UNIT`] each. The result is a smallest list
-//! in the sense of 3 or 4; another one elsewhere in the run may be shorter.
+//! in the sense of 4 or 5; another one elsewhere in the run may be shorter.
 
 mod fault;
 mod shrink;
@@ -236,6 +238,9 @@ impl Hunt {
         if best.is_none() {
             let lists = windows.random(self.base.seed);
             *best = trials.first_lost(&lists)?.map(|index| lists[index].clone());
+        }
+        if best.is_none() {
+            windows.search_beyond(trials, best)?;
         }
         match best {
             Some(best) => shrink::shrink(best, |lists| trials.first_lost(lists)),

@@ -25,7 +25,7 @@ pub(super) fn shrink<E>(
 }
 
 /// Leaves out ever smaller pieces, until every single part is necessary.
-fn delta_debug<E>(
+pub(super) fn delta_debug<E>(
     list: &mut Vec<FaultPart>,
     first: &mut impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
 ) -> Result<(), E> {

@@ -1,10 +1,11 @@
 //! The search for faults: adjacent ones first, then random ones.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use super::{
     Budget, HuntError,
     fault::{FaultPart, parts},
+    shrink,
     trial::{Halt, Trials},
 };
 use crate::{
@@ -17,6 +18,9 @@ pub const RANDOM_LISTS: usize = 1_000;
 
 /// Maximum number of beginnings of windows, spread evenly over the run.
 const MOST_STARTS: u64 = 1_000;
+
+/// Ratio of the largest windows that are shrunk to the budget.
+const BEYOND: usize = 2;
 
 /// Ratio of the stretch for a random list to a window.
 const ROOM: usize = 4;
@@ -89,12 +93,42 @@ impl Windows {
     ) -> Result<(), Halt> {
         let kinds = self.kinds();
         for kind in &kinds {
-            kind.search(trials, best)?;
+            kind.search(0..kind.most, trials, best)?;
         }
         if best.is_none() && kinds.len() > 1 {
-            self.together().search(trials, best)?;
+            let together = self.together();
+            together.search(0..together.most, trials, best)?;
         }
         Ok(())
+    }
+
+    /// Stores the smallest list within the budget in `best` to which a larger window shrinks:
+    /// its faults are uneven, as those of no window are.
+    pub fn search_beyond(
+        &self,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<(), Halt> {
+        for kind in self.kinds() {
+            let mut window = None;
+            kind.search(kind.most..kind.most * BEYOND, trials, &mut window)?;
+            let Some(mut list) = window else {
+                continue;
+            };
+            shrink::delta_debug(&mut list, &mut |lists| trials.first_lost(lists))?;
+            if self.allow(&list) && is_smaller(&list, best.as_ref()) {
+                *best = Some(list);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether `list` is within the budget.
+    fn allow(&self, list: &[FaultPart]) -> bool {
+        let count = |kind: fn(&FaultPart) -> bool| list.iter().filter(|part| kind(part)).count();
+        count(|part| matches!(part, FaultPart::Lost(_))) <= self.lose
+            && count(|part| matches!(part, FaultPart::Late(_))) <= self.late
+            && count(|part| matches!(part, FaultPart::Hang(_))) <= self.hang
     }
 
     /// Losses; delays of 1, 2, 4, … messages by the same time; hangs.
@@ -200,9 +234,11 @@ impl Windows {
 
 impl Kind<'_> {
     /// Finds by bisection the smallest size that is enough anywhere, with its first
-    /// beginning; stores the list in `best` if it is smaller.
+    /// beginning, above the start of `sizes` and up to its end; stores the list in `best` if
+    /// it is smaller.
     fn search(
         &self,
+        sizes: Range<usize>,
         trials: &mut Trials<'_>,
         best: &mut Option<Vec<FaultPart>>,
     ) -> Result<(), Halt> {
@@ -211,16 +247,13 @@ impl Kind<'_> {
             let first = trials.first_lost(&lists)?;
             Ok::<_, Halt>(first.map(|index| lists[index].clone()))
         };
-        let smaller = |list: &Vec<FaultPart>, best: &Option<Vec<FaultPart>>| {
-            best.as_ref().is_none_or(|best| list.len() < best.len())
-        };
-        let (mut too_small, mut enough) = (0, self.most);
+        let (mut too_small, mut enough) = (sizes.start, sizes.end);
         let Some(list) = try_size(enough)? else {
             return Ok(());
         };
         let mut mine = list;
         while enough - too_small > 1 {
-            if smaller(&mine, best) {
+            if is_smaller(&mine, best.as_ref()) {
                 *best = Some(mine.clone());
             }
             let middle = usize::midpoint(too_small, enough);
@@ -229,7 +262,7 @@ impl Kind<'_> {
                 None => too_small = middle,
             }
         }
-        if smaller(&mine, best) {
+        if is_smaller(&mine, best.as_ref()) {
             *best = Some(mine);
         }
         Ok(())
@@ -244,4 +277,9 @@ impl Kind<'_> {
             .map(|place| (self.list)(size, start(place)))
             .collect()
     }
+}
+
+/// Whether `list` is smaller than the best so far.
+fn is_smaller(list: &[FaultPart], best: Option<&Vec<FaultPart>>) -> bool {
+    best.is_none_or(|best| list.len() < best.len())
 }
