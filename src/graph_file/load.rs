@@ -12,6 +12,9 @@ use crate::{
 /// The share of the time above which a load is an overload; the rest is rounding.
 const FULL: f64 = 1.0 + 1e-9;
 
+/// The share of the ticks that outlast their period from which a load is an overload.
+const OFTEN: f64 = 0.1;
+
 /// Ticks per second and the time that one of them takes, of each node by its name.
 type Loads<'a> = BTreeMap<&'a str, Load>;
 
@@ -22,6 +25,8 @@ struct Load {
     hz: f64,
     /// The median of the time that a tick takes (s).
     cost: f64,
+    /// The share of the ticks that take longer than the time between two.
+    late: f64,
 }
 
 impl Load {
@@ -53,15 +58,15 @@ impl GraphSystem {
     /// nodes that publish them.
     fn loads(&self, setup: &Setup) -> Loads<'_> {
         let cost = |name: &str| {
-            let cost = setup.iter().find_map(|knob| match knob {
-                Knob::Takes { node, spec } if node == name => Some(spec.draw.median()),
+            setup.iter().find_map(|knob| match knob {
+                Knob::Takes { node, spec } if node == name => Some(&spec.draw),
                 _ => None,
-            });
-            cost.unwrap_or_default().as_secs_f64()
+            })
         };
         let load = |name: &str, hz: f64| Load {
             hz,
-            cost: cost(name),
+            cost: cost(name).map_or(0.0, |draw| draw.median().as_secs_f64()),
+            late: cost(name).map_or(0.0, |draw| draw.share_above(FULL / hz)),
         };
         let mut loads = Loads::new();
         for node in self.topology.iter().flat_map(|topology| &topology.nodes) {
@@ -141,12 +146,21 @@ fn overload_of_node(node: &NodeSpec, load: Load) -> Option<String> {
         Release::Every(_) => "it will skip periods",
         Release::On(_) => "messages will wait and be dropped",
     };
-    (share > FULL).then(|| {
-        format!(
+    if share > FULL {
+        return Some(format!(
             "{name} is asked for more than it can do: {ms} ms at {} Hz is {:.0} % of its time, so \
              {then}",
             load.hz,
             share * 1e2
+        ));
+    }
+    let periodic = matches!(node.release, Release::Every(_));
+    (periodic && load.late >= OFTEN).then(|| {
+        format!(
+            "{name} is asked for more than it can do: {:.0} % of its ticks take longer than the \
+             period of {:.1} ms, so {then}",
+            load.late * 1e2,
+            1e3 / load.hz
         )
     })
 }

@@ -78,6 +78,19 @@ impl Draw {
         }
     }
 
+    /// The share of the draws above `limit` (s), by bisection of the quantiles.
+    pub(crate) fn share_above(&self, limit: f64) -> f64 {
+        let (mut below, mut above) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = f64::midpoint(below, above);
+            match self.at(middle).as_secs_f64() > limit {
+                true => above = middle,
+                false => below = middle,
+            }
+        }
+        1.0 - f64::midpoint(below, above)
+    }
+
     /// The recording it needs, if that is not loaded yet.
     pub fn missing(&self) -> Option<&Recorded> {
         match self {

@@ -234,6 +234,51 @@ fn overloads_of_nodes_groups_and_executors_are_known_before_the_run() {
 }
 
 #[test]
+fn ticks_that_often_outlast_their_period_are_an_overload() {
+    let of = |takes: &str, rate: f64| {
+        warnings(&format!(
+            "name = \"g\"\n[node.plan]\nrate = {rate}\ntakes = \"{takes}\"\n"
+        ))
+    };
+    let cases = [
+        (
+            "60..110",
+            11.7,
+            Some("49 % of its ticks take longer than the period of 85.5 ms"),
+        ),
+        ("60..110", 9.2, None),
+        ("60..110", 9.0, None),
+        (
+            "60..110",
+            12.5,
+            Some("85 ms at 12.5 Hz is 106 % of its time"),
+        ),
+        ("lognormal:60,100", 10.0, None),
+        (
+            "lognormal:60,200",
+            10.0,
+            Some("16 % of its ticks take longer than the period of 100.0 ms"),
+        ),
+        ("100", 10.0, None),
+        ("101", 10.0, Some("101 ms at 10 Hz is 101 % of its time")),
+        ("none", 10.0, None),
+    ];
+    for (takes, rate, part) in cases {
+        let warnings = of(takes, rate);
+        let overload = warnings
+            .iter()
+            .find(|text| text.contains("more than it can do"));
+        match part {
+            Some(part) => assert!(
+                overload.is_some_and(|text| text.contains(part) && text.contains("skip periods")),
+                "{takes} at {rate}: {warnings:?}"
+            ),
+            None => assert_eq!(overload, None, "{takes} at {rate}"),
+        }
+    }
+}
+
+#[test]
 fn a_system_in_the_middle_has_triggered_nodes_and_executors() {
     let text = |kind: &str| {
         format!(
