@@ -32,7 +32,7 @@ use super::{
     },
     time::Time,
     topic::{Publisher, Subscription, Topic},
-    trigger::Arrivals,
+    trigger::{Arrival, Arrivals},
 };
 
 /// An error while building a graph.
@@ -121,6 +121,9 @@ trait AnyTopic: Send {
 
     /// Delivers the messages that arrive by `now`.
     fn deliver(&self, now: Time);
+
+    /// The messages in flight that arrive after `now`, for the nodes that they trigger.
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival>;
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
@@ -140,6 +143,10 @@ impl<T: Payload> AnyTopic for Topic<T> {
 
     fn deliver(&self, now: Time) {
         Topic::deliver(self, now);
+    }
+
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        Topic::arrivals_after(self, now)
     }
 }
 
@@ -445,6 +452,17 @@ impl ControlPlane {
         self.topics
             .iter()
             .for_each(|topic| topic.topic.deliver(now));
+    }
+
+    /// The messages in flight on all topics that arrive after `now`, for the nodes that they
+    /// trigger, in the order of arrival.
+    pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        let topics = self.topics.iter();
+        let mut arrivals: Vec<Arrival> = topics
+            .flat_map(|topic| topic.topic.arrivals_after(now))
+            .collect();
+        arrivals.sort_by_key(|arrival| arrival.at);
+        arrivals
     }
 
     fn topic(&self, name: &str) -> Result<&WiredTopic, String> {

@@ -108,6 +108,12 @@ impl<T: Clone> Transit<T> {
         self.messages.range(..=(now, u64::MAX)).count()
     }
 
+    /// Run times of the deliveries after `now`.
+    pub(crate) fn arrivals_after(&self, now: Time) -> impl Iterator<Item = Time> {
+        let later = self.messages.keys().map(|(at, _)| *at);
+        later.skip_while(move |at| *at <= now)
+    }
+
     /// Whether nothing is in flight, the latest release is delivered, and no fault is
     /// planned for later messages.
     pub(crate) fn is_done(&self) -> bool {

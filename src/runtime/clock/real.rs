@@ -15,8 +15,7 @@ use std::io;
 use crossbeam_channel::Sender;
 
 use self::{
-    arrivals::{begin_arrivals, end_arrivals},
-    crew::Crew,
+    arrivals::begin_arrivals,
     ends::{NodeEnd, Report},
     mailbox::Wakeup,
     supervisor::Supervisor,
@@ -191,9 +190,7 @@ impl RealClock {
         });
         let end = supervisor.settle(end);
         drop(noter);
-        crews.iter().for_each(Crew::return_arrivals);
         drop(crews);
-        end_arrivals(graph, &mailboxes);
         log.note_alone(Entry::End(end.entry(until)));
         end.exit(graph)
     }

@@ -19,6 +19,7 @@ use crate::runtime::{
     sync::Arc,
     telemetry::{Event, EventKind, Topology},
     time::Time,
+    trigger::{Arrival, Wake},
 };
 
 /// Executes a run again that was under [`RealClock`](super::RealClock), in the recorded
@@ -277,6 +278,13 @@ impl Rerun {
     }
 }
 
+/// Nobody waits for messages: the log has the times at which nodes looked for them.
+struct Unheard;
+
+impl Wake for Unheard {
+    fn wake(&self, _: Arrival) {}
+}
+
 impl Clock for Rerun {
     fn kind(&self) -> ClockKind {
         ClockKind::Real
@@ -348,9 +356,7 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        for arrival in graph.dispatcher.leave() {
-            graph.dispatcher.arrivals().add(arrival);
-        }
+        graph.dispatcher.leave(Arc::new(Unheard));
         let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();
@@ -370,7 +376,6 @@ impl Rerun {
                 if self.watch.is_over() {
                     break;
                 }
-                graph.dispatcher.arrivals().thin(planned.at);
                 match &planned.part {
                     Part::Entry(thread) => players.entry(graph, *thread),
                     Part::Knot(steps) => {

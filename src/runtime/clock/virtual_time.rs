@@ -90,7 +90,8 @@ impl<'a> Scheduler<'a> {
         let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
         // Late nodes tick now, so this instant is partly done.
         let last_tick = if late { Some(now) } else { last_due };
-        graph.dispatcher.prepare(now, &mut graph.nodes);
+        let in_flight = || graph.control.arrivals_after(now);
+        graph.dispatcher.prepare(now, &mut graph.nodes, in_flight);
         Self {
             queue: DueQueue::new(&graph.nodes),
             pacer: Pacer::new(graph.control.status.speed, now),
@@ -325,7 +326,15 @@ mod tests {
 
     use super::*;
     use crate::runtime::{
-        command::TimedCommand, knob::Knob, node::GO_ON, telemetry::Event, time::Hz,
+        command::TimedCommand,
+        depth::Depth,
+        executor::{Callback, Executor},
+        knob::Knob,
+        node::GO_ON,
+        telemetry::Event,
+        time::Hz,
+        topic::Topic,
+        trigger::{Arrival, Match, Wake},
     };
 
     type Ticks = Vec<(&'static str, Time)>;
@@ -396,6 +405,43 @@ mod tests {
             assert_eq!(events[0].at, now + Time::TICK, "{given:?}");
             let timed = events.iter().filter_map(Event::replayable).collect();
             assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
+        }
+    }
+
+    /// Hears of arrivals and does nothing, as threads that are stopped.
+    struct Stopped;
+
+    impl Wake for Stopped {
+        fn wake(&self, _: Arrival) {}
+    }
+
+    #[test]
+    fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
+        for executor in [None, Some(Executor::Single)] {
+            let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
+            let log = Arc::<Mutex<Ticks>>::default();
+            let seen = log.clone();
+            graph
+                .node("reader", Match::Each, 0, |wiring| {
+                    let _ = wiring.trigger(&far);
+                    move |now| {
+                        seen.lock().expect("log").push(("reader", now));
+                        GO_ON
+                    }
+                })
+                .expect("a node");
+            if let Some(executor) = executor {
+                let reader = [Callback::of("reader")];
+                graph.executor(executor, reader).expect("a node");
+            }
+            far.set_link("delay:30".parse().expect("a link"), 0, Time::ZERO);
+            graph.dispatcher.leave(Arc::new(Stopped));
+            far.publisher().publish(1, Time::ZERO, None);
+            VirtualClock
+                .run(&mut graph, &mut Inbox::default(), UNTIL)
+                .expect("no fault");
+            let arrives = Time::from_nanos(30_000_000);
+            assert_eq!(*log.lock().expect("log"), [("reader", arrives)]);
         }
     }
 }

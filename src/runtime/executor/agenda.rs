@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::runtime::{time::Time, trigger::Arrival};
+use crate::runtime::time::Time;
 
 /// The order of events within an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -93,15 +93,6 @@ impl Agenda {
         };
         self.events.insert(place, entry);
         place
-    }
-
-    /// The arrivals among the events.
-    pub(crate) fn arrivals(self) -> Vec<Arrival> {
-        let events = self.events.into_iter();
-        let arrivals = events.filter(|(place, _)| place.phase == Phase::Arrives);
-        arrivals
-            .map(|(Place { at, .. }, AgendaItem { node, input })| Arrival { at, node, input })
-            .collect()
     }
 
     /// Removes an event.

@@ -15,7 +15,7 @@ use crate::runtime::{
     scheduled_node::ScheduledNode,
     sync::Arc,
     time::Time,
-    trigger::{Arrival, Arrivals},
+    trigger::{Arrival, Arrivals, Wake},
 };
 
 /// These events, with the executors.
@@ -70,11 +70,21 @@ impl Dispatcher {
     }
 
     /// Plans the due times of all timers, and what the nodes with threads of their own have
-    /// begun or may begin: perhaps under the other clock.
-    pub(crate) fn prepare(&mut self, now: Time, nodes: &mut [ScheduledNode]) {
-        self.collect_from(now);
+    /// begun or may begin: perhaps under the other clock, with messages `in_flight` then.
+    pub(crate) fn prepare(
+        &mut self,
+        now: Time,
+        nodes: &mut [ScheduledNode],
+        in_flight: impl FnOnce() -> Vec<Arrival>,
+    ) {
         if std::mem::take(&mut self.behind) {
+            self.arrivals.forward_to(None);
+            self.plan_arrivals(in_flight());
             (0..self.executors.len()).for_each(|executor| self.catch_up(executor, now, nodes));
+        } else {
+            let mut published = self.arrivals.take();
+            published.retain(|arrival| arrival.at >= now);
+            self.plan_arrivals(published);
         }
         for node in 0..nodes.len() {
             if nodes[node].has_thread() {
@@ -161,15 +171,23 @@ impl Dispatcher {
 
     /// Plans the arrivals of the messages that were published since the last look.
     pub(crate) fn collect(&mut self) {
-        self.collect_from(Time::ZERO);
+        let arrivals = self.arrivals.take();
+        self.plan_arrivals(arrivals);
     }
 
-    /// Forgets all that is planned, for the other clock; returns the arrivals to come.
-    pub(crate) fn leave(&mut self) -> Vec<Arrival> {
-        self.collect();
+    fn plan_arrivals(&mut self, arrivals: Vec<Arrival>) {
+        for Arrival { at, node, input } in arrivals {
+            self.agenda.add_arrival(at, node, input);
+        }
+    }
+
+    /// Forgets all that is planned, for the other clock, and has `wake` get the arrivals from
+    /// now on.
+    pub(crate) fn leave(&mut self, wake: Arc<dyn Wake>) {
         self.behind = true;
         self.timers.fill(None);
-        std::mem::take(&mut self.agenda).arrivals()
+        self.agenda = Agenda::default();
+        self.arrivals.forward_to(Some(wake));
     }
 
     /// The executors, each with its nodes by their indices.
@@ -181,15 +199,6 @@ impl Dispatcher {
     /// The list of arrivals that nobody has looked at.
     pub(crate) fn arrivals(&self) -> &Arc<Arrivals> {
         &self.arrivals
-    }
-
-    /// Plans those from `first` on.
-    fn collect_from(&mut self, first: Time) {
-        let arrivals = self.arrivals.take().into_iter();
-        for arrival in arrivals.filter(|arrival| arrival.at >= first) {
-            self.agenda
-                .add_arrival(arrival.at, arrival.node, arrival.input);
-        }
     }
 
     /// Plans the start of a tick on the node's own thread.

@@ -46,10 +46,19 @@ impl<T> Triggers<T> {
 
     /// Announces a message that will arrive at run time `at`.
     pub(super) fn announce(&self, at: Time) {
-        for end in &self.ends {
-            let (node, input) = (end.node, end.input);
-            end.arrivals.add(Arrival { at, node, input });
+        for (end, arrival) in self.ends.iter().zip(self.arrivals(at)) {
+            end.arrivals.add(arrival);
         }
+    }
+
+    /// The arrivals of a message at run time `at`.
+    fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
+        let ends = self.ends.iter();
+        ends.map(move |end| Arrival {
+            at,
+            node: end.node,
+            input: end.input,
+        })
     }
 
     /// The message that the subscription with this read position reads.
@@ -68,6 +77,17 @@ impl<T> Triggers<T> {
 }
 
 impl<T: Payload> Topic<T> {
+    /// The messages in flight that arrive after run time `now`, for the nodes that they
+    /// trigger.
+    pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        let queue = self.0.queue.aside();
+        let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
+            return Vec::new();
+        };
+        let times = transit.arrivals_after(now);
+        times.flat_map(|at| triggers.arrivals(at)).collect()
+    }
+
     /// Creates a subscription whose messages trigger the node with index `node`, as its
     /// input number `input`.
     pub(crate) fn trigger(

@@ -11,9 +11,6 @@ use crate::runtime::{
     time::Time,
 };
 
-/// Number of arrivals that are kept although they may have passed.
-const MANY: usize = 1_000;
-
 /// A message that arrives for a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Arrival {
@@ -66,17 +63,6 @@ impl Arrivals {
     /// Has `wake` get all from now on, in place of the list.
     pub(crate) fn forward_to(&self, wake: Option<Arc<dyn Wake>>) {
         lock(&self.list).wake = wake;
-    }
-
-    /// Removes those before `now`, if there are many.
-    pub(crate) fn thin(&self, now: Time) {
-        if !self.any.load(Ordering::Acquire) {
-            return;
-        }
-        let arrivals = &mut lock(&self.list).arrivals;
-        if arrivals.len() > MANY {
-            arrivals.retain(|arrival| arrival.at >= now);
-        }
     }
 
     /// Removes all, in the order of publication.

@@ -70,13 +70,6 @@ impl Inbound {
     pub(super) fn look_at_all(&mut self) {
         self.here = u64::MAX;
     }
-
-    /// Leaves those that arrive later in the mailbox.
-    pub(super) fn return_to(self, mailbox: &Mailbox) {
-        for Reverse((at, node, input)) in self.later {
-            mailbox.post(Wakeup::Arrival(Arrival { at, node, input }));
-        }
-    }
 }
 
 /// Posts arrivals to the threads of the nodes.
@@ -95,21 +88,8 @@ pub(super) fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
     let nodes = graph.nodes.iter().zip(mailboxes);
     let here = nodes.map(|(node, mailbox)| (!node.entry.remote).then(|| mailbox.clone()));
     let post = Post(here.collect());
-    for arrival in graph.dispatcher.leave() {
+    for arrival in graph.control.arrivals_after(graph.now()) {
         post.wake(arrival);
     }
-    graph.dispatcher.arrivals().forward_to(Some(Arc::new(post)));
-}
-
-/// Keeps the messages that arrive later for what comes next.
-pub(super) fn end_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
-    let arrivals = graph.dispatcher.arrivals();
-    arrivals.forward_to(None);
-    for mailbox in mailboxes {
-        while let Some(wakeup) = mailbox.take() {
-            if let Wakeup::Arrival(arrival) = wakeup {
-                arrivals.add(arrival);
-            }
-        }
-    }
+    graph.dispatcher.leave(Arc::new(post));
 }

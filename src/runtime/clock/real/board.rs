@@ -173,13 +173,6 @@ impl Board {
         self.arrivals.push(Reverse(planned));
     }
 
-    /// Removes the arrivals to come: time, node and its input.
-    pub(super) fn take_arrivals(&mut self) -> impl Iterator<Item = (Time, usize, usize)> {
-        let arrivals = std::mem::take(&mut self.arrivals).into_sorted_vec();
-        let arrivals = arrivals.into_iter().rev();
-        arrivals.map(|Reverse((at, _, member, input))| (at, member, input))
-    }
-
     /// Has the queue see what is due or arrives by `now`.
     pub(super) fn pass(&mut self, now: Time, waits: &Waits<'_>) {
         loop {

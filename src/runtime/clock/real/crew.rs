@@ -103,15 +103,6 @@ impl<'g> Crew<'g> {
         }
     }
 
-    /// Leaves the messages that arrive later in the mailbox.
-    pub(super) fn return_arrivals(&self) {
-        for (at, member, input) in lock(&self.board).take_arrivals() {
-            let node = self.members[member].index;
-            self.mailbox
-                .post(Wakeup::Arrival(Arrival { at, node, input }));
-        }
-    }
-
     /// Waits for the start; `None` for a stop.
     fn start(&self) -> Option<Wall> {
         loop {

@@ -91,11 +91,6 @@ impl Mailbox {
             })
     }
 
-    /// The next wake-up, if there is one.
-    pub(super) fn take(&self) -> Option<Wakeup> {
-        lock(&self.queue).wakeups.pop_front()
-    }
-
     /// Waits for the next wake-up without a deadline.
     pub(super) fn wait(&self) -> Wakeup {
         self.wait_for(|queue| queue.wakeups.pop_front())

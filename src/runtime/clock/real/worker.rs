@@ -61,7 +61,6 @@ impl<'g> Worker<'g> {
             // The supervisor holds the receiver until all threads have ended.
             let _ = context.reporter.send(report);
         }
-        self.arrivals.return_to(self.mailbox);
     }
 
     /// Waits for the start; `None` for a stop. Messages may arrive before it, of nodes that have
