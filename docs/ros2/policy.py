@@ -18,8 +18,17 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 JointState = types.types[JOINT_STATE]
 
 
+TYPE = f"sensor_msgs::msg::dds_::JointState_/{types.hash_rihs01(JOINT_STATE)}"
+
+
 def key(domain, topic):
-    return f"{domain}/{topic}/sensor_msgs::msg::dds_::JointState_/{types.hash_rihs01(JOINT_STATE)}"
+    return f"{domain}/{topic}/{TYPE}"
+
+
+def publisher_token(session, domain, node, topic):
+    """Tells others of a publisher: the run begins with the one of /action."""
+    zid = session.info.zid()
+    return f"@ros2_lv/{domain}/{zid}/0/1/MP/%/%/{node}/%{topic}/{TYPE}/::,1:,:,:,,"
 
 
 def act(obs):
@@ -50,7 +59,9 @@ def main(address, domain):
         actions.put(types.serialize_cdr(action, JOINT_STATE).tobytes(), attachment=attachment)
 
     session.declare_subscriber(key(domain, "obs"), decide)
-    while True:
+    # Held until the end: without it nobody knows that this node acts.
+    token = session.liveliness().declare_token(publisher_token(session, domain, "policy", "action"))
+    while token:
         time.sleep(1)
 
 

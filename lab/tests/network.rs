@@ -81,6 +81,87 @@ fn parts_that_share_the_plant_or_are_open_to_the_network_are_refused() {
     }
 }
 
+/// The last line of a process that connects and is refused.
+fn refused(args: &[&str], code: i32) -> String {
+    let output = ratelab(args);
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {printed}");
+    let error = printed
+        .lines()
+        .last()
+        .and_then(|line| line.strip_prefix("error: "));
+    error
+        .unwrap_or_else(|| panic!("{args:?}: {printed}"))
+        .to_owned()
+}
+
+#[test]
+fn a_second_process_for_a_part_is_refused_at_itself_and_changes_nothing() {
+    let (folder, address) = (folder(), address());
+    let seen = path(&folder, "seen.rrd");
+    let mut plant = Part::start(&["plant", "--listen", &address]);
+    let mut lab = Lab::open(&["lab", "--attach", &address, "--record", &seen], 24, 80);
+    lab.wait_for("no state yet");
+    let policy = Part::start(&["policy", "--connect", &address]);
+    plant.wait_for("the run begins");
+    lab.wait_for("50.0/s");
+    for (part, of) in [
+        ("policy", "policy runs"),
+        ("plant", "sensor and actuator run"),
+    ] {
+        let complaint = refused(&["node", part, "--connect", &address], 1);
+        assert!(
+            complaint.contains(&format!("{of} already, in process ")),
+            "{complaint}"
+        );
+    }
+    lab.type_keys("q");
+    let (_, screen) = lab.close();
+    let left = screen.screen().contents();
+    plant.interrupted();
+    drop(policy);
+    assert!(
+        left.contains("seen.rrd") && !left.contains("seen-2"),
+        "{left}"
+    );
+    let info = text(&ratelab(&["info", &seen]).stdout);
+    assert_eq!(
+        info.matches("process   policy in process ").count(),
+        1,
+        "{info}"
+    );
+}
+
+#[test]
+fn parts_that_are_set_up_differently_do_not_begin() {
+    let address = address();
+    let mut plant = Part::start(&["plant", "--listen", &address]);
+    plant.wait_for("listening");
+    for (options, why) in [
+        (
+            &["--control-hz", "20"][..],
+            "\"rate policy 50\" there, \"rate policy 20\" here",
+        ),
+        (&["--policy", "lqr"], "\"send policy lqr\" here"),
+        (&["--world", "own"], "a world of its own"),
+        (
+            &["--knob", "link /obs delay:20"],
+            "\"link /obs delay:20\" only here",
+        ),
+    ] {
+        let args = [&["node", "policy", "--connect", &address], options].concat();
+        let complaint = refused(&args, 2);
+        assert!(complaint.contains(why), "{options:?}: {complaint}");
+        assert!(
+            complaint.contains("start both with the same options"),
+            "{complaint}"
+        );
+    }
+    // The plant still waits for one that fits.
+    let _policy = Part::start(&["policy", "--connect", &address, "--policy", "scripted"]);
+    plant.wait_for("the run begins");
+}
+
 #[test]
 fn an_address_in_use_is_an_error() {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");

@@ -10,7 +10,7 @@ use crossbeam_channel::{Receiver, bounded};
 use ratelab::{
     experiment::{Config, Experiment, Taps},
     runtime::{Observer, telemetry::Topology},
-    system::Joints,
+    system::{Alias, Joints},
 };
 use zenoh::{Session, Wait, liveliness::LivelinessToken};
 
@@ -18,6 +18,7 @@ use crate::{
     clock::ClockId,
     command::Commands,
     inlet::Inlet,
+    join::{self, difference},
     key::{Keys, Of},
     machine,
     offset::Offsets,
@@ -44,20 +45,17 @@ const ARRIVALS: usize = 4096;
 
 /// The part of a run in this process, connected to the others. Ends when it is dropped.
 pub struct Bridge {
+    own: Info,
+    aliases: &'static [Alias],
     session: Session,
     inlets: Arc<Vec<Arc<Inlet>>>,
     peers: Arc<Peers>,
     times: Arc<Times>,
-    _ros: Option<Ros>,
-    /// Whether ROS nodes subscribe, by topic.
-    ros_readers: Vec<IsRead>,
+    ros: Option<Ros>,
     _presence: LivelinessToken,
     _watch: Watch,
     reporter: Option<Reporter>,
 }
-
-/// Tells whether somebody subscribes.
-type IsRead = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// What is sent and received, before the run.
 struct Border {
@@ -71,17 +69,19 @@ struct Border {
 
 impl Bridge {
     /// Connects `experiment`, of which the nodes named in `here` run in this process; with
-    /// `ros` also to the nodes of ROS 2 in that domain. Waits for the other end, where this
-    /// is the end that connects.
+    /// `ros` also to the nodes of ROS 2 in that domain. Waits for the process that begins the
+    /// run, unless this is the one; `notice` shows for what.
     ///
     /// # Errors
-    /// [`WireError`] for invalid settings, for a topic that cannot cross the border, and
-    /// for errors of the network.
+    /// [`WireError`] for invalid settings, for a topic that cannot cross the border, for a
+    /// process that has a node of this one already or is set up differently, and for errors
+    /// of the network.
     pub fn start(
         settings: &Settings,
         experiment: &Experiment,
         here: &[String],
         ros: Option<u32>,
+        notice: &dyn Fn(&str),
     ) -> Result<Self, WireError> {
         let (observer, taps) = (experiment.observer(), experiment.taps());
         let offsets = Arc::<Offsets>::default();
@@ -97,36 +97,36 @@ impl Bridge {
         let (arrivals, arrived) = bounded(ARRIVALS);
         let inlets = Arc::new(border.inlets(&taps, &arrivals)?);
         let session = settings.open()?;
+        let own = border.info(&session, experiment.config().clone());
         let (incarnation, keys) = (border.incarnation, border.keys.clone());
         let senders = inlets.clone();
         let gone = move |gone| senders.iter().for_each(|inlet| inlet.sender().gone(gone));
         let peers = Peers::follow(&session, &keys, incarnation, Box::new(gone))?;
+        peers.ask_forever(&offsets)?;
+        let aliases = experiment.system().aliases();
+        join::check(&own, &peers, aliases, &|| notice(&waiting(&peers)))?;
         border.begin(&session, &taps, &inlets)?;
-        let config = experiment.config().clone();
         let joints = experiment.system().joints();
-        let ros = ros.map(|domain| border.ros(&session, domain, &taps, &inlets, joints));
-        let (ros, ros_readers) = ros.transpose()?.unzip();
-        let is_hub = border
-            .topology
-            .nodes
-            .first()
-            .is_some_and(|node| here.contains(&node.name));
-        border.answer(&session, observer.clone(), config, is_hub)?;
-        let commands = Commands::new(experiment, here, is_hub, &peers);
+        let ros = ros.map(|domain| Ros::new(&session, domain, times.clone(), &peers));
+        let ros = ros.map(|ros| border.show_ros(ros, &taps, &inlets, joints));
+        let ros = ros.transpose()?;
+        border.answer(&session, observer.clone(), &own)?;
+        let commands = Commands::new(experiment, here, own.is_hub, &peers);
         commands.answer(&session, &keys, incarnation)?;
         let reporter = border.report(&session, &observer, taps, arrived, &inlets)?;
         let presence = keys.process(incarnation);
         let presence = session.liveliness().declare_token(presence).wait();
         let presence = presence.map_err(|why| WireError::network("cannot be present", &why))?;
-        peers.ask_forever(&offsets)?;
+        join::check_again(&own, &peers)?;
         Ok(Self {
             _watch: Watch::begin(inlets.clone(), peers.clone(), observer, times.clone())?,
+            own,
+            aliases,
             session,
             inlets,
             peers,
             times,
-            _ros: ros,
-            ros_readers: ros_readers.unwrap_or_default(),
+            ros,
             _presence: presence,
             reporter: Some(reporter),
         })
@@ -138,16 +138,27 @@ impl Bridge {
     }
 
     /// What runs in the other processes whose clocks are known, so that their messages
-    /// count.
+    /// count, and that are set up as this one.
     pub fn others(&self) -> Vec<Info> {
         let mut infos = self.peers.infos();
-        infos.retain(|info| self.times.knows(info.clock));
+        let is_alike = |info: &Info| difference(&self.own, info, self.aliases).is_none();
+        infos.retain(|info| self.times.knows(info.clock) && is_alike(info));
         infos
     }
 
-    /// Whether a ROS node subscribes to a topic of this process.
-    pub fn has_ros_readers(&self) -> bool {
-        self.ros_readers.iter().any(|is_read| is_read())
+    /// What keeps processes that are there out of the run: another setup, another graph.
+    pub fn misfits(&self) -> Vec<String> {
+        let infos = self.peers.infos().into_iter();
+        let differ = infos.filter_map(|info| {
+            let why = difference(&self.own, &info, self.aliases)?;
+            Some(format!("{}: {why}", info.place()))
+        });
+        differ.chain(of_other_systems(&self.peers)).collect()
+    }
+
+    /// Whether ROS nodes take the place of the other processes.
+    pub fn has_ros_nodes(&self) -> bool {
+        self.ros.as_ref().is_some_and(Ros::has_others)
     }
 
     /// The clocks of all processes.
@@ -162,6 +173,23 @@ impl Drop for Bridge {
         self.reporter = None;
         let _ = self.session.close().wait();
     }
+}
+
+/// The text for a process that waits for the one that begins the run.
+fn waiting(peers: &Peers) -> String {
+    let mut texts = vec!["waiting for the process that begins the run".to_owned()];
+    texts.extend(of_other_systems(peers));
+    texts.join("; ")
+}
+
+/// The text for processes of other graphs, if there are any.
+fn of_other_systems(peers: &Peers) -> Option<String> {
+    let others = peers.other_systems();
+    let names: Vec<String> = others.into_iter().collect();
+    let names = names.join(", ");
+    (!names.is_empty()).then(|| {
+        format!("there are processes of another graph, {names}: start all with the same graph")
+    })
 }
 
 impl Border {
@@ -246,16 +274,13 @@ impl Border {
     }
 
     /// Shows ROS the topics that cross the border as joint states.
-    fn ros(
+    fn show_ros(
         &self,
-        session: &Session,
-        domain: u32,
+        mut ros: Ros,
         taps: &Taps,
         inlets: &Arc<Vec<Arc<Inlet>>>,
         joints: &[Joints],
-    ) -> Result<(Ros, Vec<IsRead>), WireError> {
-        let mut ros = Ros::new(session, domain, self.times.clone());
-        let mut readers = Vec::new();
+    ) -> Result<Ros, WireError> {
         for joints in joints {
             let mut topics = self.topology.topics.iter();
             let Some(topic) = topics.find(|topic| topic.name == joints.topic) else {
@@ -268,7 +293,7 @@ impl Border {
                 && let Some(tap) = taps.rows(&topic.name, BACKLOG)
             {
                 let name = &self.topology.nodes[node].name;
-                readers.push(ros.publish(name, joints, tap)?);
+                ros.publish(name, joints, tap)?;
             }
             let inlet = inlets.iter().find(|inlet| inlet.name == topic.name);
             if let (Some(node), Some(inlet)) = (here(&topic.readers), inlet) {
@@ -276,41 +301,46 @@ impl Border {
             }
         }
         ros.follow(inlets.clone())?;
-        Ok((ros, readers))
+        Ok(ros)
     }
 
-    /// Answers what runs here, and what time it is.
-    fn answer(
-        &self,
-        session: &Session,
-        observer: Observer,
-        config: Config,
-        is_hub: bool,
-    ) -> Result<(), WireError> {
-        let clock = self.keys.of(self.incarnation, Of::Clock);
-        peers::answers(session, &clock, |query| peers::answer_clock(&query))?;
-        let info = Info {
+    /// What runs here.
+    fn info(&self, session: &Session, config: Config) -> Info {
+        let first = self.topology.nodes.first();
+        Info {
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
             incarnation: self.incarnation,
             host: machine::host(),
             pid: process::id(),
-            is_hub,
+            session: session.zid().to_string(),
+            is_hub: first.is_some_and(|node| self.here.contains(&node.name)),
             nodes: self.here.clone(),
             clock: ClockId::here(),
             zero: None,
             config,
             topology: self.topology.clone(),
             events: Vec::new(),
-        };
-        let times = self.times.clone();
+        }
+    }
+
+    /// Answers what runs here, and what time it is.
+    fn answer(&self, session: &Session, observer: Observer, own: &Info) -> Result<(), WireError> {
+        let clock = self.keys.of(self.incarnation, Of::Clock);
+        let at = clock.clone();
+        peers::answers(session, &clock, move |query| {
+            peers::answer_clock(&query, &at);
+        })?;
+        let (info, times) = (own.clone(), self.times.clone());
         let key = self.keys.of(self.incarnation, Of::Info);
+        let at = key.clone();
         peers::answers(session, &key, move |query| {
             let info = Info {
                 zero: times.zero(),
                 events: observer.events(0),
                 ..info.clone()
             };
-            peers::answer(&query, serde_json::to_vec(&info).unwrap_or_default());
+            let reply = serde_json::to_vec(&info).unwrap_or_default();
+            peers::answer(&query, &at, reply);
         })
     }
 

@@ -27,6 +27,9 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Time without a command after which another dashboard may take the knobs.
 const HELD: Duration = Duration::from_secs(10);
 
+/// The longest name of a dashboard in the log (characters).
+const LONGEST_NAME: usize = 100;
+
 /// A command, and who gives it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Order {
@@ -80,21 +83,22 @@ impl Commands {
         keys: &Keys,
         own: u64,
     ) -> Result<(), WireError> {
-        peers::answers(session, &keys.of(own, Of::Command), move |query| {
-            let commands = self.clone();
+        let key: Arc<str> = keys.of(own, Of::Command).into();
+        peers::answers(session, &key.clone(), move |query| {
+            let (commands, key) = (self.clone(), key.clone());
             // The graph takes its time, and the connection must not wait for it.
-            thread::spawn(move || commands.reply(&query));
+            thread::spawn(move || commands.reply(&query, &key));
         })
     }
 
-    fn reply(&self, query: &Query) {
+    fn reply(&self, query: &Query, key: &str) {
         let order = query.payload().map(|order| order.to_bytes().into_owned());
         let order = order.and_then(|order| serde_json::from_slice(&order).ok());
         let answer: Answer = match order {
             Some(order) => self.decide(&order),
             None => Err("no command: expected one of this version of ratelab".to_owned()),
         };
-        peers::answer(query, serde_json::to_vec(&answer).unwrap_or_default());
+        peers::answer(query, key, serde_json::to_vec(&answer).unwrap_or_default());
     }
 
     fn decide(&self, order: &Order) -> Answer {
@@ -104,7 +108,10 @@ impl Commands {
         let command = &order.command;
         let Command::Set(knob) = command else {
             return match command {
-                Command::Stop => self.everywhere(order),
+                Command::Stop => {
+                    self.note_stop(order);
+                    self.everywhere(order)
+                }
                 _ => Err("its nodes run in several processes, which share the wall's time".into()),
             };
         };
@@ -129,6 +136,16 @@ impl Commands {
                 *holder = Some((order.by, order.name.clone(), Instant::now()));
                 Ok(())
             }
+        }
+    }
+
+    /// Logs who stops the run, as far as he names himself.
+    fn note_stop(&self, order: &Order) {
+        if let Some(node) = self.here.first().filter(|_| self.is_hub) {
+            let name: String = order.name.chars().take(LONGEST_NAME).collect();
+            let what = format!("the run is stopped by {name}");
+            self.observer
+                .note_presence(self.observer.now(), node, true, &what);
         }
     }
 

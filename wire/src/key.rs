@@ -67,6 +67,16 @@ impl Keys {
         format!("{}/process/*", self.root)
     }
 
+    /// The keys of the presences of all systems.
+    pub const ALL: &str = "ratelab/1/*/process/*";
+
+    /// The name of the system that a presence is of, as in the key, unless it is ours.
+    pub fn other_system<'a>(&self, presence: &'a str) -> Option<&'a str> {
+        let (root, _) = presence.split_once("/process/")?;
+        let name = root.strip_prefix("ratelab/1/")?;
+        (root != self.root).then_some(name)
+    }
+
     /// The key of one thing of a process.
     pub fn of(&self, incarnation: u64, of: Of) -> String {
         format!("{}/{}", self.process(incarnation), of.name())

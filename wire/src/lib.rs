@@ -11,6 +11,7 @@ pub mod clock;
 mod command;
 mod follower;
 mod inlet;
+mod join;
 pub mod key;
 mod machine;
 pub mod offset;

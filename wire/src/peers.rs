@@ -1,17 +1,16 @@
 //! The other processes of a run: who is there, what they run, how their clocks are.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
     time::Duration,
 };
 
-use serde::de::DeserializeOwned;
 use zenoh::{
     Session, Wait,
-    query::{ConsolidationMode, Query},
-    sample::SampleKind,
+    query::{ConsolidationMode, Query, QueryTarget},
+    sample::{Sample, SampleKind},
 };
 
 use crate::{
@@ -28,11 +27,18 @@ const PAUSE: Duration = Duration::from_millis(250);
 /// The same while somebody has not answered yet.
 const SHORT: Duration = Duration::from_millis(20);
 
+/// The most rounds of that kind: a presence without a process behind it never answers.
+const EAGER: u32 = 100;
+
 /// Longest wait for a reply.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The most processes that are known at a time.
+/// The most processes that take part at a time.
 const MOST: usize = 64;
+
+/// The most presences that are known at a time. Most of so many are of nobody: whoever may
+/// connect can claim any number, which must not keep a process out that answers.
+const MOST_PRESENCES: usize = 4096;
 
 /// Called with the number of a process that is gone.
 pub type WhenGone = Box<dyn Fn(u64) + Send + Sync>;
@@ -84,7 +90,7 @@ impl Peers {
         };
         let mut known = self.known();
         match kind {
-            SampleKind::Put if known.len() < MOST => {
+            SampleKind::Put if known.len() < MOST_PRESENCES => {
                 known.entry(incarnation).or_insert(None);
             }
             SampleKind::Put => {}
@@ -105,57 +111,109 @@ impl Peers {
         self.known().values().flatten().cloned().collect()
     }
 
-    /// Asks new processes what runs in them, and all other clocks for the time; to be
-    /// called again and again.
+    /// The identities of the sessions of the processes that have answered, as zenoh prints
+    /// them, and our own.
+    pub fn sessions(&self) -> BTreeSet<String> {
+        let others = self.infos().into_iter().map(|info| info.session);
+        others.chain([self.session.zid().to_string()]).collect()
+    }
+
+    /// The processes that are present now.
+    ///
+    /// # Errors
+    /// [`WireError`] if the connection fails.
+    pub fn present(&self) -> Result<BTreeSet<u64>, WireError> {
+        let found = self.session.liveliness().get(self.keys.processes());
+        let found = found.timeout(PATIENCE).wait();
+        let found = found.map_err(|why| WireError::network("cannot look for processes", &why))?;
+        let found = found.iter().filter_map(|reply| reply.into_result().ok());
+        let mut known = self.known();
+        let present = found.filter_map(|sample| {
+            let incarnation = self.keys.incarnation(sample.key_expr().as_str())?;
+            (incarnation != self.own).then(|| {
+                known.entry(incarnation).or_insert(None);
+                incarnation
+            })
+        });
+        Ok(present.take(MOST_PRESENCES).collect())
+    }
+
+    /// The names of the other systems that have processes here.
+    pub fn other_systems(&self) -> BTreeSet<String> {
+        let found = self.session.liveliness().get(Keys::ALL).timeout(PATIENCE);
+        let Ok(found) = found.wait() else {
+            return BTreeSet::new();
+        };
+        let found = found.iter().filter_map(|reply| reply.into_result().ok());
+        let names = found.filter_map(|sample| {
+            let name = self.keys.other_system(sample.key_expr().as_str())?;
+            Some(name.to_owned())
+        });
+        names.take(MOST).collect()
+    }
+
+    /// Asks all processes what runs in them, if one has not answered yet, and for the time, if
+    /// one has another clock; to be called again and again.
     pub fn ask(&self, offsets: &Offsets) {
-        let known: Vec<(u64, bool)> = self
-            .known()
-            .iter()
-            .map(|(incarnation, info)| (*incarnation, info.is_some()))
-            .collect();
-        for (incarnation, is_known) in known {
-            if !is_known && let Some(info) = self.get::<Info>(incarnation, Of::Info) {
-                let mut known = self.known();
-                if let Some(entry) = known.get_mut(&incarnation) {
-                    *entry = Some(info);
+        if self.known().values().any(Option::is_none) {
+            self.ask_all(Of::Info, |incarnation, reply| {
+                if let Ok(info) = serde_json::from_slice::<Info>(reply) {
+                    self.answered(incarnation, info);
                 }
-            }
-            self.ask_clock(incarnation, offsets);
+            });
+        }
+        let mut clocks = self.infos().into_iter().map(|info| info.clock);
+        if clocks.any(|clock| clock != ClockId::here()) {
+            self.ask_clocks(offsets);
         }
     }
 
-    /// Asks the process for its clock, unless it is ours.
-    fn ask_clock(&self, incarnation: u64, offsets: &Offsets) {
-        let known = self
-            .known()
-            .get(&incarnation)
-            .and_then(Option::as_ref)
-            .map(|info| info.clock);
-        if known == Some(ClockId::here()) {
-            return;
+    /// Notes what runs in a process.
+    fn answered(&self, incarnation: u64, info: Info) {
+        let mut known = self.known();
+        let answered = known.values().flatten().count();
+        if let Some(entry @ None) = known.get_mut(&incarnation)
+            && answered < MOST
+            && info.incarnation == incarnation
+        {
+            *entry = Some(info);
         }
+    }
+
+    fn ask_clocks(&self, offsets: &Offsets) {
         let left = clock::now();
-        let Some(reply) = self.ask_bytes(incarnation, Of::Clock, Vec::new()) else {
+        self.ask_all(Of::Clock, |incarnation, reply| {
+            let returned = clock::now();
+            let is_known = matches!(self.known().get(&incarnation), Some(Some(_)));
+            if let Some((clock, arrived, answered)) = read_clock(reply)
+                && is_known
+                && clock != ClockId::here()
+            {
+                let trip = RoundTrip {
+                    left,
+                    arrived,
+                    answered,
+                    returned,
+                };
+                offsets.add(clock, trip);
+            }
+        });
+    }
+
+    /// Asks all processes at once: one that does not answer keeps nobody waiting. Calls `take`
+    /// for each answer as it comes.
+    fn ask_all(&self, of: Of, take: impl Fn(u64, &[u8])) {
+        let asked = self.session.get(self.keys.of_all(of));
+        let asked = asked.target(QueryTarget::All).timeout(PATIENCE);
+        let Ok(replies) = asked.consolidation(ConsolidationMode::None).wait() else {
             return;
         };
-        let returned = clock::now();
-        if let Some((clock, arrived, answered)) = read_clock(&reply)
-            && clock != ClockId::here()
-        {
-            let trip = RoundTrip {
-                left,
-                arrived,
-                answered,
-                returned,
-            };
-            offsets.add(clock, trip);
+        let answers = replies.iter().filter_map(|reply| reply.into_result().ok());
+        for answer in answers.take(MOST_PRESENCES) {
+            if let Some(from) = self.keys.incarnation(answer.key_expr().as_str()) {
+                take(from, &payload(&answer));
+            }
         }
-    }
-
-    /// The answer of a process.
-    pub fn get<T: DeserializeOwned>(&self, incarnation: u64, of: Of) -> Option<T> {
-        let reply = self.ask_bytes(incarnation, of, Vec::new())?;
-        serde_json::from_slice(&reply).ok()
     }
 
     /// The bytes of the answer of a process to `question`; `None` if it does not answer.
@@ -170,8 +228,7 @@ impl Peers {
             .wait()
             .ok()?;
         let reply = replies.recv().ok()?;
-        let sample = reply.into_result().ok()?;
-        Some(sample.payload().to_bytes().into_owned())
+        Some(payload(&reply.into_result().ok()?))
     }
 
     /// Asks for as long as anybody else has these peers.
@@ -179,15 +236,19 @@ impl Peers {
         let (peers, offsets) = (Arc::downgrade(self), offsets.clone());
         let thread = thread::Builder::new().name("peers".to_owned());
         let begun = thread.spawn(move || {
+            let (mut before, mut rounds) = ((0, 0), 0);
             while let Some(peers) = peers.upgrade() {
                 if peers.session.is_closed() {
                     return;
                 }
                 peers.ask(&offsets);
                 let known = peers.known();
-                let waiting = known.is_empty() || known.values().any(Option::is_none);
+                let counts = (known.len(), known.values().flatten().count());
                 drop(known);
                 drop(peers);
+                rounds = if counts == before { rounds + 1 } else { 0 };
+                before = counts;
+                let waiting = counts.0 == 0 || (counts.0 > counts.1 && rounds < EAGER);
                 thread::sleep(if waiting { SHORT } else { PAUSE });
             }
         });
@@ -196,18 +257,22 @@ impl Peers {
     }
 }
 
-/// Answers a query for our clock.
-pub(crate) fn answer_clock(query: &Query) {
+fn payload(sample: &Sample) -> Vec<u8> {
+    sample.payload().to_bytes().into_owned()
+}
+
+/// Answers a query for our clock, which is at `key`.
+pub(crate) fn answer_clock(query: &Query, key: &str) {
     let arrived = clock::now();
     let mut reply = ClockId::here().0.to_le_bytes().to_vec();
     reply.extend(arrived.to_le_bytes());
     reply.extend(clock::now().to_le_bytes());
-    answer(query, reply);
+    answer(query, key, reply);
 }
 
-/// Sends `reply`; nobody may wait for it any more.
-pub(crate) fn answer(query: &Query, reply: Vec<u8>) {
-    let _ = query.reply(query.key_expr().clone(), reply).wait();
+/// Sends `reply` as that of `key`; nobody may wait for it any more.
+pub(crate) fn answer(query: &Query, key: &str, reply: Vec<u8>) {
+    let _ = query.reply(key.to_owned(), reply).wait();
 }
 
 /// Declares that queries for `key` are answered by `reply`.

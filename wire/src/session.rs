@@ -18,6 +18,9 @@ pub enum WireError {
     /// An invalid setting, with a remedy.
     #[error("{0}")]
     Setting(String),
+    /// Another process has a node of this one, with a remedy.
+    #[error("{0}")]
+    Taken(String),
     /// The network refused.
     #[error("{what}: {why}")]
     Network {

@@ -24,6 +24,9 @@ pub struct Info {
     pub host: String,
     /// Number of the process there.
     pub pid: u32,
+    /// Identity of its session, as zenoh prints it.
+    #[serde(default)]
+    pub session: String,
     /// Whether it listens: run time is its run time, and commands go to it.
     pub is_hub: bool,
     /// Names of the nodes that run there.
@@ -38,6 +41,14 @@ pub struct Info {
     pub topology: Topology,
     /// The events so far.
     pub events: Vec<Event>,
+}
+
+impl Info {
+    /// Its nodes, and where they run.
+    pub fn place(&self) -> String {
+        let Self { pid, host, .. } = self;
+        format!("{} in process {pid} on {host}", self.nodes.join(" and "))
+    }
 }
 
 /// What happened since the last batch. Times are run times of the process.

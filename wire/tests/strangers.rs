@@ -11,7 +11,10 @@ use std::{
     thread,
 };
 
-use ratelab::{cartpole::CartPole, experiment::Experiment};
+use ratelab::{
+    cartpole::CartPole,
+    experiment::{Config, Experiment},
+};
 use ratelab_wire::{
     Bridge, End, Refusal, Settings,
     clock::{self, ClockId},
@@ -113,6 +116,74 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
     let sender = inlet.sender();
     assert_eq!((sender.lost, sender.starts), (0, 1), "{refused:?}");
     assert!(summary.topic("/action").published > 50);
+}
+
+#[test]
+fn presences_that_nobody_answers_for_keep_no_process_out() {
+    let address = address();
+    let (_plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
+    let claimed = (1..=200).map(|number| {
+        let token = session.liveliness().declare_token(keys.process(number));
+        token.wait().expect("a presence")
+    });
+    let claimed: Vec<_> = claimed.collect();
+    let (_policy, here) = part(&POLICY, &settings(End::Connect(vec![address]), None));
+    while there.others().is_empty() || here.others().is_empty() {
+        thread::yield_now();
+    }
+    assert_eq!(there.others()[0].nodes, POLICY);
+    drop(claimed);
+}
+
+#[test]
+fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
+    let address = address();
+    let here = PLANT.map(str::to_owned);
+    let experiment = Experiment::part(Arc::new(CartPole::default()), &Config::default(), &here);
+    let experiment = experiment.expect("a part");
+    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let bridge = Bridge::start(&listen, &experiment, &here, Some(9), &|_| ()).expect("listens");
+    let session = stranger(&address);
+    let [obs, action] = ["obs", "action"].map(|topic| {
+        let hash = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+        format!("{topic}/sensor_msgs::msg::dds_::JointState_/{hash}")
+    });
+    let looks_on = session
+        .declare_subscriber(format!("9/{obs}"))
+        .callback(|_| ());
+    let _looks_on = looks_on.wait().expect("a subscriber");
+    let all = session.declare_subscriber("9/**").callback(|_| ());
+    let _all = all.wait().expect("a subscriber");
+    let token = |zid: &str| {
+        let token = format!("@ros2_lv/9/{zid}/0/1/MP/%/%/policy/%{action}/::,1:,:,:,,");
+        session
+            .liveliness()
+            .declare_token(token)
+            .wait()
+            .expect("a token")
+    };
+    // Of a process of ratelab itself: its messages come without ROS.
+    let own = session
+        .info()
+        .routers_zid()
+        .wait()
+        .next()
+        .expect("the plant");
+    let of_ours = token(&own.to_string());
+    // Tokens and subscriptions come in order: after this answer they are there.
+    let known = session
+        .liveliness()
+        .get("@ros2_lv/9/**")
+        .wait()
+        .expect("asked");
+    while known.recv().is_ok() {}
+    assert!(!bridge.has_ros_nodes());
+    drop(of_ours);
+    let _acts = token("b0b");
+    while !bridge.has_ros_nodes() {
+        thread::yield_now();
+    }
 }
 
 /// The configuration `name` of the manual, with these users.

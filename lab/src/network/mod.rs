@@ -24,6 +24,8 @@ use crate::error::Error;
 fn wire_error(error: WireError) -> Error {
     match error {
         WireError::Setting(why) => Error::BadInput(why),
-        error @ WireError::Network { .. } => Error::Network(error.to_string()),
+        error @ (WireError::Taken(_) | WireError::Network { .. }) => {
+            Error::Network(error.to_string())
+        }
     }
 }

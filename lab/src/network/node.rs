@@ -1,6 +1,11 @@
 //! One process of a run.
 
-use std::{path::Path, process, thread, time::Duration};
+use std::{
+    collections::BTreeSet,
+    path::Path,
+    process, thread,
+    time::{Duration, Instant},
+};
 
 use ratelab::{
     experiment::{Config, Experiment, Summary},
@@ -25,6 +30,9 @@ const DEFAULTS: Defaults = Defaults {
     end: Time::MAX,
     speed: Speed::Unlimited,
 };
+
+/// Time between two looks for processes that do not fit.
+const SETTLED: Duration = Duration::from_secs(1);
 
 /// Time between two looks for the other nodes.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -123,7 +131,8 @@ impl<'a> ConnectedRun<'a> {
         if let End::Connect(addresses) = &settings.end {
             note(&format!("connecting to {}", addresses.join(", ")));
         }
-        let bridge = Bridge::start(settings, &experiment, here, part.ros).map_err(wire_error)?;
+        let bridge = Bridge::start(settings, &experiment, here, part.ros, &note);
+        let bridge = bridge.map_err(wire_error)?;
         let run = Self {
             program,
             part,
@@ -145,17 +154,23 @@ impl<'a> ConnectedRun<'a> {
         let nodes = self.experiment.observer().topology().nodes.into_iter();
         let mut away: Vec<String> = nodes.map(|node| node.name).collect();
         away.retain(|node| !self.part.here.contains(node));
-        let mut said = false;
+        let (mut looked, mut noted) = (Instant::now(), BTreeSet::new());
         loop {
             let others = self.bridge.others();
             away.retain(|node| !others.iter().any(|info| info.nodes.contains(node)));
-            if away.is_empty() || self.bridge.has_ros_readers() {
+            if away.is_empty() || self.bridge.has_ros_nodes() {
                 note("all nodes are there: the run begins");
                 return;
             }
-            if !said {
-                note(&format!("waiting for {}", away.join(", ")));
-                said = true;
+            let mut texts = vec![format!("waiting for {}", away.join(", "))];
+            if looked.elapsed() > SETTLED {
+                texts.extend(self.bridge.misfits());
+                looked = Instant::now();
+            }
+            for text in texts {
+                if noted.insert(text.clone()) {
+                    note(&text);
+                }
             }
             thread::sleep(PAUSE);
         }

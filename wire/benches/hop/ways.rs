@@ -162,7 +162,7 @@ fn part(hz: u32, node: &str, end: End) -> (Experiment, Bridge) {
         insecure: false,
         file: None,
     };
-    let bridge = Bridge::start(&settings, &part, &here, None).expect("a connection");
+    let bridge = Bridge::start(&settings, &part, &here, None, &|_| ()).expect("a connection");
     while bridge.others().is_empty() {
         thread::sleep(Duration::from_millis(1));
     }

@@ -5,6 +5,7 @@
 
 mod cdr;
 mod name;
+mod publishers;
 mod stamps;
 
 use std::{
@@ -30,9 +31,10 @@ use zenoh::{
 use self::{
     cdr::{JointState, Stamp, encode_clock},
     name::{Attachment, CLOCK, EndKind, Entity, JOINT_STATE, Type, key},
+    publishers::Publishers,
     stamps::Stamps,
 };
-use crate::{inlet::Inlet, refusal::Refusal, session::WireError, times::Times};
+use crate::{inlet::Inlet, peers::Peers, refusal::Refusal, session::WireError, times::Times};
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {
@@ -40,10 +42,18 @@ pub(crate) struct Ros {
     domain: u32,
     times: Arc<Times>,
     stamps: Arc<Stamps>,
+    publishers: Arc<Publishers>,
+    /// The keys of the topics that are read here.
+    read: Vec<String>,
+    /// Whether ROS nodes subscribe to the topics that are published here.
+    written: Vec<IsRead>,
     /// Number of the next node or endpoint.
     next: AtomicU32,
     tokens: Vec<LivelinessToken>,
 }
+
+/// Tells whether somebody subscribes.
+type IsRead = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// A publisher with its presence.
 struct Out {
@@ -66,8 +76,16 @@ impl Out {
 
 impl Ros {
     /// The side of a process in `domain`.
-    pub(crate) fn new(session: &Session, domain: u32, times: Arc<Times>) -> Self {
+    pub(crate) fn new(
+        session: &Session,
+        domain: u32,
+        times: Arc<Times>,
+        peers: &Arc<Peers>,
+    ) -> Self {
         Self {
+            publishers: Publishers::new(peers),
+            read: Vec::new(),
+            written: Vec::new(),
             session: session.clone(),
             domain,
             times,
@@ -112,13 +130,15 @@ impl Ros {
         })
     }
 
-    /// Tells `inlets` of publishers that are gone.
+    /// Follows the publishers, and tells `inlets` of those that are gone.
     pub(crate) fn follow(&self, inlets: Arc<Vec<Arc<Inlet>>>) -> Result<(), WireError> {
         let all = format!("@ros2_lv/{}/*/*/*/MP/**", self.domain);
-        let liveliness = self.session.liveliness();
-        let followed = liveliness.declare_subscriber(all).callback(move |sample| {
+        let (liveliness, publishers) = (self.session.liveliness(), self.publishers.clone());
+        let followed = liveliness.declare_subscriber(all).history(true);
+        let followed = followed.callback(move |sample| {
+            let gid = publishers.note(sample.key_expr().as_str(), sample.kind());
             if sample.kind() == SampleKind::Delete {
-                let gone = incarnation(Attachment::gid(sample.key_expr().as_str()));
+                let gone = incarnation(gid);
                 inlets.iter().for_each(|inlet| inlet.sender().gone(gone));
             }
         });
@@ -126,14 +146,22 @@ impl Ros {
         followed.map_err(|why| WireError::network("cannot watch for ROS nodes", &why))
     }
 
+    /// Whether ROS nodes take the place of the others: they publish to all topics that are
+    /// read here, and read one that is published here. One that only looks on does not.
+    pub(crate) fn has_others(&self) -> bool {
+        let mut read = self.read.iter();
+        let acts = !self.read.is_empty() && read.all(|key| self.publishers.publish_to(key));
+        acts && self.written.iter().any(|is_read| is_read())
+    }
+
     /// Publishes the messages of `node` on a topic as joint states, and the run time of each
-    /// as `/clock`; returns whether somebody subscribes to the joint states.
+    /// as `/clock`.
     pub(crate) fn publish(
         &mut self,
         node: &str,
         joints: &Joints,
         tap: RowTap,
-    ) -> Result<Box<dyn Fn() -> bool + Send + Sync>, WireError> {
+    ) -> Result<(), WireError> {
         let entity = self.entity(node);
         self.declare(&entity.token())?;
         let states = Arc::new(self.out(&entity, joints.topic, JOINT_STATE)?);
@@ -155,10 +183,11 @@ impl Ros {
             }
         });
         begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
-        Ok(Box::new(move || {
+        self.written.push(Box::new(move || {
             let status = states.publisher.matching_status().wait();
             status.is_ok_and(|status| status.matching())
-        }))
+        }));
+        Ok(())
     }
 
     /// Takes joint states for `node` as messages of a topic.
@@ -179,9 +208,17 @@ impl Ros {
         self.declare(&token)?;
         let key = key(self.domain, joints.topic, JOINT_STATE);
         let what = format!("cannot subscribe to {key}");
+        self.read.push(key.clone());
         let (joints, inlet, stamps) = (*joints, inlet.clone(), self.stamps.clone());
+        let publishers = self.publishers.clone();
         let receive = move |sample: Sample| {
-            if let Err(why) = take(&joints, &inlet, &stamps, &sample) {
+            let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
+            let taken = match attachment.and_then(|bytes| Attachment::decode(&bytes)) {
+                Some(from) if publishers.is_ours(from.gid) => Ok(()),
+                Some(from) => take(&joints, &inlet, &stamps, from, &sample),
+                None => Err(Refusal::Format),
+            };
+            if let Err(why) = taken {
                 inlet.refused.count(why);
             }
         };
@@ -216,10 +253,13 @@ fn joint_state(
 }
 
 /// Takes a joint state from anybody.
-fn take(joints: &Joints, inlet: &Inlet, stamps: &Stamps, sample: &Sample) -> Result<(), Refusal> {
-    let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
-    let attachment = attachment.and_then(|bytes| Attachment::decode(&bytes));
-    let attachment = attachment.ok_or(Refusal::Format)?;
+fn take(
+    joints: &Joints,
+    inlet: &Inlet,
+    stamps: &Stamps,
+    attachment: Attachment,
+    sample: &Sample,
+) -> Result<(), Refusal> {
     let payload = sample.payload().to_bytes();
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
     let values = JointValues {

@@ -92,6 +92,45 @@ impl Entity {
     }
 }
 
+/// A publisher, as its token has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PublisherToken {
+    /// The session's identity, as zenoh prints it.
+    pub session: String,
+    /// The [`key`] of its topic.
+    pub key: String,
+}
+
+impl PublisherToken {
+    /// Reads a token; `None` for one of anything else.
+    pub fn parse(token: &str) -> Option<Self> {
+        let parts: Vec<&str> = token.split('/').collect();
+        let [
+            "@ros2_lv",
+            domain,
+            session,
+            _,
+            _,
+            "MP",
+            _,
+            _,
+            _,
+            topic,
+            name,
+            hash,
+            _,
+        ] = parts[..]
+        else {
+            return None;
+        };
+        let topic = topic.trim_start_matches('%').replace('%', "/");
+        Some(Self {
+            session: session.to_owned(),
+            key: format!("{domain}/{topic}/{name}/{hash}"),
+        })
+    }
+}
+
 /// What accompanies each message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attachment {

@@ -32,6 +32,6 @@ pub fn part(system: Arc<dyn System>, nodes: &[&str], settings: &Settings) -> (Ex
         ..Config::default()
     };
     let part = Experiment::part(system, &config, &here).expect("a part");
-    let bridge = Bridge::start(settings, &part, &here, None).expect("connected");
+    let bridge = Bridge::start(settings, &part, &here, None, &|_| ()).expect("connected");
     (part, bridge)
 }

@@ -284,6 +284,7 @@ mod tests {
             incarnation,
             host: "robot".to_owned(),
             pid: 1,
+            session: String::new(),
             is_hub: node == "plant",
             nodes: vec![node.to_owned()],
             clock: ClockId(clock),

@@ -1,0 +1,62 @@
+//! The publishers of ROS nodes, by their presence.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use zenoh::sample::SampleKind;
+
+use super::name::{Attachment, PublisherToken};
+use crate::peers::Peers;
+
+/// The most publishers that are known at a time.
+const MOST: usize = 4096;
+
+/// The publishers that are there, by their identities.
+pub(crate) struct Publishers {
+    peers: Arc<Peers>,
+    known: Mutex<BTreeMap<[u8; 16], PublisherToken>>,
+}
+
+impl Publishers {
+    /// Nobody yet. The processes of ratelab are among `peers`.
+    pub(crate) fn new(peers: &Arc<Peers>) -> Arc<Self> {
+        let peers = peers.clone();
+        let known = Mutex::default();
+        Arc::new(Self { peers, known })
+    }
+
+    /// Notes a publisher that is there or gone; returns its identity.
+    pub(crate) fn note(&self, token: &str, kind: SampleKind) -> [u8; 16] {
+        let gid = Attachment::gid(token);
+        let mut known = self.known();
+        match (kind, PublisherToken::parse(token)) {
+            (SampleKind::Delete, _) => drop(known.remove(&gid)),
+            (SampleKind::Put, Some(publisher)) if known.len() < MOST => {
+                known.insert(gid, publisher);
+            }
+            (SampleKind::Put, _) => {}
+        }
+        gid
+    }
+
+    /// Whether a publisher is of a process of ratelab, whose messages come without ROS.
+    pub(crate) fn is_ours(&self, gid: [u8; 16]) -> bool {
+        let known = self.known();
+        let publisher = known.get(&gid);
+        publisher.is_some_and(|publisher| self.peers.sessions().contains(&publisher.session))
+    }
+
+    /// Whether a ROS node publishes to the topic with this `key`.
+    pub(crate) fn publish_to(&self, key: &str) -> bool {
+        let ours = self.peers.sessions();
+        let known = self.known();
+        let mut publishers = known.values();
+        publishers.any(|known| known.key == key && !ours.contains(&known.session))
+    }
+
+    fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 16], PublisherToken>> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
