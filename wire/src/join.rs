@@ -207,20 +207,13 @@ fn of_graphs(here: &Topology, there: &Topology) -> String {
 mod tests {
     use super::*;
     use crate::clock::ClockId;
-    use ratelab::{
-        cartpole::CartPole,
-        experiment::{Config, Experiment},
-        system::System,
-    };
+    use ratelab::{cartpole::CartPole, experiment::Experiment, system::System};
     use std::sync::Arc;
 
     /// What runs in a process with these settings.
     fn info(setup: &str, change: impl FnOnce(&mut Info)) -> Info {
         let (system, config) = (Arc::new(CartPole::default()), CartPole::config(setup));
-        let config = Config {
-            ..config.expect("a setup")
-        };
-        let experiment = Experiment::new(system, &config).expect("cart-pole");
+        let experiment = Experiment::new(system, &config.expect("a setup")).expect("cart-pole");
         let mut info = Info {
             ratelab: "1".to_owned(),
             incarnation: 1,
@@ -239,102 +232,88 @@ mod tests {
         info
     }
 
+    /// The first knob is the one that a process has, the second that of the other.
     #[test]
-    fn processes_that_are_set_up_differently_are_told_how() {
-        let aliases = CartPole::default().aliases();
-        let same = |_: &mut Info| ();
-        let file = |path: &str, digest: &str| Knob::Send {
-            node: "policy".to_owned(),
-            text: format!("{path}@sha256:{digest}"),
-        };
-        let with = |knob: Knob| move |info: &mut Info| info.config.setup.set(knob);
+    fn processes_with_other_knobs_are_told_which() {
         let many = "control-hz 20, sensor-hz 20, queue-depth 3, think-ms 30";
-        for (case, own, other, expected) in [
-            ("the same", info("", same), info("", same), None),
+        for (own, other, expected) in [
+            ("", "", None),
+            ("", "policy scripted, control-hz 50", None),
             (
-                "a default",
-                info("", same),
-                info("policy scripted, control-hz 50", same),
-                None,
-            ),
-            (
-                "seed",
-                info("", same),
-                info("", |info| info.config.seed = 7),
-                None,
-            ),
-            (
-                "a file elsewhere",
-                info("", with(file("a/p", "12"))),
-                info("", with(file("b/p", "12"))),
-                None,
-            ),
-            (
-                "another file",
-                info("", with(file("a/p", "12"))),
-                info("", with(file("a/p", "13"))),
-                Some("\"send policy a/p@sha256:13\" there"),
-            ),
-            (
-                "version",
-                info("", same),
-                info("", |info| info.ratelab = "2".to_owned()),
-                Some("ratelab 2 there, 1 here"),
-            ),
-            (
-                "rate",
-                info("", same),
-                info("control-hz 20", same),
+                "",
+                "control-hz 20",
                 Some("\"rate policy 20\" there, \"rate policy 50\" here"),
             ),
             (
-                "policy",
-                info("policy lqr", same),
-                info("", same),
+                "policy lqr",
+                "",
                 Some("\"send policy scripted\" there, \"send policy lqr\" here"),
             ),
+            ("takes sensor 3", "", Some("\"takes sensor 3\" only here")),
+            (many, "", Some("2 more")),
+        ] {
+            let difference = of(&info(own, |_| ()), &info(other, |_| ()));
+            check(&format!("{own}, {other}"), difference, expected);
+        }
+    }
+
+    #[test]
+    fn processes_that_are_set_up_differently_are_told_how() {
+        let policy = |text: &'static str| {
+            move |info: &mut Info| {
+                let (node, text) = ("policy".to_owned(), text.to_owned());
+                info.config.setup.set(Knob::Send { node, text });
+            }
+        };
+        let own_world = WorldKind::parse("own", None).expect("a world");
+        let changed = |change: &dyn Fn(&mut Info)| info("", change);
+        let here = changed(&policy("a/p@sha256:12"));
+        for (other, expected) in [
+            (changed(&policy("b/p@sha256:12")), None),
             (
-                "a knob",
-                info("", with("takes sensor 3".parse().expect("a knob"))),
-                info("", same),
-                Some("\"takes sensor 3\" only here"),
+                changed(&policy("a/p@sha256:13")),
+                Some("\"send policy a/p@sha256:13\" there"),
+            ),
+        ] {
+            check("a file", of(&here, &other), expected);
+        }
+        let here = changed(&|_| ());
+        for (other, expected) in [
+            (changed(&|info| info.config.seed = 7), None),
+            (
+                changed(&|info| info.ratelab = "2".to_owned()),
+                Some("ratelab 2 there, 1 here"),
             ),
             (
-                "world",
-                info("", same),
-                info("", |info| {
-                    info.config.world = WorldKind::parse("own", None).expect("a world")
-                }),
+                changed(&|info| info.config.world = own_world),
                 Some("a world of its own with steps of 1 ms there"),
             ),
-            ("many", info(many, same), info("", same), Some("2 more")),
             (
-                "graph",
-                info("", same),
-                info("", |info| {
-                    info.topology.nodes[1].name = "planner".to_owned()
-                }),
+                changed(&|info| info.topology.nodes[1].name = "planner".to_owned()),
                 Some("a node planner there, policy here"),
             ),
             (
-                "topics",
-                info("", same),
-                info("", |info| drop(info.topology.topics.pop())),
+                changed(&|info| drop(info.topology.topics.pop())),
                 Some("topics there"),
             ),
         ] {
-            let found = difference(&own, &other, aliases);
-            match expected {
-                None => assert_eq!(found, None, "{case}"),
-                Some(text) => {
-                    let found = found.unwrap_or_else(|| panic!("{case}: no difference"));
-                    assert!(found.contains(text), "{case}: {found}");
-                    assert!(
-                        found.ends_with("start both with the same options"),
-                        "{found}"
-                    );
-                }
-            }
+            check("another setting", of(&here, &other), expected);
         }
+    }
+
+    fn of(own: &Info, other: &Info) -> Option<String> {
+        difference(own, other, CartPole::default().aliases())
+    }
+
+    fn check(case: &str, found: Option<String>, expected: Option<&str>) {
+        let Some(text) = expected else {
+            return assert_eq!(found, None, "{case}");
+        };
+        let found = found.unwrap_or_else(|| panic!("{case}: no difference"));
+        assert!(found.contains(text), "{case}: {found}");
+        assert!(
+            found.ends_with("start both with the same options"),
+            "{case}: {found}"
+        );
     }
 }

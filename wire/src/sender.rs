@@ -145,72 +145,96 @@ mod tests {
         assert_eq!((sender.lost, sender.starts), (0, 3));
     }
 
+    /// Messages: number, time since the one before (ms), and what follows.
+    type Messages = &'static [(u64, u64, Result<(), Refusal>)];
+
+    /// A name, messages after number 0, and how many count as lost.
+    const CASES: &[(&str, Messages, u64)] = &[
+        ("in order", &[(1, 20, Ok(())), (2, 20, Ok(()))], 0),
+        ("some lost", &[(1, 20, Ok(())), (51, 1_000, Ok(()))], 49),
+        (
+            "late and repeated",
+            &[
+                (2, 20, Ok(())),
+                (1, 0, Err(Refusal::Repeated)),
+                (2, 0, Err(Refusal::Repeated)),
+            ],
+            1,
+        ),
+        (
+            "a forged jump",
+            &[
+                (1, 20, Ok(())),
+                (1_000_000, 20, Err(Refusal::Jump)),
+                (2, 20, Ok(())),
+            ],
+            0,
+        ),
+        (
+            "the greatest",
+            &[
+                (1, 20, Ok(())),
+                (u64::MAX, 20, Err(Refusal::Jump)),
+                (2, 20, Ok(())),
+            ],
+            0,
+        ),
+        (
+            "half of it",
+            &[
+                (1, 20, Ok(())),
+                (1 << 63, 20, Err(Refusal::Jump)),
+                (2, 20, Ok(())),
+            ],
+            0,
+        ),
+        (
+            "jump after jump",
+            &[
+                (1, 20, Ok(())),
+                (1_000_000, 20, Err(Refusal::Jump)),
+                (2_000_000, 20, Err(Refusal::Jump)),
+                (2, 10, Ok(())),
+            ],
+            0,
+        ),
+        (
+            "a jump within reach, and back",
+            &[
+                (250, 20, Ok(())),
+                (1, 20, Err(Refusal::Repeated)),
+                (2, 100, Ok(())),
+                (3, 20, Ok(())),
+            ],
+            249,
+        ),
+        (
+            "numbers from elsewhere after a silence",
+            &[
+                (1, 20, Ok(())),
+                (1 << 40, 100, Ok(())),
+                ((1 << 40) + 1, 20, Ok(())),
+            ],
+            0,
+        ),
+        (
+            "the last number of all",
+            &[(1, 20, Ok(())), (u64::MAX, 200, Ok(())), (2, 200, Ok(()))],
+            0,
+        ),
+    ];
+
     #[test]
     fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
-        use Refusal::{Jump, Repeated};
-        let (ok, once) = (Ok(()), 20);
-        for (case, messages, lost) in [
-            ("in order", &[(1, once, ok), (2, once, ok)][..], 0),
-            ("some lost", &[(1, once, ok), (51, 1_000, ok)], 49),
-            (
-                "late and repeated",
-                &[(2, once, ok), (1, 0, Err(Repeated)), (2, 0, Err(Repeated))],
-                1,
-            ),
-            (
-                "a forged jump",
-                &[(1, once, ok), (1_000_000, once, Err(Jump)), (2, once, ok)],
-                0,
-            ),
-            (
-                "the greatest",
-                &[(1, once, ok), (u64::MAX, once, Err(Jump)), (2, once, ok)],
-                0,
-            ),
-            (
-                "half of it",
-                &[(1, once, ok), (1 << 63, once, Err(Jump)), (2, once, ok)],
-                0,
-            ),
-            (
-                "jump after jump",
-                &[
-                    (1, once, ok),
-                    (1_000_000, once, Err(Jump)),
-                    (2_000_000, once, Err(Jump)),
-                    (2, 10, ok),
-                ],
-                0,
-            ),
-            (
-                "a jump within reach, and back",
-                &[
-                    (250, once, ok),
-                    (1, once, Err(Repeated)),
-                    (2, 100, ok),
-                    (3, once, ok),
-                ],
-                249,
-            ),
-            (
-                "numbers from elsewhere after a silence",
-                &[(1, once, ok), (1 << 40, 100, ok), ((1 << 40) + 1, once, ok)],
-                0,
-            ),
-            (
-                "the last number of all",
-                &[(1, once, ok), (u64::MAX, 200, ok), (2, 200, ok)],
-                0,
-            ),
-        ] {
+        for (case, messages, lost) in CASES {
             let (mut now, mut sender) = (Instant::now(), Sender::default());
             assert_eq!(sender.accept(1, 0, now, PATIENCE), Ok(()));
-            for (seq, after, expected) in messages {
+            for (seq, after, expected) in *messages {
                 now += Duration::from_millis(*after);
                 let accepted = sender.accept(1, *seq, now, PATIENCE);
                 assert_eq!(accepted, *expected, "{case}: {seq}");
             }
-            assert_eq!((sender.lost, sender.starts), (lost, 1), "{case}");
+            assert_eq!((sender.lost, sender.starts), (*lost, 1), "{case}");
         }
     }
 }

@@ -248,6 +248,22 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
 }
 
+/// Keys that somebody may try.
+const KEYS: [&str; 12] = [
+    "ratelab/1/cart-pole/data/policy/action",
+    "ratelab/1/cart-pole/data/sensor/obs",
+    "ratelab/1/cart-pole/data/actuator/state",
+    "ratelab/1/cart-pole/process/0123456789abcdef",
+    "ratelab/1/cart-pole/process/0123456789abcdef/clock",
+    "ratelab/1/cart-pole/process/0123456789abcdef/info",
+    "ratelab/1/cart-pole/process/0123456789abcdef/command",
+    "ratelab/1/cart-pole/process/0123456789abcdef/telemetry",
+    "ratelab/1/cart-pole/other",
+    "0/action/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+    "0/obs/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+    "anything",
+];
+
 #[test]
 fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_else() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -268,37 +284,23 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
     });
     let _answers = answers.wait().expect("a queryable");
     let connect = End::Connect(vec![address]);
-    let keys = [
-        "ratelab/1/cart-pole/data/policy/action",
-        "ratelab/1/cart-pole/data/sensor/obs",
-        "ratelab/1/cart-pole/data/actuator/state",
-        "ratelab/1/cart-pole/process/0123456789abcdef",
-        "ratelab/1/cart-pole/process/0123456789abcdef/clock",
-        "ratelab/1/cart-pole/process/0123456789abcdef/info",
-        "ratelab/1/cart-pole/process/0123456789abcdef/command",
-        "ratelab/1/cart-pole/process/0123456789abcdef/telemetry",
-        "ratelab/1/cart-pole/other",
-        "0/action/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
-        "0/obs/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
-        "anything",
-    ];
     // The last one allowed is at the end: what was sent before it has come by then.
-    let [clock, info, command] = [4, 5, 6].map(|key| ("query", keys[key]));
+    let [clock, info, command] = [4, 5, 6].map(|key| ("query", KEYS[key]));
     for (role, allowed) in [
         (
             &policy,
-            &[("put", keys[0]), ("put", keys[7]), clock, info][..],
+            &[("put", KEYS[0]), ("put", KEYS[7]), clock, info][..],
         ),
         (&dashboard, &[clock, info, command]),
     ] {
         let session = settings(connect.clone(), Some(role))
             .open()
             .expect("a user");
-        for key in keys {
+        for key in KEYS {
             let _ = session.put(key, "x").wait();
             let _ = session.delete(key).wait();
         }
-        let (&(_, last), before) = keys_asked(&keys, allowed);
+        let (&(_, last), before) = keys_asked(&KEYS, allowed);
         for key in &before {
             let replies = session
                 .get(*key)
