@@ -194,7 +194,7 @@ fn a_policy_that_is_gone_is_the_cause_of_the_age() {
     plant.wait_for("the run begins");
     lab.wait_for("50.0/s");
     drop(policy);
-    lab.wait_for("the policy is gone: its process does not answer");
+    lab.wait_for("policy: gone. Process ");
     lab.type_keys("q");
     lab.close();
 }
@@ -259,5 +259,67 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     ] {
         let refused = complaint(&ratelab(&["verify", &file]), 1);
         assert!(refused.contains(why), "{refused}");
+    }
+}
+
+#[test]
+fn a_plant_that_stands_still_or_is_killed_is_told_from_a_policy_that_is_silent() {
+    let address = address();
+    let mut plant = Part::start(&["plant", "--listen", &address, "--on-stale", "hold"]);
+    let mut lab = Lab::open(&["lab", "--attach", &address], 24, 80);
+    lab.wait_for("WAITING: the run has yet to begin");
+    lab.wait_for("waiting for policy");
+    let policy = ["policy", "--connect", &address, "--on-stale", "hold"];
+    let mut policy = Part::start(&policy);
+    plant.wait_for("the run begins");
+    lab.wait_for("BALANCED so far");
+    plant.signal("-STOP");
+    lab.wait_for("UNKNOWN: nothing is heard of the run since");
+    policy.wait_for("sensor: silent for 100 ms");
+    plant.signal("-CONT");
+    plant.wait_for("sensor: its process stood still for");
+    lab.wait_for("BALANCED so far");
+    plant.signal("-KILL");
+    lab.wait_for("sensor and actuator: gone, through which all others are heard.");
+    lab.type_keys("q");
+    lab.close();
+}
+
+#[test]
+fn a_connection_that_fails_is_a_line_with_its_reason_and_ends_when_told() {
+    for (address, code, why) in [
+        ("tcp/127.0.0.1:1", 1, "Connection refused"),
+        ("tcp/no.such.host.invalid:7447", 1, "cannot connect to"),
+        (
+            "127.0.0.1:7447",
+            2,
+            "expected one such as tcp/127.0.0.1:7447",
+        ),
+        ("nonsense/1:1", 2, "is no address"),
+    ] {
+        let args = ["node", "policy", "--connect", address, "--wait-s", "0.2"];
+        let output = ratelab(&args);
+        let printed = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{address}: {printed}");
+        assert!(printed.contains(why), "{address}: {printed}");
+        let notes = printed
+            .lines()
+            .filter(|line| line.starts_with("note: cannot"));
+        assert!(notes.count() <= 1, "{address}: {printed}");
+    }
+}
+
+#[test]
+fn up_passes_its_graph_to_all_parts() {
+    let graph = concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/camera-pole.toml");
+    for args in [[graph, "up"], ["up", graph]] {
+        let options = ["--port", "0", "--duration-s", "0.5"];
+        let output = ratelab(&[&args[..], &options].concat());
+        let (printed, notes) = (text(&output.stdout), text(&output.stderr));
+        assert!(output.status.success(), "{notes}");
+        assert!(
+            printed.contains("detector") && printed.contains("verdict"),
+            "{printed}"
+        );
     }
 }

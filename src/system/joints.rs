@@ -12,6 +12,14 @@ pub struct JointValues {
     pub effort: Vec<f64>,
 }
 
+impl JointValues {
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let all = [&self.position, &self.velocity, &self.effort];
+        all.into_iter().flatten().all(|number| number.is_finite())
+    }
+}
+
 /// The messages of a topic as joint states, and back.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints {

@@ -70,7 +70,7 @@ struct Border {
 impl Bridge {
     /// Connects `experiment`, of which the nodes named in `here` run in this process; with
     /// `ros` also to the nodes of ROS 2 in that domain. Waits for the process that begins the
-    /// run, unless this is the one; `notice` shows for what.
+    /// run, unless this is the one; the notices of the settings have for what.
     ///
     /// # Errors
     /// [`WireError`] for invalid settings, for a topic that cannot cross the border, for a
@@ -81,7 +81,6 @@ impl Bridge {
         experiment: &Experiment,
         here: &[String],
         ros: Option<u32>,
-        notice: &dyn Fn(&str),
     ) -> Result<Self, WireError> {
         let (observer, taps) = (experiment.observer(), experiment.taps());
         let offsets = Arc::<Offsets>::default();
@@ -101,10 +100,12 @@ impl Bridge {
         let (incarnation, keys) = (border.incarnation, border.keys.clone());
         let senders = inlets.clone();
         let gone = move |gone| senders.iter().for_each(|inlet| inlet.sender().gone(gone));
-        let peers = Peers::follow(&session, &keys, incarnation, Box::new(gone))?;
+        let peers = Peers::follow(&session, &keys, incarnation, here, Box::new(gone))?;
         peers.ask_forever(&offsets)?;
         let aliases = experiment.system().aliases();
-        join::check(&own, &peers, aliases, &|| notice(&waiting(&peers)))?;
+        join::check(&own, &peers, aliases, &|| {
+            (settings.notice)(&waiting(&peers))
+        })?;
         border.begin(&session, &taps, &inlets)?;
         let joints = experiment.system().joints();
         let ros = ros.map(|domain| Ros::new(&session, domain, times.clone(), &peers));
@@ -119,7 +120,13 @@ impl Bridge {
         let presence = presence.map_err(|why| WireError::network("cannot be present", &why))?;
         join::check_again(&own, &peers)?;
         Ok(Self {
-            _watch: Watch::begin(inlets.clone(), peers.clone(), observer, times.clone())?,
+            _watch: Watch::begin(
+                inlets.clone(),
+                peers.clone(),
+                observer,
+                times.clone(),
+                settings.notice,
+            )?,
             own,
             aliases,
             session,

@@ -38,7 +38,7 @@ impl Follower {
         let (keys, id) = (Keys::new(system), crate::random());
         let session = settings.open()?;
         let offsets = Arc::<Offsets>::default();
-        let peers = Peers::follow(&session, &keys, id, Box::new(|_| ()))?;
+        let peers = Peers::follow(&session, &keys, id, &[], Box::new(|_| ()))?;
         peers.ask_forever(&offsets)?;
         let (sender, batches) = bounded(BACKLOG);
         let all = keys.of_all(Of::Telemetry);

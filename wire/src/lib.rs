@@ -9,6 +9,7 @@
 mod bridge;
 pub mod clock;
 mod command;
+mod connect;
 mod follower;
 mod inlet;
 mod join;

@@ -47,8 +47,9 @@ pub type WhenGone = Box<dyn Fn(u64) + Send + Sync>;
 pub struct Peers {
     session: Session,
     keys: Keys,
-    /// Our own number.
+    /// Our own number, and our nodes.
     own: u64,
+    pub(crate) nodes: Vec<String>,
     known: Mutex<BTreeMap<u64, Option<Info>>>,
     gone: WhenGone,
 }
@@ -62,12 +63,14 @@ impl Peers {
         session: &Session,
         keys: &Keys,
         own: u64,
+        nodes: &[String],
         gone: WhenGone,
     ) -> Result<Arc<Self>, WireError> {
         let peers = Arc::new(Self {
             session: session.clone(),
             keys: keys.clone(),
             own,
+            nodes: nodes.to_vec(),
             known: Mutex::default(),
             gone,
         });

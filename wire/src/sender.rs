@@ -28,6 +28,8 @@ const AHEAD: u64 = 100;
 #[derive(Debug, Default)]
 pub struct Sender {
     current: Option<Current>,
+    /// When the receiver stood still last.
+    excused: Option<Instant>,
     /// Messages that were sent and did not arrive.
     pub lost: u64,
     /// Senders so far.
@@ -88,10 +90,16 @@ impl Sender {
         }
     }
 
+    /// Counts silence from `now` on: the receiver stood still, and not the sender.
+    pub fn excuse(&mut self, now: Instant) {
+        self.excused = Some(now);
+    }
+
     /// How long nothing has been heard at `now`; `None` before the first message.
     pub fn silence(&self, now: Instant) -> Option<Duration> {
-        let current = self.current.as_ref()?;
-        Some(now.saturating_duration_since(current.heard))
+        let heard = self.current.as_ref()?.heard;
+        let since = self.excused.map_or(heard, |excused| excused.max(heard));
+        Some(now.saturating_duration_since(since))
     }
 }
 

@@ -1,9 +1,11 @@
 //! The connection: zenoh, with settings for control on a network that is not trusted.
 
-use std::path::PathBuf;
+use std::{fs::File, path::PathBuf, time::Duration};
 
 use thiserror::Error;
 use zenoh::{Config, Session, Wait};
+
+use crate::connect::connect;
 
 /// Where the process that has the plant listens unless told otherwise: this machine only,
 /// on the port of zenoh's routers.
@@ -60,6 +62,10 @@ pub struct Settings {
     pub insecure: bool,
     /// A zenoh configuration in JSON5, for credentials and access control.
     pub file: Option<PathBuf>,
+    /// Longest wait for the other end; `None`: for as long as it takes.
+    pub wait: Option<Duration>,
+    /// Called with what the connection waits for, and why an attempt failed.
+    pub notice: fn(&str),
 }
 
 /// Settings that replace zenoh's own, unless a file has others.
@@ -110,11 +116,13 @@ impl Settings {
             End::Listen(addresses) => ("router", addresses, &[]),
             End::Connect(addresses) => ("client", &[], addresses),
         };
+        listen.iter().chain(connect).try_for_each(check_address)?;
         set(&mut config, "mode", &format!("{mode:?}"))?;
         set(&mut config, "listen/endpoints", &format!("{listen:?}"))?;
         set(&mut config, "connect/endpoints", &format!("{connect:?}"))?;
-        // Waits for the other end for as long as it takes.
-        set(&mut config, "connect/timeout_ms", "-1")?;
+        // One attempt: the next ones are made here.
+        set(&mut config, "connect/timeout_ms", "0")?;
+        check_files(&config)?;
         let users = config.get_json("transport/auth/usrpwd/dictionary_file");
         let has_users = users.is_ok_and(|users| users != "null");
         let certificates = config.get_json("transport/link/tls/enable_mtls");
@@ -147,14 +155,57 @@ impl Settings {
     /// [`WireError`] for invalid settings, or an address in use.
     pub fn open(&self) -> Result<Session, WireError> {
         let config = self.config()?;
-        let (verb, addresses) = match &self.end {
-            End::Listen(addresses) => ("listen on", addresses),
-            End::Connect(addresses) => ("connect to", addresses),
-        };
-        let what = format!("cannot {verb} {}", addresses.join(", "));
-        let opened = zenoh::open(config).wait();
-        opened.map_err(|why| WireError::network(&what, &why))
+        match &self.end {
+            End::Listen(addresses) => {
+                let what = format!("cannot listen on {}", addresses.join(", "));
+                let opened = zenoh::open(config).wait();
+                opened.map_err(|why| WireError::network(&what, &why))
+            }
+            End::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
+        }
     }
+}
+
+/// The kinds of connections that this build knows.
+const PROTOCOLS: &[&str] = match cfg!(feature = "tls") {
+    true => &["tcp", "tls"],
+    false => &["tcp"],
+};
+
+/// Refuses an address that nobody can listen on or connect to.
+fn check_address(address: &String) -> Result<(), WireError> {
+    let (protocol, rest) = address.split_once('/').unwrap_or(("", address));
+    let host = rest.split(['?', '#']).next().unwrap_or_default();
+    let port = host.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
+    if PROTOCOLS.contains(&protocol) && matches!(port, Some(Ok(_))) {
+        return Ok(());
+    }
+    Err(WireError::Setting(
+        match (protocol, cfg!(feature = "tls")) {
+            ("tls", false) => format!("{address}: this build has no TLS: see docs/network.md"),
+            _ => format!("{address} is no address: expected one such as {USUAL}"),
+        },
+    ))
+}
+
+/// Refuses files of certificates and keys that cannot be read.
+fn check_files(config: &Config) -> Result<(), WireError> {
+    for key in [
+        "root_ca_certificate",
+        "listen_private_key",
+        "listen_certificate",
+        "connect_private_key",
+        "connect_certificate",
+    ] {
+        let path = config.get_json(&format!("transport/link/tls/{key}")).ok();
+        let path: Option<String> = path.and_then(|path| serde_json::from_str(&path).ok()?);
+        if let Some(path) = path
+            && let Err(why) = File::open(&path)
+        {
+            return Err(WireError::Setting(format!("{key} {path:?}: {why}")));
+        }
+    }
+    Ok(())
 }
 
 fn set(config: &mut Config, key: &str, value: &str) -> Result<(), WireError> {
@@ -182,6 +233,8 @@ mod tests {
             end: End::Listen(vec![address.to_owned()]),
             insecure,
             file: None,
+            wait: None,
+            notice: |_| (),
         }
     }
 
@@ -244,6 +297,8 @@ mod tests {
                 end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
                 insecure: false,
                 file: Some(PathBuf::from(format!("{folder}/{name}"))),
+                wait: None,
+                notice: |_| (),
             };
             assert!(other.check().is_ok(), "{:?}", other.check());
         }

@@ -12,12 +12,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::runtime::Observer;
+use ratelab::runtime::{Observer, Time};
 
 use crate::{inlet::Inlet, peers::Peers, session::WireError, times::Times};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);
+
+/// Shortest time without a look after which this process counts as one that stood still.
+const STOOD: Duration = Duration::from_millis(500);
 
 /// Logs which nodes appear, fall silent, come back; until it is dropped.
 pub struct Watch(Arc<AtomicBool>);
@@ -44,38 +47,91 @@ impl Watch {
         peers: Arc<Peers>,
         observer: Observer,
         times: Arc<Times>,
+        notice: fn(&str),
     ) -> Result<Self, WireError> {
         let end = Arc::new(AtomicBool::new(false));
         let ended = end.clone();
         let thread = thread::Builder::new().name("watch".to_owned());
         let begun = thread.spawn(move || {
-            let mut known: BTreeMap<String, Presence> = BTreeMap::new();
+            let mut watched = Watched {
+                known: BTreeMap::new(),
+                looked: Instant::now(),
+                inlets,
+                peers,
+                observer,
+                times,
+                notice,
+            };
             while !ended.load(Ordering::Relaxed) {
-                for inlet in inlets.iter() {
-                    let presence = known.entry(inlet.node.clone()).or_default();
-                    let Some(now) = times.now() else {
-                        continue;
-                    };
-                    let run = Duration::from_nanos(now.as_nanos());
-                    if let Some((present, what)) = presence.look(inlet, &peers, run) {
-                        observer.note_presence(now, &inlet.node, present, &what);
-                    }
-                }
-                for (clock, step) in times.take_steps() {
-                    let now = times.now().unwrap_or_default();
-                    let nodes = peers.infos().into_iter();
-                    let nodes = nodes.filter(|info| info.clock == clock);
-                    for node in nodes.flat_map(|info| info.nodes) {
-                        let here = known.get(&node).and_then(|known| known.present);
-                        let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
-                        observer.note_presence(now, &node, here.unwrap_or(true), &what);
-                    }
-                }
+                watched.look();
                 thread::sleep(PAUSE);
             }
         });
         begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
         Ok(Self(end))
+    }
+}
+
+/// The nodes that are watched.
+struct Watched {
+    known: BTreeMap<String, Presence>,
+    /// When it looked last.
+    looked: Instant,
+    inlets: Arc<Vec<Arc<Inlet>>>,
+    peers: Arc<Peers>,
+    observer: Observer,
+    times: Arc<Times>,
+    notice: fn(&str),
+}
+
+impl Watched {
+    fn look(&mut self) {
+        let stood = self.looked.elapsed();
+        self.looked = Instant::now();
+        let Some(now) = self.times.now() else {
+            return;
+        };
+        let inlets = self.inlets.clone();
+        let patience = inlets.iter().map(|inlet| inlet.patience).max();
+        if patience.is_some_and(|patience| stood > patience.max(STOOD)) {
+            // What came meanwhile is yet to be taken in: nobody else was silent for that.
+            self.note_own(now, stood);
+            thread::sleep(PAUSE);
+            self.looked = Instant::now();
+            inlets
+                .iter()
+                .for_each(|inlet| inlet.sender().excuse(Instant::now()));
+            return;
+        }
+        for inlet in inlets.iter() {
+            let presence = self.known.entry(inlet.node.clone()).or_default();
+            let run = Duration::from_nanos(now.as_nanos());
+            if let Some((present, what)) = presence.look(inlet, &self.peers, run) {
+                self.note(now, &inlet.node, present, &what);
+            }
+        }
+        for (clock, step) in self.times.take_steps() {
+            let nodes = self.peers.infos().into_iter();
+            let nodes = nodes.filter(|info| info.clock == clock);
+            for node in nodes.flat_map(|info| info.nodes) {
+                let here = self.known.get(&node).and_then(|known| known.present);
+                let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
+                self.note(now, &node, here.unwrap_or(true), &what);
+            }
+        }
+    }
+
+    /// Notes that this process itself stood still.
+    fn note_own(&self, now: Time, stood: Duration) {
+        let what = format!("its process stood still for {:.2} s", stood.as_secs_f64());
+        if let Some(node) = self.peers.nodes.first() {
+            self.note(now, node, true, &what);
+        }
+    }
+
+    fn note(&self, now: Time, node: &str, present: bool, what: &str) {
+        self.observer.note_presence(now, node, present, what);
+        (self.notice)(&format!("{now}: {node}: {what}"));
     }
 }
 

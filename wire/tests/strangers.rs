@@ -143,7 +143,7 @@ fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let experiment = Experiment::part(Arc::new(CartPole::default()), &Config::default(), &here);
     let experiment = experiment.expect("a part");
     let listen = settings(End::Listen(vec![address.clone()]), None);
-    let bridge = Bridge::start(&listen, &experiment, &here, Some(9), &|_| ()).expect("listens");
+    let bridge = Bridge::start(&listen, &experiment, &here, Some(9)).expect("listens");
     let session = stranger(&address);
     let [obs, action] = ["obs", "action"].map(|topic| {
         let hash = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";

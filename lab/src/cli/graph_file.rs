@@ -12,7 +12,7 @@ use clap::{Arg, Command, ValueHint};
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-const COMMANDS: [&str; 5] = ["lab", "run", "sweep", "hunt", "picture"];
+const COMMANDS: [&str; 6] = ["lab", "run", "sweep", "hunt", "picture", "up"];
 
 /// The graph file in `args`, if there is one, and the other arguments.
 pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<OsString>) {

@@ -178,7 +178,7 @@ pub fn command(program: &Program) -> clap::Command {
         .long_version(version::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
         "lab" | "run" | "hunt" | "picture" | "up" | "node" => {
-            system::with_run_options(command, program)
+            network::describe(system::with_run_options(command, program), program)
         }
         "sweep" => system::with_axes(command, program),
         _ => command,

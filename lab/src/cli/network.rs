@@ -1,10 +1,12 @@
 //! The arguments of runs in several processes.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
-use clap::Args;
+use clap::{Args, Command};
+use ratelab::system::Setup;
 
-use super::{GraphArgs, ScreenArgs, heading};
+use super::{GraphArgs, ScreenArgs, heading, values};
+use crate::program::Program;
 
 /// The arguments of one process of a run.
 #[derive(Debug, Args)]
@@ -101,4 +103,32 @@ pub struct NetworkArgs {
     /// A zenoh configuration (JSON5), for users and access control.
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
+
+    /// Longest wait for a connection, in seconds [default: for as long as it takes]
+    #[arg(long, value_name = "S", value_parser = values::wait, allow_hyphen_values = true)]
+    pub wait_s: Option<Duration>,
+}
+
+/// The help of `command` where it runs a graph in several processes: without the options of
+/// one process, and with the watchdog that is the default there.
+pub fn describe(command: Command, program: &Program) -> Command {
+    if !matches!(command.get_name(), "up" | "node") {
+        return command;
+    }
+    let command = command.mut_args(|arg| match arg.get_id().as_str() {
+        "clock" | "speed" | "like" => arg.hide(true),
+        "duration_s" => arg.help("Run time in seconds [default: no end]"),
+        _ => arg,
+    });
+    let watchdog = program.system.watchdog(&Setup::default());
+    let Some((name, value)) = watchdog.as_ref().and_then(|knob| knob.split_once(' ')) else {
+        return command;
+    };
+    match program.knobs().alias(name) {
+        Some(alias) => {
+            let help = format!("{} [default: {value} at the default rate]", alias.help);
+            command.mut_arg(alias.name, |arg| arg.help(help))
+        }
+        None => command,
+    }
 }

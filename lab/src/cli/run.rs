@@ -1,6 +1,6 @@
 //! The arguments of a run, with or without a dashboard.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
 
@@ -60,6 +60,11 @@ pub struct LabArgs {
     /// A zenoh configuration (JSON5) for --attach, with credentials.
     #[arg(long, value_name = "FILE", help_heading = heading::NETWORK, requires = "attach")]
     pub zenoh_config: Option<PathBuf>,
+
+    /// Longest wait for a connection of --attach, in seconds [default: for as long as it
+    /// takes]
+    #[arg(long, value_name = "S", value_parser = values::wait, allow_hyphen_values = true, help_heading = heading::NETWORK, requires = "attach")]
+    pub wait_s: Option<Duration>,
 }
 
 /// The options of a run of one's own.

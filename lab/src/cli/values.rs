@@ -32,6 +32,11 @@ pub fn duration(text: &str) -> Result<Time, String> {
         .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
+/// A wait in seconds.
+pub fn wait(text: &str) -> Result<Duration, String> {
+    number(text, "seconds", 0.0, LONGEST_S).map(Duration::from_secs_f64)
+}
+
 /// A time in milliseconds.
 pub fn milliseconds(text: &str) -> Result<Duration, String> {
     let ms = number(text, "milliseconds", 0.0, 60_000.0)?;

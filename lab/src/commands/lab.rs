@@ -73,7 +73,7 @@ fn attach(program: &Program, args: &LabArgs, address: &str) -> Result<(), Error>
     let experiment = Experiment::new(program.system.clone(), &Config::default())?;
     let outputs = Outputs::prepare(&plan(&args.run, &experiment)?)?;
     drop(experiment);
-    let end = crate::network::attached(address, args.zenoh_config.clone());
+    let end = crate::network::attached(address, args.zenoh_config.clone(), args.wait_s);
     let destination = destination(&args.run);
     let seen = crate::network::show(program, end, destination, &screen(&args.screen))?;
     for recorded in seen.recorded {

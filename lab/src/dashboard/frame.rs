@@ -108,8 +108,8 @@ pub enum Health {
 pub struct Place {
     /// Its name, such as `4242@robot`.
     pub text: String,
-    /// Whether it does not answer.
-    pub gone: bool,
+    /// Why nothing is heard of it, and what to try; `None` if it reports.
+    pub absent: Option<String>,
 }
 
 impl Health {

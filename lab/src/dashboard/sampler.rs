@@ -1,7 +1,7 @@
 //! Creates frames of a running session.
 
 use std::{
-    collections::VecDeque,
+    collections::{HashSet, VecDeque},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -202,7 +202,7 @@ impl Sampler {
             nodes: nodes
                 .map(|((node, figures), lit)| {
                     let place = session.place(&node.name);
-                    let gone = place.as_ref().is_some_and(|place| place.gone);
+                    let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
                     NodeData {
                         caption: session.system().caption(&node.name),
                         health: match gone {
@@ -407,6 +407,19 @@ impl Sampler {
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
+        let absent = gone(session, graph);
+        let waits = graph.now == Time::ZERO && !absent.is_empty();
+        if waits || is_unheard(session, graph) {
+            return VerdictData {
+                standing: Standing::Warned,
+                word: if waits { "waiting" } else { "unknown" }.to_owned(),
+                headline: match waits {
+                    true => "WAITING: the run has yet to begin".to_owned(),
+                    false => format!("UNKNOWN: nothing is heard of the run since {}", graph.now),
+                },
+                why: absent,
+            };
+        }
         if let Some(silent) = self.silent(session.system(), graph.now) {
             return VerdictData {
                 standing: Standing::Good,
@@ -577,12 +590,24 @@ fn moves<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<(&'g TopicView,
     Some((steps, node))
 }
 
-/// A line for each node whose process does not answer.
+/// A line for each process of which nothing is heard.
 fn gone(session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
-    let names = graph.nodes.iter().map(|node| &node.name);
-    let gone = names.filter(|name| session.place(name).is_some_and(|place| place.gone));
-    gone.map(|name| format!("the {name} is gone: its process does not answer. Start it again"))
-        .collect()
+    let places = graph
+        .nodes
+        .iter()
+        .filter_map(|node| session.place(&node.name));
+    let mut lines: Vec<String> = places.filter_map(|place| place.absent).collect();
+    let mut seen = HashSet::new();
+    lines.retain(|line| seen.insert(line.clone()));
+    lines
+}
+
+/// Whether nothing is heard of the process with the plant.
+fn is_unheard(session: &impl RunSource, graph: &Snapshot) -> bool {
+    let plant = moves(session.system(), graph).map(|(_, node)| node);
+    let node = plant.or(graph.nodes.first());
+    let place = node.and_then(|node| session.place(&node.name));
+    place.is_some_and(|place| place.absent.is_some())
 }
 
 /// The timeline of `session` at run time `now`, as `view` shows it.

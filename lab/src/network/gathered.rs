@@ -181,15 +181,11 @@ impl GatheredRun {
         self.counters.set_now(now);
     }
 
-    /// How it ended, as far as that is known.
-    pub fn end(&self) -> StopReason {
-        let now = self.observer.now();
+    /// How it ended, if that is known.
+    pub fn exit(&self) -> Option<Result<ClockExit, String>> {
         let ended = self.observer.events(0).into_iter().rev();
-        let ended = ended.map(|event| match &event.what {
-            EventKind::Ended { node } => Some(Ok(ClockExit::Ended {
-                node: node.clone(),
-                at: event.at,
-            })),
+        let mut ended = ended.filter_map(|event| match event.what {
+            EventKind::Ended { node } => Some(Ok(ClockExit::Ended { node, at: event.at })),
             EventKind::Faulted { node, cause } => Some(Err(format!("{node} failed: {cause}"))),
             EventKind::Applied {
                 command: Command::Stop,
@@ -197,8 +193,14 @@ impl GatheredRun {
             } => Some(Ok(ClockExit::Stopped)),
             _ => None,
         });
-        let completed = (now >= self.config.end).then_some(Ok(ClockExit::Completed));
-        match ended.flatten().next().or(completed) {
+        let is_completed = self.observer.now() >= self.config.end;
+        let completed = || is_completed.then_some(Ok(ClockExit::Completed));
+        ended.next().or_else(completed)
+    }
+
+    /// The same for a recording.
+    pub fn end(&self) -> StopReason {
+        match self.exit() {
             None => StopReason::Off,
             Some(Err(fault)) => StopReason::Fault(fault),
             Some(Ok(exit)) => StopReason::Run(Box::new(self.summary(&exit))),

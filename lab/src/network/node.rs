@@ -96,6 +96,8 @@ fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
         end,
         insecure: args.insecure,
         file: args.zenoh_config.clone(),
+        wait: args.wait_s,
+        notice: note,
     }
 }
 
@@ -131,7 +133,7 @@ impl<'a> ConnectedRun<'a> {
         if let End::Connect(addresses) = &settings.end {
             note(&format!("connecting to {}", addresses.join(", ")));
         }
-        let bridge = Bridge::start(settings, &experiment, here, part.ros, &note);
+        let bridge = Bridge::start(settings, &experiment, here, part.ros);
         let bridge = bridge.map_err(wire_error)?;
         let run = Self {
             program,

@@ -3,6 +3,7 @@
 use std::{
     path::PathBuf,
     sync::{Arc, Mutex, PoisonError},
+    time::Duration,
 };
 
 use ratelab::experiment::{Config, Experiment, Summary};
@@ -18,11 +19,13 @@ use crate::{
 };
 
 /// The connection of a dashboard to the process that listens at `address`.
-pub fn attached(address: &str, file: Option<PathBuf>) -> Settings {
+pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) -> Settings {
     Settings {
         end: End::Connect(vec![address.to_owned()]),
         insecure: false,
         file,
+        wait,
+        notice: note,
     }
 }
 

@@ -4,9 +4,9 @@
 use std::{
     env,
     ffi::OsString,
-    io::Read,
+    io::{self, Read},
     net::TcpListener,
-    process::{Child, Command, Stdio},
+    process::{ChildStdin, ChildStdout, Command, ExitStatus, Stdio},
     thread::{self, JoinHandle},
 };
 
@@ -18,7 +18,7 @@ use super::{
     show::{attached, show},
 };
 use crate::{
-    cli::{NodeArgs, RosArgs, UpArgs},
+    cli::{NodeArgs, RosArgs, UpArgs, take_graph_file},
     dashboard::terminal_is_there,
     error::Error,
     output::print_line,
@@ -50,43 +50,52 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
             .any(|known| known.get_id() == arg.get_id())
     };
     let of_up_alone = of_up.get_arguments().filter(|arg| !knows(arg));
-    let options = without(env::args_os().skip(2), of_up_alone);
+    let (graph_file, typed) = take_graph_file(env::args_os());
+    let options = without(typed.into_iter().skip(2), of_up_alone);
     let shown = terminal_is_there();
-    let mut hub = ChildProcess::start(&first, &["--listen", &address], &options, (again, shown))?;
+    let start = |part: &str, end: [&str; 2], options: &[OsString], again: bool| {
+        let program = env::current_exe();
+        let program = program.map_err(|why| Error::Network(format!("cannot start: {why}")))?;
+        let mut command = Command::new(program);
+        command.args(&graph_file).arg("node").arg(part).args(end);
+        command.arg("--child").args(options);
+        command.args(again.then_some("--again"));
+        ChildProcess::start(part, command, shown)
+    };
+    let mut hub = start(&first, ["--listen", &address], &options, again)?;
     // The run lasts as long as its first part does, which is the one that ROS sees.
     let of_ros = RosArgs::augment_args(clap::Command::new("ros"));
     let duration = of_up
         .get_arguments()
         .filter(|arg| arg.get_id() == "duration_s");
     let options = without(options.into_iter(), of_ros.get_arguments().chain(duration));
-    let others = parts.map(|part| {
-        let end = ["--connect", &*address];
-        ChildProcess::start(&part, &end, &options, (false, shown))
-    });
+    let others = parts.map(|part| start(&part, ["--connect", &*address], &options, false));
     let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
-    if shown {
-        let printed = hub.printed();
-        let left = show(
-            program,
-            attached(&address, None),
-            None,
-            &screen(&args.screen),
-        );
-        // The plant ends first: it would miss the policy.
-        drop((hub, others));
-        let printed = printed.and_then(|printed| printed.join().ok());
-        print_line(last_summary(&printed.unwrap_or_default()))?;
-        return left.map(drop);
+    if !shown {
+        let input = hub.input.take();
+        signals::watch(move || drop(input), || ());
+        let ended = hub.end();
+        drop(others);
+        return ended;
     }
-    let input = hub.0.stdin.take();
-    signals::watch(move || drop(input), || ());
-    let ended = hub.0.wait();
+    let left = show(
+        program,
+        attached(&address, None, None),
+        None,
+        &screen(&args.screen),
+    );
+    let ended_before = hub.has_ended();
+    // The plant ends first: it would miss the policy.
+    let printed = hub.printed.take();
+    let ended = hub.end();
     drop(others);
-    match ended {
-        Ok(status) if status.success() || signals::exit_code().is_some() => Ok(()),
-        Ok(status) => Err(Error::Network(format!("the process of {first}: {status}"))),
-        Err(why) => Err(Error::Network(format!("the process of {first}: {why}"))),
+    let printed = printed.and_then(|printed| printed.join().ok());
+    let printed = printed.unwrap_or_default();
+    if !printed.is_empty() {
+        print_line(last_summary(&printed))?;
     }
+    left?;
+    if ended_before { ended } else { Ok(()) }
 }
 
 /// The summary of the last of several runs.
@@ -96,45 +105,71 @@ fn last_summary(printed: &str) -> &str {
 }
 
 /// A child; dropping ends it.
-struct ChildProcess(Child);
+struct ChildProcess {
+    part: String,
+    /// The child stops when this ends.
+    input: Option<ChildStdin>,
+    /// What it prints, where the dashboard has the terminal.
+    printed: Option<JoinHandle<String>>,
+    /// Waits for its end, so that nothing is left of it then.
+    ended: Option<JoinHandle<io::Result<ExitStatus>>>,
+}
 
 impl ChildProcess {
-    fn start(
-        part: &str,
-        end: &[&str],
-        options: &[OsString],
-        (again, shown): (bool, bool),
-    ) -> Result<Self, Error> {
-        let cannot = |why| Error::Network(format!("cannot start a process: {why}"));
-        let program = env::current_exe().map_err(cannot)?;
-        let mut command = Command::new(program);
-        command.arg("node").arg(part).args(end).arg("--child");
-        command.args(options).args(again.then_some("--again"));
+    fn start(part: &str, mut command: Command, shown: bool) -> Result<Self, Error> {
         if shown {
             // The dashboard has the terminal.
             command.stdout(Stdio::piped()).stderr(Stdio::null());
         }
-        let child = command.stdin(Stdio::piped()).spawn().map_err(cannot)?;
-        Ok(Self(child))
+        let child = command.stdin(Stdio::piped()).spawn();
+        let mut child =
+            child.map_err(|why| Error::Network(format!("cannot start a process: {why}")))?;
+        Ok(Self {
+            part: part.to_owned(),
+            input: child.stdin.take(),
+            printed: child
+                .stdout
+                .take()
+                .map(|output| thread::spawn(|| read(output))),
+            ended: Some(thread::spawn(move || child.wait())),
+        })
     }
 
-    /// Collects what it prints until it ends.
-    fn printed(&mut self) -> Option<JoinHandle<String>> {
-        let mut output = self.0.stdout.take()?;
-        Some(thread::spawn(move || {
-            let mut printed = Vec::new();
-            let _ = output.read_to_end(&mut printed);
-            String::from_utf8_lossy(&printed).into_owned()
-        }))
+    /// Whether it has ended.
+    fn has_ended(&self) -> bool {
+        self.ended.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Asks it to end, unless its input is elsewhere, and waits for that.
+    fn end(&mut self) -> Result<(), Error> {
+        drop(self.input.take());
+        let Some(Ok(status)) = self.ended.take().map(JoinHandle::join) else {
+            return Ok(());
+        };
+        let why = match status {
+            Ok(status) if status.success() || signals::exit_code().is_some() => return Ok(()),
+            Ok(status) => status.to_string(),
+            Err(why) => why.to_string(),
+        };
+        Err(Error::Network(format!(
+            "the process of {}: {why}",
+            self.part
+        )))
     }
 }
 
 impl Drop for ChildProcess {
     fn drop(&mut self) {
-        // The child stops when its standard input ends.
-        drop(self.0.stdin.take());
-        let _ = self.0.wait();
+        // Whoever needs its end has asked for it.
+        let _ = self.end();
     }
+}
+
+/// All that a child prints.
+fn read(mut output: ChildStdout) -> String {
+    let mut printed = Vec::new();
+    let _ = output.read_to_end(&mut printed);
+    String::from_utf8_lossy(&printed).into_owned()
 }
 
 /// A port that is free; the `asked` one, if there is one.

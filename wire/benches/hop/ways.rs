@@ -161,8 +161,10 @@ fn part(hz: u32, node: &str, end: End) -> (Experiment, Bridge) {
         end,
         insecure: false,
         file: None,
+        wait: None,
+        notice: |_| (),
     };
-    let bridge = Bridge::start(&settings, &part, &here, None, &|_| ()).expect("a connection");
+    let bridge = Bridge::start(&settings, &part, &here, None).expect("a connection");
     while bridge.others().is_empty() {
         thread::sleep(Duration::from_millis(1));
     }

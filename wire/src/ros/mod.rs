@@ -267,7 +267,11 @@ fn take(
         velocity: message.velocity,
         effort: message.effort,
     };
-    let row = (joints.to_row)(&values).ok_or(Refusal::NotFinite)?;
+    let row = (joints.to_row)(&values);
+    let row = row.ok_or_else(|| match values.is_finite() {
+        true => Refusal::Length,
+        false => Refusal::NotFinite,
+    })?;
     if row.iter().any(|number| !(*number as f32).is_finite()) {
         return Err(Refusal::NotFinite);
     }

@@ -21,6 +21,8 @@ pub fn settings(end: End, file: Option<&Path>) -> Settings {
         end,
         insecure: false,
         file: file.map(Path::to_owned),
+        wait: None,
+        notice: |_| (),
     }
 }
 
@@ -32,6 +34,6 @@ pub fn part(system: Arc<dyn System>, nodes: &[&str], settings: &Settings) -> (Ex
         ..Config::default()
     };
     let part = Experiment::part(system, &config, &here).expect("a part");
-    let bridge = Bridge::start(settings, &part, &here, None, &|_| ()).expect("connected");
+    let bridge = Bridge::start(settings, &part, &here, None).expect("connected");
     (part, bridge)
 }

@@ -101,6 +101,8 @@ impl RemoteRun {
     /// Notes who is there; returns whether another run began.
     fn meet(&mut self) -> bool {
         let mut infos = self.follower.processes();
+        let present = infos.iter().map(|info| info.incarnation);
+        self.processes.set_present(present);
         infos.retain(|info| self.follower.estimate(info.clock).is_some());
         // The others' times are those of its run.
         infos.sort_by_key(|info| !info.is_hub);
@@ -143,6 +145,13 @@ impl RemoteRun {
         self.arrivals.clear();
         self.complete = None;
         self.began = Instant::now();
+    }
+
+    /// Whether the run is over, and `node` was in the process that began it.
+    fn is_over(&self, node: &str) -> bool {
+        let hub = self.processes.hub();
+        let began = hub.is_some_and(|hub| hub.nodes.iter().any(|name| name == node));
+        began && self.gathered.exit().is_some()
     }
 
     /// Adds what still waits of the last run, and ends its recording.

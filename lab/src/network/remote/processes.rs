@@ -1,7 +1,7 @@
 //! The processes of a run: what runs where, by which clock, and whether it still reports.
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
     time::{Duration, Instant},
 };
 
@@ -26,7 +26,9 @@ pub struct Processes {
     /// The one that listens, and how its run began.
     hub: Option<Info>,
     all: HashMap<u64, Process>,
-    /// Messages lost unread in processes that were replaced, by topic.
+    /// Those that are connected.
+    present: HashSet<u64>,
+    /// Messages of this run lost unread in processes that were replaced, by topic.
     dropped_before: HashMap<usize, u64>,
 }
 
@@ -37,6 +39,8 @@ struct Process {
     batch: u64,
     heard: Instant,
     counts: Vec<Counts>,
+    /// Messages lost unread before this run, by topic.
+    dropped_before: HashMap<usize, u64>,
     /// Greatest error of its times in the run time of the one that listens; `None` while
     /// unknown.
     bound: Option<Nanos>,
@@ -49,8 +53,15 @@ impl Process {
         self.info.nodes.iter().any(|name| name == node)
     }
 
-    fn is_gone(&self) -> bool {
-        self.heard.elapsed() > GONE
+    /// Messages of a topic lost unread in this run.
+    fn dropped(&self, topic: usize) -> u64 {
+        let counts = self.counts.iter().filter(|counts| counts.topic == topic);
+        let all: u64 = counts.map(|counts| counts.dropped).sum();
+        all.saturating_sub(self.dropped_before.get(&topic).copied().unwrap_or(0))
+    }
+
+    fn topics(&self) -> impl Iterator<Item = usize> {
+        self.counts.iter().map(|counts| counts.topic)
     }
 }
 
@@ -67,6 +78,18 @@ impl Processes {
     pub fn begin(&mut self, hub: &Info) {
         self.hub = Some(hub.clone());
         self.dropped_before.clear();
+        // What was lost in a run before is none of this one.
+        self.all
+            .retain(|_, process| !hub.nodes.iter().any(|node| process.runs(node)));
+        for process in self.all.values_mut() {
+            let counts = process.counts.iter();
+            process.dropped_before = counts.map(|c| (c.topic, c.dropped)).collect();
+        }
+    }
+
+    /// Notes which processes are connected.
+    pub fn set_present(&mut self, present: impl Iterator<Item = u64>) {
+        self.present = present.collect();
     }
 
     /// Whether a process is known.
@@ -77,14 +100,16 @@ impl Processes {
     /// Adds a process in place of one that ran the same nodes.
     pub fn add(&mut self, info: Info) {
         let same = |other: &Process| info.nodes.iter().any(|node| other.runs(node));
-        let replaced = self.all.extract_if(|_, other| same(other));
-        for counts in replaced.flat_map(|(_, process)| process.counts) {
-            *self.dropped_before.entry(counts.topic).or_default() += counts.dropped;
+        for (_, replaced) in self.all.extract_if(|_, other| same(other)) {
+            for topic in replaced.topics() {
+                *self.dropped_before.entry(topic).or_default() += replaced.dropped(topic);
+            }
         }
         let process = Process {
             batch: 0,
             heard: Instant::now(),
             counts: Vec::new(),
+            dropped_before: HashMap::new(),
             bound: None,
             events: 0,
             info,
@@ -157,8 +182,8 @@ impl Processes {
 
     /// Messages of a topic lost unread so far, in all processes.
     pub fn dropped(&self, topic: usize) -> u64 {
-        let counts = self.counts().filter(|counts| counts.topic == topic);
-        let now: u64 = counts.map(|counts| counts.dropped).sum();
+        let processes = self.all.values();
+        let now: u64 = processes.map(|process| process.dropped(topic)).sum();
         now + self.dropped_before.get(&topic).unwrap_or(&0)
     }
 
@@ -173,11 +198,24 @@ impl Processes {
         self.of(node).is_some_and(|process| process.batch > 0)
     }
 
-    /// Whether the process that listens is gone.
+    /// Whether nothing is heard of the process that listens.
     pub fn lack_hub(&self) -> bool {
-        let hub = self.hub.as_ref();
-        let hub = hub.and_then(|hub| self.all.get(&hub.incarnation));
-        hub.is_none_or(Process::is_gone)
+        let hub = self.hub_process();
+        hub.is_none_or(|hub| self.is_gone(hub))
+    }
+
+    fn hub_process(&self) -> Option<&Process> {
+        self.all.get(&self.hub.as_ref()?.incarnation)
+    }
+
+    /// Whether nothing is heard of a process. Before the run none has anything to report.
+    fn is_gone(&self, process: &Process) -> bool {
+        let began = self.hub.as_ref().is_some_and(|hub| hub.zero.is_some());
+        process.heard.elapsed() > GONE && (began || !self.is_present(process))
+    }
+
+    fn is_present(&self, process: &Process) -> bool {
+        self.present.contains(&process.info.incarnation)
     }
 
     /// All of them for a recording.
@@ -195,24 +233,64 @@ impl Processes {
 
     /// Where `node` runs.
     pub fn place(&self, node: &str) -> Place {
-        match self.of(node) {
-            None => Place {
+        let Some(process) = self.of(node) else {
+            return Place {
                 text: "nowhere".to_owned(),
-                gone: true,
-            },
-            Some(process) => Place {
-                text: format!("{}@{}", process.info.pid, process.info.host),
-                gone: process.is_gone(),
-            },
+                absent: Some(format!(
+                    "no process runs the {node}: start one, as ratelab node {node}"
+                )),
+            };
+        };
+        Place {
+            text: format!("{}@{}", process.info.pid, process.info.host),
+            absent: self.unheard(process).map(|process| self.absence(process)),
+        }
+    }
+
+    /// The process whose fault it is that nothing is heard of this one: all others are heard
+    /// through the one that listens.
+    fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
+        let hub = self.hub_process().filter(|hub| self.is_gone(hub));
+        let own = Some(process).filter(|process| self.is_gone(process));
+        match hub {
+            Some(hub) if process.heard + GONE >= hub.heard => Some(hub),
+            _ => own,
+        }
+    }
+
+    /// Why nothing is heard of a process, and what to try.
+    fn absence(&self, process: &Process) -> String {
+        let Info {
+            pid, host, is_hub, ..
+        } = &process.info;
+        let names = process.info.nodes.join(" and ");
+        let others = match is_hub {
+            true => ", through which all others are heard",
+            false => "",
+        };
+        match self.is_present(process) {
+            true => format!(
+                "{names}: silent{others}. Process {pid} on {host} hangs, or is stopped: kill \
+                 -CONT {pid} goes on"
+            ),
+            false => format!(
+                "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
+                 start it again, or kill -CONT {pid}"
+            ),
         }
     }
 
     /// What is wrong, if something is.
     pub fn trouble(&self) -> Option<String> {
-        if self.hub.is_none() {
+        let Some(hub) = &self.hub else {
             return Some("waiting for the process that listens".to_owned());
+        };
+        if hub.zero.is_none() && !self.lack_hub() {
+            let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
+            let away: Vec<&str> = nodes.filter(|node| !self.is_there(node)).collect();
+            return (!away.is_empty()).then(|| format!("waiting for {}", away.join(", ")));
         }
-        let gone = self.all.values().filter(|process| process.is_gone());
+        let gone = self.all.values().filter(|process| self.is_gone(process));
         let gone = gone.map(|process| {
             let names = process.info.nodes.join(" and ");
             (names, process.heard.elapsed().as_secs_f64())
@@ -228,6 +306,12 @@ impl Processes {
         let refused = (refused > 0).then(|| format!("{refused} messages refused"));
         let trouble: Vec<String> = gone.chain(refused).collect();
         (!trouble.is_empty()).then(|| trouble.join(", "))
+    }
+
+    /// Whether a process that is connected runs `node`.
+    fn is_there(&self, node: &str) -> bool {
+        self.of(node)
+            .is_some_and(|process| self.is_present(process))
     }
 
     /// How exact ages between them are; `None` where they share a clock.

@@ -57,7 +57,10 @@ impl RunSource for RemoteRun {
     }
 
     fn place(&self, node: &str) -> Option<Place> {
-        Some(self.processes.place(node))
+        let mut place = self.processes.place(node);
+        // Whoever begins the run may leave after it.
+        place.absent = place.absent.filter(|_| !self.is_over(node));
+        Some(place)
     }
 }
 

@@ -121,6 +121,11 @@ impl AgeParts {
     pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
         let age = (self.sum_ns() as f64 / 1e6).round() as i64;
         let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        // Less than nothing is the error of a clock, or a tick that is not known (yet).
+        parts.retain(|(ms, _)| {
+            elsewhere += (*ms).min(0);
+            *ms > 0
+        });
         loop {
             let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
             let mut sentence = format!("this push is {age} ms old");
@@ -129,7 +134,8 @@ impl AgeParts {
                 sentence += &format!("{sign}{ms} {words}");
             }
             let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
-            match smallest.filter(|_| sentence.chars().count() > room && parts.len() > 1) {
+            let merges = elsewhere < 0 || sentence.chars().count() > room;
+            match smallest.filter(|_| merges && parts.len() > 1) {
                 Some(smallest) => elsewhere += parts.remove(smallest).0,
                 None => return sentence,
             }
