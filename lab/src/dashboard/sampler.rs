@@ -407,18 +407,8 @@ impl Sampler {
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
-        let absent = gone(session, graph);
-        let waits = graph.now == Time::ZERO && !absent.is_empty();
-        if waits || is_unheard(session, graph) {
-            return VerdictData {
-                standing: Standing::Warned,
-                word: if waits { "waiting" } else { "unknown" }.to_owned(),
-                headline: match waits {
-                    true => "WAITING: the run has yet to begin".to_owned(),
-                    false => format!("UNKNOWN: nothing is heard of the run since {}", graph.now),
-                },
-                why: absent,
-            };
+        if let Some(unheard) = unheard(session, graph) {
+            return unheard;
         }
         if let Some(silent) = self.silent(session.system(), graph.now) {
             return VerdictData {
@@ -602,12 +592,27 @@ fn gone(session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
     lines
 }
 
-/// Whether nothing is heard of the process with the plant.
-fn is_unheard(session: &impl RunSource, graph: &Snapshot) -> bool {
+/// The state of a run that has yet to begin elsewhere, or of whose plant nothing is heard.
+fn unheard(session: &impl RunSource, graph: &Snapshot) -> Option<VerdictData> {
+    let absent = gone(session, graph);
     let plant = moves(session.system(), graph).map(|(_, node)| node);
-    let node = plant.or(graph.nodes.first());
-    let place = node.and_then(|node| session.place(&node.name));
-    place.is_some_and(|place| place.absent.is_some())
+    let place = session.place(&plant.or(graph.nodes.first())?.name)?;
+    let (word, headline) = match graph.now {
+        Time::ZERO if !absent.is_empty() => {
+            ("waiting", "WAITING: the run has yet to begin".to_owned())
+        }
+        now => {
+            place.absent?;
+            let headline = format!("UNKNOWN: nothing is heard of the run since {now}");
+            ("unknown", headline)
+        }
+    };
+    Some(VerdictData {
+        standing: Standing::Warned,
+        word: word.to_owned(),
+        headline,
+        why: absent,
+    })
 }
 
 /// The timeline of `session` at run time `now`, as `view` shows it.

@@ -78,12 +78,19 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
         drop(others);
         return ended;
     }
-    let left = show(
-        program,
-        attached(&address, None, None),
-        None,
-        &screen(&args.screen),
-    );
+    show_all(program, args, &address, hub, others)
+}
+
+/// Shows the run until the person leaves, then ends all parts.
+fn show_all(
+    program: &Program,
+    args: &UpArgs,
+    address: &str,
+    mut hub: ChildProcess,
+    others: Vec<ChildProcess>,
+) -> Result<(), Error> {
+    let settings = attached(address, None, None);
+    let left = show(program, settings, None, &screen(&args.screen));
     let ended_before = hub.has_ended();
     // The plant ends first: it would miss the policy.
     let printed = hub.printed.take();
