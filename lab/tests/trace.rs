@@ -164,8 +164,14 @@ fn a_trace_holds_what_the_recording_does() {
             trace.on(node, 2).count(),
             "{node}"
         );
-        assert_eq!(named("late") > 0, node == "sensor", "{node}");
+        let waits = format!("{node} waits");
+        assert_eq!(
+            trace.tracks.contains_key(&waits),
+            node == "sensor",
+            "{node}"
+        );
     }
+    assert!(trace.on("sensor waits", 1).count() > 0);
     let published = trace.metrics["topics"]["/action"]["published"].as_u64();
     let sent = trace
         .on("/action", 3)
@@ -218,12 +224,87 @@ fn a_message_that_waits_for_a_match_is_a_slice_before_the_tick() {
     ];
     fs::write(&graph, file.concat()).expect("written");
     let trace = Traced::of(&[&graph]);
-    let slices = trace.on("stereo", 1).take(2);
-    let slices: Vec<_> = slices
-        .map(|(at, .., event)| (at / 1_000_000, event[&23][0].text()))
-        .collect();
+    let first = |track: &str| {
+        let (at, .., event) = trace.on(track, 1).next().expect("a slice");
+        (at / 1_000_000, event[&23][0].text())
+    };
     let waits = "waiting for /right to match".to_owned();
-    assert_eq!(slices, [(5, waits), (30, "tick".to_owned())]);
+    assert_eq!(first("stereo waits"), (5, waits));
+    assert_eq!(first("stereo"), (30, "tick".to_owned()));
+}
+
+/// The slices of each track that begin within another one and end after it.
+fn overlaps(trace: &Traced) -> Vec<(String, u64)> {
+    let mut overlaps = Vec::new();
+    for (name, track) in &trace.tracks {
+        let mut depth = 0;
+        for (at, kind, ..) in trace.events.iter().filter(|(_, _, on, _)| on == track) {
+            depth += match kind {
+                1 => 1,
+                2 => -1,
+                _ => 0,
+            };
+            if depth > 1 {
+                overlaps.push((name.clone(), at / 1_000_000));
+            }
+        }
+    }
+    overlaps
+}
+
+#[test]
+fn no_slices_of_a_track_overlap_but_those_within_a_tick_set_aside() {
+    let folder = folder();
+    let graph = path(&folder, "busy.toml");
+    let nodes = [("a", 50, 9), ("b", 40, 17), ("c", 10, 30)];
+    for (executor, more) in [
+        ("single", ""),
+        ("multi:2", "group = \"g\"\n"),
+        ("events", ""),
+        ("fixed-priority:1", ""),
+        ("edf:2", ""),
+    ] {
+        let nodes = nodes.map(|(name, rate, takes)| {
+            format!(
+                "[node.{name}]\nrate = {rate}\ntakes = {takes}\npublishes = [\"/{name}\"]\n{more}"
+            )
+        });
+        let file = format!(
+            "name = \"busy\"\n[executor.e]\nkind = \"{executor}\"\n{}",
+            nodes.concat()
+        );
+        fs::write(&graph, file).expect("written");
+        let trace = Traced::of(&[&graph]);
+        let within_ticks = executor == "fixed-priority:1";
+        let overlaps = overlaps(&trace).into_iter();
+        let overlaps = overlaps.filter(|(track, _)| !within_ticks || track.contains("waits"));
+        assert_eq!(overlaps.collect::<Vec<_>>(), [], "{executor}");
+    }
+}
+
+#[test]
+fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
+    let folder = folder();
+    let graph = path(&folder, "group.toml");
+    let node = |name: &str, takes: u64, more: &str| {
+        format!("[node.{name}]\nrate = 10\ntakes = {takes}\npublishes = [\"/{name}\"]\n{more}")
+    };
+    let grouped = "group = \"g\"\n";
+    let nodes = [
+        node("long", 40, ""),
+        node("x", 20, grouped),
+        node("y", 5, grouped),
+    ];
+    let file = format!(
+        "name = \"group\"\n[executor.e]\nkind = \"multi:4\"\n{}",
+        nodes.concat()
+    );
+    fs::write(&graph, file).expect("written");
+    let trace = Traced::of(&[&graph]);
+    let mut waits = trace
+        .on("y waits", 1)
+        .map(|(.., event)| event[&23][0].text());
+    assert!(waits.all(|wait| wait == "waiting for x"));
 }
 
 #[test]

@@ -147,6 +147,7 @@ mod tests {
             matching: Match::Each,
             executor: None,
             executor_index: None,
+            group: None,
         };
         let what = EventKind::Applied {
             command: Knob::Rate {

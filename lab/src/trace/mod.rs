@@ -27,8 +27,10 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = tracks.lane(nodes, &known.name);
         let ticks = (0..).zip(lineage.ticks(node));
+        let mut waits = Waits::default();
         let mut overruns = 0;
         for (index, worked) in ticks {
+            waits.of_tick(&lineage, (node, index, worked));
             tick(&mut tracks, lane, &lineage, (node, index, worked));
             let more = worked.tick.overruns.saturating_sub(overruns);
             overruns = worked.tick.overruns;
@@ -37,6 +39,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
                 tracks.instant(lane, end_of(&worked.tick), &name, Vec::new(), Vec::new());
             }
         }
+        waits.add_to(&mut tracks, nodes, &known.name);
     }
     let topics = tracks.group("topics");
     for (topic, known) in topology.topics.iter().enumerate() {
@@ -49,8 +52,49 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// A tick, with its lateness and its wait for a match before it, and what it was set aside
-/// for.
+/// What the ticks of a node waited for: on a lane of its own, because a viewer draws what
+/// overlaps as a part of what began before. The next tick may wait while one runs, and others
+/// behind it: each wait is shown from the end of the one before.
+#[derive(Default)]
+struct Waits(Vec<(String, Time, Time)>);
+
+impl Waits {
+    /// Adds the waits of a tick: for a match, then for its executor or its thread.
+    fn of_tick(&mut self, lineage: &Lineage, (node, index, worked): (usize, usize, &Worked)) {
+        let (tick, topology) = (&worked.tick, lineage.topology());
+        if let Some(wait) = lineage.waited_for_match(node, index) {
+            let topic = &topology.topics[wait.topic].name;
+            self.add(format!("waiting for {topic} to match"), wait.from, wait.to);
+        }
+        if let Some(waited) = lineage.waited(node, index) {
+            let by = &topology.nodes[waited.by].name;
+            self.add(format!("waiting for {by}"), waited.from, waited.to);
+        } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
+            let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+            self.add("late".to_owned(), due, tick.at);
+        }
+    }
+
+    fn add(&mut self, what: String, from: Time, to: Time) {
+        let before = self.0.last().map_or(Time::ZERO, |(.., to)| *to);
+        if before < to {
+            self.0.push((what, from.max(before), to));
+        }
+    }
+
+    /// Adds the lane, if there are any.
+    fn add_to(self, tracks: &mut Tracks, group: u64, node: &str) {
+        if self.0.is_empty() {
+            return;
+        }
+        let lane = tracks.lane(group, &format!("{node} waits"));
+        for (what, from, to) in self.0 {
+            tracks.slice(lane, Slice::new(&what, from, to));
+        }
+    }
+}
+
+/// A tick, with what it was set aside for.
 fn tick(
     tracks: &mut Tracks,
     lane: u64,
@@ -58,19 +102,7 @@ fn tick(
     (node, index, worked): (usize, usize, &Worked),
 ) {
     let tick = &worked.tick;
-    let topology = lineage.topology();
-    let name = |node: usize| &topology.nodes[node].name;
-    if let Some(wait) = lineage.waited_for_match(node, index) {
-        let what = format!("waiting for {} to match", topology.topics[wait.topic].name);
-        tracks.slice(lane, Slice::new(&what, wait.from, wait.to));
-    }
-    if let Some(waited) = lineage.waited(node, index) {
-        let what = format!("waiting for {}", name(waited.by));
-        tracks.slice(lane, Slice::new(&what, waited.from, waited.to));
-    } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
-        let due = Time::ZERO + tick.at.since(Time::ZERO + late);
-        tracks.slice(lane, Slice::new("late", due, tick.at));
-    }
+    let name = |node: usize| &lineage.topology().nodes[node].name;
     let slice = Slice {
         flows: flows(lineage, node, index, worked),
         facts: vec![fact("tick", tick.number)],

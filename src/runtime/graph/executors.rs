@@ -53,12 +53,13 @@ impl Graph {
             executor,
             Executor::Single | Executor::Multi { .. } | Executor::Events
         );
-        for (index, _) in members {
+        for (index, callback) in members {
             let node = &mut self.nodes[index];
             node.placement = placement;
             for entry in [&mut node.entry, &mut self.control.nodes[index]] {
                 entry.executor = Some(executor);
                 entry.executor_index = placement.executor();
+                entry.group = callback.group_name().map(Into::into);
             }
             if by_call {
                 node.rate.skip_first();

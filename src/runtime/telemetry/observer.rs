@@ -70,6 +70,8 @@ pub(crate) struct NodeEntry {
     pub(crate) executor: Option<Executor>,
     /// Number of that executor in the graph, if its nodes share threads.
     pub(crate) executor_index: Option<usize>,
+    /// Its mutually exclusive callback group there, if it shares one.
+    pub(crate) group: Option<Arc<str>>,
 }
 
 /// The writing side of the meters of a node's ticks.
@@ -399,6 +401,7 @@ impl NodeEntry {
             matching: Match::Each,
             executor: None,
             executor_index: None,
+            group: None,
         };
         let recorders = TickMeters {
             lateness: lateness.0,

@@ -37,6 +37,9 @@ pub struct NodeTopology {
     /// Number of that executor in the graph, if its nodes share threads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor_index: Option<usize>,
+    /// Its mutually exclusive callback group there, if it shares one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Names of its own measurements.
     pub meters: Vec<String>,
 }
@@ -70,6 +73,7 @@ impl Observer {
             matching: node.matching,
             executor: node.executor,
             executor_index: node.executor_index,
+            group: node.group.as_deref().map(str::to_owned),
             meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
         });
         let topics = self.topics.iter().map(|topic| TopicTopology {

@@ -22,9 +22,10 @@ fn node(node: &NodeTopology) -> String {
         hz,
         triggers,
         executor,
-        // Recordings of before have neither.
+        // Recordings of before have none of these.
         matching: _,
         executor_index: _,
+        group: _,
         meters,
     } = node;
     let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));

@@ -29,7 +29,8 @@ impl Lineage {
     }
 
     /// The wait of a tick for its executor, with the node that ran the longest meanwhile, or in
-    /// the last 200 ms of it.
+    /// the last 200 ms of it. Of several threads one may be free: then a node of its callback
+    /// group is what it waited for.
     /// `None` if it did not wait, or had a thread of its own.
     pub fn waited(&self, node: usize, index: usize) -> Option<Occupied> {
         let to = self.nodes[node].ticks.get(index)?.tick.at;
@@ -38,9 +39,20 @@ impl Lineage {
         let longest = self
             .companions(node)
             .map(|other| (self.ran(other, late, to), other))
-            .max_by_key(|(ran, other)| (*ran, std::cmp::Reverse(*other)))?;
-        let (ran, by) = longest;
-        (from < to && !ran.is_zero()).then_some(Occupied { from, to, by })
+            .filter(|(ran, _)| !ran.is_zero())
+            .max_by_key(|(ran, other)| {
+                let first = std::cmp::Reverse(*other);
+                (self.excludes(node, *other), *ran, first)
+            });
+        let (_, by) = longest?;
+        (from < to).then_some(Occupied { from, to, by })
+    }
+
+    /// Whether two nodes are in one mutually exclusive group of an executor with several threads.
+    fn excludes(&self, node: usize, other: usize) -> bool {
+        let [one, other] = [node, other].map(|node| &self.topology.nodes[node]);
+        let several = matches!(one.executor, Some(Executor::Multi { threads: 2.. }));
+        several && one.group.is_some() && one.group == other.group
     }
 
     /// The time for which a node had a core between two run times.
