@@ -3,7 +3,7 @@
 use std::{fmt, path::Path};
 
 use ratelab::{
-    experiment::Config,
+    experiment::{Config, Experiment},
     file::{self, FileError},
     runtime::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority},
     system::{Setup, WorldKind},
@@ -236,15 +236,20 @@ fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<Tim
     })?;
     let text = String::from_utf8(content);
     let text = text.map_err(|_| refused(&"expected a text file in UTF-8, found other bytes"))?;
-    let knobs = program.knobs().parse_list(&text);
-    let knobs = knobs.map_err(|error| refused(&error))?.into_iter();
-    let knobs = knobs.map(|TimedKnob { at, knob }| {
-        let knob = resolved(program, config.seed, &config.setup, knob)?;
+    let lines = program.knobs().parse_lines(&text);
+    let lines = lines.map_err(|error| refused(&error))?.into_iter();
+    // Whatever is wrong with the options is found where the run is built.
+    let graph = Experiment::new(program.system.clone(), config).ok();
+    let knobs = lines.map(|(line, TimedKnob { at, knob })| {
+        let knob = resolved(program, config.seed, &config.setup, knob);
+        let knob = knob.and_then(|knob| {
+            let known = graph.as_ref().map_or(Ok(()), |graph| graph.check(&knob));
+            known.map(|()| knob)
+        });
+        let knob = knob.map_err(|why| refused(&format_args!("line {line}: {why}")))?;
         Ok(TimedKnob { at, knob })
     });
-    knobs
-        .collect::<Result<_, String>>()
-        .map_err(|why| refused(&why))
+    knobs.collect()
 }
 
 /// Requests real-time priority if the options ask for it; returns the result.

@@ -136,6 +136,27 @@ fn any_knob_is_turned_before_the_run_and_the_last_one_holds() {
 }
 
 #[test]
+fn a_line_of_knobs_that_the_graph_refuses_is_named() {
+    let folder = TempDir::new().expect("folder");
+    let knobs = path(&folder, "knobs");
+    for (line, why) in [
+        ("1 rate nobody 10", "there is no node \"nobody\""),
+        ("1 link /nowhere none", "there is no topic \"/nowhere\""),
+        ("1 link /state none", "/state has no reader"),
+        ("1 policy nowhere.pt", "nowhere.pt"),
+        ("1 volume 11", "\"volume\" is not a knob"),
+    ] {
+        fs::write(&knobs, format!("# on the way\n0.5 control-hz 20\n{line}\n")).expect("file");
+        let complaint = support::complaint(&ratelab(&["run", "--smoke", "--knobs", &knobs]), 2);
+        let place = format!("--knobs {knobs}: line 3: ");
+        assert!(
+            complaint.contains(&place) && complaint.contains(why),
+            "{complaint}"
+        );
+    }
+}
+
+#[test]
 fn a_knob_after_the_end_is_reported_as_unused() {
     let folder = TempDir::new().expect("folder");
     let knobs = path(&folder, "knobs");

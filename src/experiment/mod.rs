@@ -33,8 +33,8 @@ pub use taps::Taps;
 
 use crate::{
     runtime::{
-        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Observer, RealClock,
-        RecordedTopic, TimedCommand, TimedKnob, clock,
+        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, Observer,
+        RealClock, RecordedTopic, TimedCommand, TimedKnob, clock,
     },
     system::{BuildError, Builder, Built, MeanCost, System, verdict},
 };
@@ -166,6 +166,14 @@ impl Experiment {
     /// The system.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
+    }
+
+    /// Checks that the graph has this knob, and that all its value needs is loaded.
+    ///
+    /// # Errors
+    /// The reason, with the available alternatives.
+    pub fn check(&self, knob: &Knob) -> Result<(), String> {
+        self.graph.check(knob)
     }
 
     /// Returns a sender of commands for the running graph.

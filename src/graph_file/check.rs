@@ -26,6 +26,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
         name: String::new(),
         nodes: Vec::new(),
         settings: Vec::new(),
+        topics: Vec::new(),
         chains: Vec::new(),
         executors: Vec::new(),
         inner: None,
@@ -237,6 +238,7 @@ impl Checker<'_> {
             return Err(self.refuse(name.at, what));
         }
         file.settings.extend(knobs);
+        file.topics.push(name.clone());
         Ok(())
     }
 

@@ -56,6 +56,7 @@ pub(super) fn insert(
         }
     }
     check_executors(file, &topology)?;
+    check_topics(file, &topology)?;
     let mut relays = Vec::new();
     for (from, to) in &inner.remap {
         if !offered.contains(&from.text) {
@@ -86,6 +87,25 @@ fn check_executors(file: &GraphFile, topology: &Topology) -> Result<(), GraphFil
     };
     let what = format!(
         "no node {:?}: {}",
+        unknown.text,
+        instead(&unknown.text, names())
+    );
+    Err(GraphFileError::at(&file.text, unknown.at, what))
+}
+
+/// Checks that the topics with settings are topics of the file or of the system.
+fn check_topics(file: &GraphFile, topology: &Topology) -> Result<(), GraphFileError> {
+    let names = || {
+        let own = file.nodes.iter().flat_map(|node| &node.publishes);
+        let own = own.map(|topic| topic.text.as_str());
+        own.chain(topology.topics.iter().map(|topic| topic.name.as_str()))
+    };
+    let mut topics = file.topics.iter();
+    let Some(unknown) = topics.find(|topic| !names().any(|name| name == topic.text)) else {
+        return Ok(());
+    };
+    let what = format!(
+        "no topic {:?}: {}",
         unknown.text,
         instead(&unknown.text, names())
     );

@@ -78,6 +78,8 @@ pub struct GraphFile {
     nodes: Vec<NodeSpec>,
     /// The settings of its nodes and topics.
     settings: Vec<Knob>,
+    /// The topics with settings.
+    topics: Vec<document::Placed>,
     chains: Vec<ChainSpec>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,

@@ -76,6 +76,15 @@ impl KnobText {
     /// # Errors
     /// [`KnobTextError::Line`] with the first invalid line.
     pub fn parse_list(&self, text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
+        let knobs = self.parse_lines(text)?.into_iter();
+        Ok(knobs.map(|(_, knob)| knob).collect())
+    }
+
+    /// The same, each knob with the number of its line, counted from one.
+    ///
+    /// # Errors
+    /// As of [`parse_list`](Self::parse_list).
+    pub fn parse_lines(&self, text: &str) -> Result<Vec<(usize, TimedKnob)>, KnobTextError> {
         let mut knobs = Vec::new();
         for (number, line) in (1..).zip(text.lines()) {
             let content = uncommented(line).trim();
@@ -83,10 +92,11 @@ impl KnobText {
                 continue;
             }
             let parsed = self.parse_timed(content);
-            knobs.extend(parsed.map_err(|error| KnobTextError::Line {
+            let parsed = parsed.map_err(|error| KnobTextError::Line {
                 line: number,
                 error: Box::new(error),
-            })?);
+            })?;
+            knobs.extend(parsed.into_iter().map(|knob| (number, knob)));
         }
         Ok(knobs)
     }

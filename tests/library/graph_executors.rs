@@ -486,6 +486,12 @@ fn errors_about_executors_have_a_place_and_a_remedy() {
         (9, 10),
         "no node \"polcy\": did you mean \"policy\"?",
     );
+    let settings = "[system]\nname = \"cart-pole\"\n[topic.\"/acton\"]\ndepth = 2\n";
+    refused(
+        &after_a_camera(settings),
+        (7, 8),
+        "no topic \"/acton\": did you mean \"/action\"?",
+    );
 }
 
 fn refused(text: &str, place: (usize, usize), what: &str) {
