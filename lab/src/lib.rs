@@ -70,6 +70,7 @@ mod timing;
 mod trace;
 mod version;
 mod web;
+mod wrap;
 mod xml;
 
 use std::{env, ffi::OsString, process::ExitCode, sync::Arc};

@@ -14,7 +14,7 @@ use crate::{
     error::Error,
     like::{self, Like},
     metrics,
-    output::{OutputPlan, Outputs, note, print_line, record_error},
+    output::{OutputPlan, Outputs, note, print_data, print_line, record_error},
     program::Program,
     recording::{Destination, Recorder, Source, Viewer},
     report::{self, ReportContext},
@@ -139,7 +139,7 @@ pub fn print_results(
     let metrics = metrics::json(metrics);
     outputs.write(&metrics)?;
     if args.json {
-        return print_line(&metrics);
+        return print_data(&metrics);
     }
     print_line(&report::text(system, summary, context))?;
     let table = like.map(|of| like::text(system, of, summary));

@@ -30,7 +30,7 @@ fn lowering_the_rate_fells_the_pole_and_quitting_restores_the_terminal() {
     assert!(lab.parser.screen().alternate_screen());
     lab.type_keys("[[[[[[[[[[[");
     lab.wait_for("FELL");
-    lab.wait_for("are harmless");
+    lab.wait_for("readings were dropped");
     lab.resize(24, 80);
     lab.wait_for("FELL");
     lab.resize(12, 40);
@@ -211,6 +211,28 @@ fn a_recording_plays_in_the_terminal_where_no_viewer_is() {
     assert!(status.success());
     let said = parser.screen().contents();
     assert!(said.contains("the rerun viewer was not found"), "{said}");
+}
+
+/// The terminal joins the rows of a line that it had to break itself.
+#[test]
+fn summaries_and_errors_are_broken_between_words() {
+    for (args, text) in [
+        (
+            &["run", "--clock", "virtual", "--break"][..],
+            "\n          (control period 200.0 ms)\n",
+        ),
+        (
+            &["run", "--knob", "d:3"],
+            "queue-depth, policy, think-ms, on-stale, rate, depth, send,",
+        ),
+    ] {
+        let (_, parser) = Lab::open(args, 24, 80).close();
+        let said = parser.screen().contents();
+        assert!(said.contains(text), "{said}");
+        for line in said.lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
 }
 
 #[test]

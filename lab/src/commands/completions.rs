@@ -2,7 +2,7 @@
 
 use clap_complete::{Shell, generate};
 
-use crate::{cli, error::Error, output::print_line, program::Program};
+use crate::{cli, error::Error, output::print_data, program::Program};
 
 /// Prints the script for `shell`.
 pub fn completions(program: &Program, shell: Shell) -> Result<(), Error> {
@@ -12,5 +12,5 @@ pub fn completions(program: &Program, shell: Shell) -> Result<(), Error> {
     // pipe.
     let mut script = Vec::new();
     generate(shell, &mut command, name, &mut script);
-    print_line(String::from_utf8_lossy(&script).trim_end())
+    print_data(String::from_utf8_lossy(&script).trim_end())
 }

@@ -18,9 +18,6 @@ use crate::{
     rescue::{RESCUE, accept},
 };
 
-/// Width of the text (columns).
-const WIDTH: usize = 80;
-
 /// Lists the exercises, does one, or checks their promises.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
     check_options(args)?;

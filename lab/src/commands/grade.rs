@@ -22,7 +22,7 @@ use std::{path::Path, sync::atomic::AtomicBool};
 use crate::{
     cli::GradeArgs,
     error::Error,
-    output::{Kind, print_line, write_whole},
+    output::{Kind, print_data, print_line, write_whole},
     program::Program,
     signals,
 };
@@ -59,10 +59,10 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             rows.as_bytes(),
         )?;
     }
-    print_line(&match args.json {
-        true => format!("{:#}", rows::json(&graded, &measured)),
-        false => table::text(&graded, &measured, roster.as_ref()),
-    })?;
+    match args.json {
+        true => print_data(&format!("{:#}", rows::json(&graded, &measured))),
+        false => print_line(&table::text(&graded, &measured, roster.as_ref())),
+    }?;
     if stopped {
         return Err(Error::HalfGraded {
             graded: graded.len(),

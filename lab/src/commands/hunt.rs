@@ -17,7 +17,7 @@ use crate::{
     hunt,
     names::good,
     options::{self, Defaults},
-    output::{OutputFile, print_line, print_recorded, record_error},
+    output::{OutputFile, print_data, print_line, print_recorded, record_error},
     program::Program,
     recording::{Recorder, Source, StopReason},
     report::line,
@@ -55,7 +55,7 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
         Hunted::Lost(found) => {
             let config = hunt.with(&found.knobs);
             if args.json {
-                print_line(&format!("{:#}", hunt::json(&*program.system, &found)))?;
+                print_data(&format!("{:#}", hunt::json(&*program.system, &found)))?;
             } else {
                 print_line(&hunt::lines(&*program.system, &found).join("\n"))?;
             }
@@ -104,7 +104,7 @@ fn refuse_existing(option: &str, path: Option<&Path>) -> Result<(), Error> {
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {
     let good = good(&*program.system);
     if args.json {
-        return print_line(&format!(
+        return print_data(&format!(
             "{:#}",
             json!({ "found": false, "lists_tried": runs, "stopped": stopped })
         ));

@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{self, EXAMPLES},
     error::Error,
-    output::{OutputFile, print_line},
+    output::{OutputFile, print_data},
     program::{self, Program},
     version,
 };
@@ -88,7 +88,7 @@ pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
     sections.extend(program.course.then_some(COURSE));
     let Some(folder) = folder else {
         let page = page(&command, &sections)?;
-        return print_line(String::from_utf8_lossy(&page).trim_end());
+        return print_data(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
     write(&command, &sections, folder)?;

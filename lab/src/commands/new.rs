@@ -6,7 +6,7 @@ use crate::{
     cli::{NewArgs, is_graph_file},
     error::Error,
     graph_schema::schema,
-    output::{print_line, write_error},
+    output::{print_data, print_line, write_error},
     printable::shown,
     program,
 };
@@ -18,7 +18,7 @@ const EXAMPLE: &str = include_str!("../../../graphs/robot.toml");
 pub fn new(args: &NewArgs) -> Result<(), Error> {
     match &args.file {
         Some(file) => write(file),
-        None => print_line(&format!("{:#}", schema())),
+        None => print_data(&format!("{:#}", schema())),
     }
 }
 

@@ -10,7 +10,7 @@ use ratelab::experiment::sweep::{Sweep, Swept, all_cores};
 use crate::{
     cli::{ByArg, SweepArgs},
     error::Error,
-    output::{OutputPlan, Outputs, note, print_line},
+    output::{OutputPlan, Outputs, note, print_data, print_line},
     program::Program,
     results::input_files,
     screen::theme,
@@ -120,12 +120,13 @@ fn print_results(
     let json = json::text(&summary, swept, topics, theory, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
-        print_line(&json)?;
+        print_data(&json)?;
+    } else if args.markdown && by_age.is_none() {
+        print_data(&markdown::text(&summary, theory, &style(args).theme))?;
     } else {
         let style = style(args);
         print_line(&match by_age {
             Some(table) => map::by_age(&summary, &table, &style),
-            None if args.markdown => markdown::text(&summary, theory, &style.theme),
             None => map::text(&summary, theory, &style),
         })?;
     }

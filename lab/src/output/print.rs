@@ -11,11 +11,19 @@ use crate::{
     printable::{in_lines, one_line},
     recording::Recorded,
     report,
+    wrap::{fitted, room},
 };
 
-/// Prints lines to standard output, made safe for a terminal; a reader that has closed it
-/// is no error.
+/// Prints lines for people to standard output, made safe for a terminal and wrapped to its
+/// width; a reader that has closed it is no error.
 pub fn print_line(text: &str) -> Result<(), Error> {
+    let text = fitted(&in_lines(text), room(&io::stdout()));
+    printed(writeln!(io::stdout(), "{text}"))
+}
+
+/// Prints lines for programs to standard output: as [`print_line`] does, but with each line
+/// as long as it is.
+pub fn print_data(text: &str) -> Result<(), Error> {
     printed(writeln!(io::stdout(), "{}", in_lines(text)))
 }
 
@@ -48,10 +56,11 @@ pub fn note_defect(recorded: &Recorded) {
     }
 }
 
-/// Prints one line to standard error, made safe for a terminal.
+/// Prints one line to standard error, made safe for a terminal and wrapped to its width.
 fn aside(text: &str) {
+    let text = fitted(&one_line(text), room(&io::stderr()));
     // Without standard error the text is lost.
-    let _ = writeln!(io::stderr(), "{}", one_line(text));
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Prints the path of a recording: to standard error with `--json`, where standard output

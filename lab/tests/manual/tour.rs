@@ -139,7 +139,7 @@ fn the_first_five_minutes_of_the_manual_are_true() {
     // Knobs obeyed at the same time are written as the alias that sets them all.
     let depth = ["depth /action 100", "queue-depth 100"];
     for words in [
-        &["control period 50.0 ms"][..],
+        &["period 50.0 ms)"][..],
         &depth,
         &["STOPPED", "s: stop"],
     ] {

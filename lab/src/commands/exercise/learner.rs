@@ -11,8 +11,7 @@ use exercises::{
     parts,
 };
 
-use super::WIDTH;
-use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE};
+use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE, wrap::readable};
 
 /// Does `asked`, questions of one exercise, with the learner whose predictions are in
 /// `file`: shows what was predicted and measured, and asks the next question.
@@ -197,8 +196,8 @@ impl Learner<'_> {
             brief.label(),
             brief.title,
             brief.kind,
-            wrapped(brief.objective),
-            wrapped(&brief.asked()),
+            readable(brief.objective),
+            readable(&brief.asked()),
         ))
     }
 
@@ -211,10 +210,10 @@ impl Learner<'_> {
         };
         let findings = part.measure(prediction.seed())?;
         print_line(&findings.table.to_string())?;
-        print_line(&wrapped(&findings.reconcile(brief, prediction)))?;
+        print_line(&readable(&findings.reconcile(brief, prediction)))?;
         let redone = self.answers.redone(brief);
         match redone.and_then(|_| self.answers.first(brief)) {
-            Some(first) => print_line(&wrapped(&format!(
+            Some(first) => print_line(&readable(&format!(
                 "\nYour first prediction is kept: {}, {}",
                 brief.in_unit(first.number()),
                 first.reason()
@@ -295,9 +294,4 @@ fn next_step(number: u32, open: Option<Question>) -> Option<String> {
         "Next: ratelab exercise {} ({})",
         next.number, next.title
     ))
-}
-
-/// Wraps `text` to a readable width.
-fn wrapped(text: &str) -> String {
-    textwrap::fill(text, WIDTH)
 }

@@ -10,9 +10,8 @@ use ratatui::{
     widgets::{Block, Widget},
 };
 
-use textwrap::{Options, WordSplitter};
-
 use super::theme::Theme;
+use crate::wrap::options;
 
 /// Draws the box of a pane and returns the area inside. `right` is left out if it would
 /// touch the title.
@@ -97,8 +96,7 @@ pub fn tail(text: &str, room: usize) -> String {
 
 /// `text` in lines of `room` columns, wrapped between words if possible.
 pub fn broken(text: &str, room: usize) -> Vec<String> {
-    let options = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
-    let lines = textwrap::wrap(text, options).into_iter();
+    let lines = textwrap::wrap(text, options(room)).into_iter();
     lines.map(Cow::into_owned).collect()
 }
 
@@ -143,7 +141,8 @@ pub fn plain<'a>(text: &'a str, theme: &Theme) -> Cow<'a, str> {
             '←' => out.push_str("<-"),
             '↑' => out.push_str("up"),
             '↓' => out.push_str("down"),
-            '−' | '–' | '—' => out.push('-'),
+            '−' | '–' | '—' | '╌' => out.push('-'),
+            '┊' => out.push('|'),
             'µ' | 'μ' => out.push('u'),
             '°' => out.push_str(" deg"),
             '≥' => out.push_str(">="),
