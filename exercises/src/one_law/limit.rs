@@ -29,7 +29,8 @@ pub const LAW: Law = Law(&Brief {
                 random losses, a slow policy that ticks long after the sensor (a phase), and a \
                 policy that thinks. How slow, how late, how much is lost, and the start, are \
                 drawn at random. All that is kept of a run is its push age in the last second, \
-                and whether the pole was up. This takes some seconds.",
+                and whether the pole was up. The lab shows a limit beside the age: do all five \
+                keep to it? This takes some seconds.",
     question: "From which push age on does the pole fall, whatever made it old?",
     quantity: "push age",
     unit: "ms",
