@@ -52,8 +52,7 @@ fn graph(frame: &FrameData) -> [String; 3] {
             list(topics.into_iter())
         ),
         format!(
-            "A cross is a message that nobody read: {dropped} so far. That is harmless by itself, \
-             since a newer one was there; what counts is the age of what is read."
+            "A cross is a message that nobody read, as a newer one was there: {dropped} so far."
         ),
     ]
 }
@@ -114,7 +113,7 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
              something fresher is applied.{age}{parts} The phase of the ticks counts, too: a rate \
              turned on the way may give another age than the same rate from the start."
         ),
-        format!("Faint is the run before this one: {again}."),
+        format!("Faint dashes are the run before this one: {again}."),
     ]
 }
 
@@ -159,7 +158,9 @@ fn timeline(frame: &FrameData) -> [String; 3] {
     [
         "A lane for each node and each topic, in the order in which a reading becomes a push: \
          blocks are ticks, as long as they take, each behind its lateness or its wait for an \
-         executor; dots are messages, where they are published and where they arrive."
+         executor; dots are messages, where they are published and where they arrive. Where \
+         one rate is a multiple of the other, a reading is used as it comes; elsewhere it waits, \
+         and a faster sensor may make pushes older."
             .to_owned(),
         "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
          V show more or less."

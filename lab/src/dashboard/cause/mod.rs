@@ -225,11 +225,9 @@ impl Facts<'_> {
         let slower = input_period.min()? < self.graph.nodes[node].hz.period();
         match (input.dropped(), input.depth) {
             (0, 1) => None,
-            (0, depth) => {
-                slower.then(|| format!("a queue of {depth} drops nothing and changes nothing"))
-            }
+            (0, depth) => slower.then(|| format!("a queue of {depth} dropped nothing")),
             (dropped, _) => Some(format!(
-                "{dropped} dropped readings are harmless by themselves"
+                "{dropped} readings were dropped, each for a newer one"
             )),
         }
     }
