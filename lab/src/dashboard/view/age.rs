@@ -26,8 +26,8 @@ const NARROW: usize = 60;
 /// The line before the first push.
 const NO_AGE: &str = "push age  none: no action was applied so far";
 
-/// Draws the number, a bar with a tick at each limit, and the mean parts of the age; without
-/// an age, that there was no push.
+/// Draws the number, a bar with a tick and a number at each limit, and the mean parts of
+/// the age; without an age, that there was no push.
 pub fn render(
     age: Option<&AgeData>,
     push: Option<&PushData>,
@@ -59,11 +59,8 @@ pub fn render(
             let filled = bar(age.mean, mean, (scale, wide), theme);
             let plain = style.remove_modifier(Modifier::REVERSED);
             put(&filled, plain, begin, line, buf);
-            let ticks = [age.limits.swings(), age.limits.falls];
-            for tick in ticks.into_iter().flatten() {
-                let column = ((tick.as_secs_f64() * scale) as usize).min(wide - 1);
-                let glyph = theme.glyph("┊", "|");
-                put(glyph, theme.strong(), begin + column, line, buf);
+            for (column, tick) in ticks(age, (scale, wide), theme) {
+                put(&tick, theme.strong(), begin + column, line, buf);
             }
             put(&verdict, style, begin + wide + 2, line, buf);
         }
@@ -99,6 +96,25 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
         Strain::Swings => (theme.glyph("⚠", "!"), "swings", theme.alarm_line()),
         Strain::Falls => (theme.glyph("✖", "x"), "falls", theme.alarm()),
     }
+}
+
+/// A tick for each limit of `age`, with its number before it if nothing is there, and the
+/// columns of both in a bar of this scale and width.
+fn ticks(age: &AgeData, (scale, wide): (f64, usize), theme: &Theme) -> Vec<(usize, String)> {
+    let limits = [age.limits.swings(), age.limits.falls];
+    let mut free = 1;
+    let ticks = limits.into_iter().flatten().map(|limit| {
+        let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
+        let (number, tick) = (ms(limit).to_string(), theme.glyph("┊", "|"));
+        let start = column.checked_sub(number.len());
+        let start = start.filter(|start| *start >= free);
+        free = column + 2;
+        match start {
+            Some(start) => (start, number + tick),
+            None => (column, tick.to_owned()),
+        }
+    });
+    ticks.collect()
 }
 
 /// The parts of the age, the largest first, each with its glyph in the bar.

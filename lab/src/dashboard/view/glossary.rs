@@ -12,8 +12,13 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "the run goes on, but its push is old, or it stands still",
     ),
     (
+        "┊",
+        "a limit of the push age (ms): it swings, then it falls",
+    ),
+    ("╌╌", "dashes along a curve: the run before this one"),
+    (
         "age",
-        "run time since a message was published, when it is read",
+        "time since a message was published; of a topic, its newest",
     ),
     ("avg", "messages per second over the whole run"),
     (
@@ -30,10 +35,9 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("flat out", "virtual time as fast as the machine can"),
     ("fresh enough", "the push age is below the limits"),
     (
-        "held, bar",
+        "held",
         "the part of the push age while the push was in force",
     ),
-    ("held, topic", "age of the newest message of a topic"),
     (
         "late",
         "a tick after its due time, a message after a newer one",

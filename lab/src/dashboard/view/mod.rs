@@ -211,7 +211,7 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
         scrubber::render(scrubber, theme, area, buf);
     }
     match &shown.footer {
-        Footer::Prompt { typed, hint, .. } => prompt_line(typed, hint, theme, layout.footer, buf),
+        Footer::Prompt { typed, .. } => prompt_line(typed, theme, layout.footer, buf),
         Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
             Some(notice) => {
                 let area = layout.body.union(layout.footer);
@@ -240,12 +240,8 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     if let Some(page) = &shown.page {
         page::render(page, theme, layout.body, buf);
     }
-    if let Footer::Prompt {
-        refusal: Some(refusal),
-        ..
-    } = &shown.footer
-    {
-        over_the_prompt(refusal, theme, layout.body, buf);
+    if let Footer::Prompt { refusal, hint, .. } = &shown.footer {
+        over_the_prompt(*refusal, hint, theme, layout.body, buf);
     }
     if let Some(help) = &shown.help {
         help::render(help, theme, layout.body, buf);
@@ -323,26 +319,24 @@ fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Bu
     line.render(area, buf);
 }
 
-/// The input line, with its end visible, and a hint if there is room.
-fn prompt_line(typed: &str, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+/// The input line, with its end visible.
+fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let room = usize::from(area.width).saturating_sub(3);
     let tail = pane::tail(typed, room);
-    let used = pane::width(&tail) + 3;
-    let hint = pane::clip(hint, room.saturating_sub(used), theme);
     let spans = [
         Span::styled(": ", theme.strong()),
         Span::raw(pane::plain(&tail, theme)),
         Span::raw(theme.glyph("▏", "_")),
-        Span::styled(format!("   {hint}"), theme.faint()),
     ];
     Line::from_iter(spans).render(area, buf);
 }
 
-/// The reason for a refused entry, wrapped, at the bottom of `area`.
-fn over_the_prompt(refusal: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
+/// The reason for a refused entry, or else what can be typed, wrapped, at the bottom of
+/// `area`.
+fn over_the_prompt(refusal: Option<&str>, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let sign = theme.glyph("✖", "!");
-    let text = format!("{sign} {}", pane::plain(refusal, theme));
-    at_the_bottom(&text, theme, area, buf);
+    let text = refusal.map_or_else(|| hint.to_owned(), |refusal| format!("{sign} {refusal}"));
+    at_the_bottom(&pane::plain(&text, theme), theme, area, buf);
 }
 
 /// A wrapped text at the bottom of `area`.

@@ -43,6 +43,9 @@ const LEAST: (u16, u16) = (30, 5);
 /// Minimum height for two charts.
 const TALL: u16 = 8;
 
+/// What the dashes in both charts are; beside the title of the lower one.
+const GHOST_LEGEND: &str = "╌╌ last run";
+
 /// Title of the lower chart.
 const AGE_TITLE: &str = "age of the push (ms)";
 
@@ -102,6 +105,11 @@ pub fn render(
         chart.axes(buf);
         chart.marks(&marks, buf);
         put(AGE_TITLE, theme.strong(), 0, chart.text_row, buf);
+        if !trace.ghost.ages.is_empty() {
+            let legend = pane::plain(GHOST_LEGEND, theme);
+            let after = pane::width(AGE_TITLE) + 2;
+            put(&legend, theme.faint(), after, chart.text_row, buf);
+        }
         chart.ghost(&trace.ghost.ages, buf);
         chart.curve(ages, |_| false, buf);
     }

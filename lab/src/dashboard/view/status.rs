@@ -53,9 +53,9 @@ pub fn render_status(
     let seconds = frame.now.as_secs_f64();
     parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
     parts.extend(frame.world.map(|world| (world.to_owned(), Style::new())));
+    parts.push((format!("seed {}", frame.seed), Style::new()));
     parts.extend(wall);
     parts.extend(extra.clocks.iter().map(|text| (text.clone(), Style::new())));
-    parts.push((format!("seed {}", frame.seed), Style::new()));
     let settings = frame.settings.iter().cloned();
     parts.extend(settings.map(|setting| (setting, Style::new())));
     let lost = (frame.telemetry_lost > 0).then(|| {
@@ -181,8 +181,8 @@ mod tests {
     #[test]
     fn parts_go_from_the_right() {
         let extra = StatusExtra::default();
-        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim      1 s wall  seed 0  policy scripted");
-        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim      1 s wall");
+        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0      1 s wall  policy scripted");
+        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0");
         insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"cart-pole  virtual 1x");
     }
 
@@ -193,12 +193,12 @@ mod tests {
             recording: Some(0),
             ..StatusExtra::default()
         };
-        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
         let back = StatusExtra {
             back: Some((3, 120)),
             ..ended
         };
-        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim      1 s wall  seed 0  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::{
     list::List,
     place::GraphLayout,
     route::Route,
-    text::{NARROW, dangling_width},
+    text::NARROW,
     wires::{Wires, level},
 };
 use crate::dashboard::view::pane;
@@ -54,6 +54,9 @@ impl Labels<'_> {
             .iter()
             .partition(|route| route.dangles());
         for route in read {
+            if !self.layout.roomy {
+                self.tag(route, buf);
+            }
             if !self.layout.roomy || !self.write(route, buf) {
                 rest.push(self.view.topic(route.topic));
             }
@@ -92,24 +95,44 @@ impl Labels<'_> {
 
     /// Writes the name on a dangling edge.
     fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
-        let name = &self.view.topic(route.topic).name;
+        let Some((start, row, _)) = self.trunk(route) else {
+            return false;
+        };
+        let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
+        let texts = [format!(" {name} "), name.into_owned()];
+        texts.iter().any(|text| {
+            let place = Rect {
+                x: self.area.x + start + 1,
+                width: pane::clamp(pane::width(text)),
+                ..pane::row(self.area, usize::from(row))
+            };
+            let line = filled(place, level(self.view.theme), buf);
+            if line {
+                pane::put(text, self.view.theme.strong(), 0, place, buf);
+            }
+            line
+        })
+    }
+
+    /// Writes the name above or below the line of `route`, if there is room for it.
+    fn tag(&self, route: &Route, buf: &mut Buffer) {
         let Some((start, row, room)) = self.trunk(route) else {
-            return false;
+            return;
         };
-        if usize::from(room) < dangling_width(name) {
-            return false;
+        let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
+        let width = pane::clamp(pane::width(&name));
+        let rows = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
+        let mut places = rows
+            .filter(|row| *row < self.layout.bottom)
+            .map(|row| Rect {
+                x: self.area.x + start + 1,
+                width,
+                ..pane::row(self.area, usize::from(row))
+            });
+        let place = places.find(|place| width + 2 <= room && blank(*place, buf));
+        if let Some(place) = place {
+            pane::put(&name, self.view.theme.strong(), 0, place, buf);
         }
-        let text = format!(" {} ", pane::plain(name, self.view.theme));
-        let place = Rect {
-            x: self.area.x + start + 1,
-            width: pane::clamp(pane::width(&text)),
-            ..pane::row(self.area, usize::from(row))
-        };
-        let line = filled(place, level(self.view.theme), buf);
-        if line {
-            pane::put(&text, self.view.theme.strong(), 0, place, buf);
-        }
-        line
     }
 
     /// Writes above and below the line of `route`; returns whether there was room.

@@ -123,14 +123,14 @@ impl LabelWriter<'_> {
         format!("depth {:<3}", self.topic.depth)
     }
 
-    /// The age of the message held by readers.
+    /// The age of the newest message.
     pub(super) fn age(&self) -> Line<'static> {
         let Some(held) = self.topic.held else {
             return Line::default();
         };
         let text = match held.as_millis() {
-            ms @ 0..=9_999 => format!("held {ms:>4} ms"),
-            _ => format!("held {:>5.1} s", held.as_secs_f64().min(99_999.0)),
+            ms @ 0..=9_999 => format!("age {ms:>4} ms"),
+            _ => format!("age {:>5.1} s", held.as_secs_f64().min(99_999.0)),
         };
         if self.overdue(held) {
             let glyph = self.view.theme.glyph("◷", "~");

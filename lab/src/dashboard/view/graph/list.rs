@@ -7,7 +7,12 @@ use ratatui::{
     widgets::Widget,
 };
 
-use super::{GraphView, label_writer::LabelWriter, route::Routes, text::count};
+use super::{
+    GraphView,
+    label_writer::LabelWriter,
+    route::Routes,
+    text::{count, fitting},
+};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
     view::pane,
@@ -87,13 +92,7 @@ impl List<'_> {
         let name = Self::name_width(self.topics);
         let text = format!("{:name$}", writer.name(name));
         let full = name + LIST_FIGURES;
-        let word = if room >= full + LIST_WORD {
-            " dropped"
-        } else {
-            ""
-        };
-        let drops = format!("  {}{word}", count(topic.dropped));
-        let blank = (7 + pane::width(word)).saturating_sub(pane::width(&drops));
+        let aged = room >= full + LIST_WORD + LIST_AGE;
         let depth = if room >= full {
             format!(" {}", writer.depth())
         } else {
@@ -103,11 +102,15 @@ impl List<'_> {
             Span::styled(text, theme.strong()),
             Span::styled(writer.mark(" "), theme.strong()),
             Span::raw(format!("{}{depth} ", writer.rate())),
-            Span::raw(drops),
-            Span::raw(" ".repeat(blank)),
         ]);
-        if room >= full + LIST_WORD + LIST_AGE {
-            line.push_span(Span::raw(" "));
+        let left = room.saturating_sub(line.width() + if aged { LIST_AGE + 1 } else { 0 });
+        let dropped = count(topic.dropped);
+        let words = ["  {} dropped", "  {} drops", "  {}"];
+        let drops = fitting(words.map(|text| text.replace("{}", &dropped)), left);
+        line.push_span(Span::raw(drops));
+        if aged {
+            let blank = (full + LIST_WORD + 1).saturating_sub(line.width());
+            line.push_span(Span::raw(" ".repeat(blank)));
             line.extend(writer.age());
         }
         line.render(cell, buf);

@@ -54,7 +54,7 @@ fn roomy() {
     │┌ sensor ────────┐  50.0/s  depth 1          ┌ policy ────────┐   5.0/s  depth 1          ┌ actuator ──────┐          │
     ││ ● 50 Hz        │─•─────✖─────✖─────✖─────•►│ ○ 5 Hz         │─────•─────•─────•─────•──►│ ● 50 Hz        │─ /state ►│
     ││   0 overruns   │   37 dropped              │   2 overruns   │   0 dropped               │   0 overruns   │          │
-    │└────────────────┘   held   16 ms            └────────────────┘ ◷ held  320 ms            └────────────────┘          │
+    │└────────────────┘   age   16 ms             └────────────────┘ ◷ age  320 ms             └────────────────┘          │
     │                                                                                                                      │
     │                                                                                                                      │
     └──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
@@ -67,7 +67,7 @@ fn roomy() {
     │└─────────────┘   depth 4       ├─►│● 15 Hz      │──────•─────•───┬─►│○ 7.5 Hz     │──────•─────•─────►│○ 1 Hz       ││
     │┌ right ──────┐                 ✖  │  0 overruns │   7 dropped    │  │  0 overruns │   0 dropped    ┌•►│  0 overruns ││
     ││○ 30 Hz      │──────✖─────✖────┘  └─────────────┘   depth 1      •  └─────────────┘   depth 1      │  └─────────────┘│
-    ││  0 overruns │                                                   │                    held  120 ms │                 │
+    ││  0 overruns │                                                   │                    age  120 ms  │                 │
     │└─────────────┘                                                   │                                 │                 │
     │                                                                  └──•─────•─────•─────•─────•─────•┘                 │
     └──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
@@ -83,7 +83,7 @@ fn compact() {
     ││● 50 Hz      │──•─────•─────•─►│● 50 Hz      │──•─────•─────•►│○ 50 Hz      ││
     ││  0 overruns │   0 dropped     │  0 overruns │   0 dropped    │  0 overruns ││
     │└─────────────┘   depth 1       └─────────────┘   depth 1      └─────────────┘│
-    │                  held   12 ms                    held   12 ms                │
+    │                  age   12 ms                     age   12 ms                 │
     └──────────────────────────────────────────────────────────────────────────────┘
     ");
     assert_snapshot!(rich(&sample::broken(), 80, 5), @"
@@ -98,8 +98,8 @@ fn compact() {
     │[● left      ]─────┬✖►[● tracker   ]────┬─►[○ planner   ]──────►[○ logger    ]│
     │[○ right     ]─────┘                    │                    │                │
     │                                        └─────•─────•─────•──┘                │
-    │/image  60.0/s depth 4     288          /pose   15.0/s depth 1     7          │
-    │/plan    7.5/s depth 1     0                                                  │
+    │/image  60.0/s depth 4     288 drops    /pose   15.0/s depth 1     7 dropped  │
+    │/plan    7.5/s depth 1     0 dropped                                          │
     │                                                                              │
     └──────────────────────────────────────────────────────────────────────────────┘
     ");
@@ -128,17 +128,17 @@ fn small() {
     │┌ sensor ┐   ┌ policy ┐   ┌actuator┐│
     ││● 50 Hz │─•►│○ 5 Hz  │──►│● 50 Hz ││
     │└────────┘   └────────┘   └────────┘│
-    │/obs     50.0/s depth 1     37      │
-    │/action   5.0/s depth 1     0       │
+    │/obs     50.0/s depth 1     37 drops│
+    │/action   5.0/s depth 1     0 drops │
     └────────────────────────────────────┘
     ");
     assert_snapshot!(rich(&sample::fan_out(), 38, 7), @"
     ┌1 graph──────────────────── +1 more ┐
     │[● left  ]─┬►[● track…]──►[○ plann…]│
     │[○ right ]─┘                        │
-    │/image  60.0/s depth 4     288      │
-    │/pose   15.0/s depth 1     7        │
-    │/plan    7.5/s depth 1     0        │
+    │/image  60.0/s depth 4     288 drops│
+    │/pose   15.0/s depth 1     7 dropped│
+    │/plan    7.5/s depth 1     0 dropped│
     └────────────────────────────────────┘
     ");
 }
@@ -205,7 +205,7 @@ fn ascii() {
     ||* 50 Hz      |-o-----x-----x-->|o 5 Hz       |-----o-----o--->|* 50 Hz      ||
     ||  0 overruns |   37 dropped    |  2 overruns |   0 dropped    |  0 overruns ||
     |+-------------+   depth 1       +-------------+   depth 1      +-------------+|
-    |                  held   16 ms                  ~ held  320 ms                |
+    |                  age   16 ms                   ~ age  320 ms                 |
     +------------------------------------------------------------------------------+
     ");
 }
@@ -237,9 +237,9 @@ fn old_messages_are_marked() {
         rich(&frame, 80, 8)
     };
     // At 5 Hz the next message is overdue by half after 300 ms.
-    assert!(aged(300).contains("  held  300 ms"));
-    assert!(aged(301).contains("◷ held  301 ms"));
-    assert!(aged(12_345).contains("◷ held  12.3 s"));
+    assert!(aged(300).contains("  age  300 ms"));
+    assert!(aged(301).contains("◷ age  301 ms"));
+    assert!(aged(12_345).contains("◷ age  12.3 s"));
 }
 
 #[test]

@@ -10,13 +10,15 @@ pub(super) fn dangling_width(name: &str) -> usize {
     pane::width(name) + 4
 }
 
-/// Length of such a line in `room` columns, with or without its name.
+/// Length of such a line in `room` columns: with its name, with or without blanks around
+/// it, or without.
 pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
     let full = dangling_width(name);
-    if room >= full {
-        Some(full)
-    } else {
-        (room >= 2).then_some(room.min(4))
+    match room {
+        0..2 => None,
+        _ if room >= full => Some(full),
+        _ if room >= full - 2 => Some(full - 2),
+        _ => Some(room.min(4)),
     }
 }
 

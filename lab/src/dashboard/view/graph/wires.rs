@@ -401,17 +401,29 @@ impl<'a> Router<'a> {
         before.any(|other| self.from(other, gap).contains(&row))
     }
 
+    /// Whether a vertical line in `gap` meets `row`.
+    fn is_crossed(&self, gap: usize, row: u16) -> bool {
+        self.bends(gap).iter().any(|passage| {
+            let lane = self.layout.routes.all[passage.route].lane;
+            let lane = lane.map(|lane| self.layout.lanes + pane::clamp(lane));
+            let rows = passage.from.iter().chain(&passage.to).chain(&lane);
+            rows.clone().min() <= Some(&row) && rows.max() >= Some(&row)
+        })
+    }
+
     /// A short line out of the frame.
     fn dangling(&self, wire: &mut Wire, route: &Route, gap: usize) {
-        let [start, _] = self.layout.gaps[gap];
-        let room = usize::from(self.limit(gap).saturating_sub(start));
-        let Some(length) = text::dangling(&self.frame.topics[route.topic].name, room) else {
-            return;
-        };
+        let [start, end] = self.layout.gaps[gap];
+        let name = &self.frame.topics[route.topic].name;
         for row in self.from(route, gap) {
-            if self.taken(route, gap, row) {
+            let end = match self.is_crossed(gap, row) {
+                true => self.limit(gap),
+                false => end,
+            };
+            let length = text::dangling(name, usize::from(end.saturating_sub(start)));
+            let Some(length) = length.filter(|_| !self.taken(route, gap, row)) else {
                 continue;
-            }
+            };
             let last = start + pane::clamp(length) - 1;
             wire.horizontal(row, start, last);
             wire.heads.push((row, last));
