@@ -48,13 +48,21 @@ impl System for Drone {
         let (seen, wanted) = (states.clone(), thrusts.clone());
         builder.node("drone", 100.0, 0, move |wiring| {
             let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
+            // It acts on the world, so the age of what it acts on is measured here.
+            let (age, mut latency) = (wiring.push_age(), wiring.meter("sense→act"));
             let mut state = State { height, climb };
             move |now| {
                 // The last thrust is held until the next one arrives; 20 N at most.
-                let thrust = thrusts.latest(now).map_or(0.0, |newest| newest.data.newton);
+                let newest = thrusts.latest(now);
+                let sensed = newest.as_ref().map(|thrust| thrust.sensed());
+                if let Some(sensed) = sensed {
+                    age.push(now, sensed);
+                    latency.record(now.since(sensed));
+                }
+                let thrust = newest.map_or(0.0, |thrust| thrust.data.newton);
                 state.climb += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
                 state.height += state.climb / 100.0;
-                states.publish(state, now, None);
+                states.publish(state, now, sensed);
                 if state.height > 0.0 { GO_ON } else { END }
             }
         })?;
@@ -64,7 +72,7 @@ impl System for Drone {
                 if let Some(seen) = states.latest(now) {
                     let State { height, climb } = seen.data;
                     let newton = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
-                    thrusts.publish(Thrust { newton }, now, Some(seen.sensed()));
+                    thrusts.publish(Thrust { newton }, now, Some(seen.stamp));
                 }
                 GO_ON
             }
@@ -73,6 +81,10 @@ impl System for Drone {
 
     fn state(&self) -> Option<&'static str> {
         Some("/state")
+    }
+
+    fn latency(&self) -> Option<(&'static str, &'static str)> {
+        Some(("drone", "sense→act"))
     }
 
     fn signals(&self) -> &'static [Signal] {

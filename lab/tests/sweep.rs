@@ -394,6 +394,13 @@ fn a_hole_in_a_knob_is_swept_as_a_list_a_map_rows_json_and_curves() {
     ];
     let map = sweep(&[&world[..], &costs].concat());
     assert!(map.contains("5 policy costs"), "{map}");
+    assert!(
+        !map.contains("think time"),
+        "the same knob by another name: {map}"
+    );
+    let range = ["--axis", "takes policy", "1..5:1", "--control-hz", "50"];
+    let map = sweep(&[&world[..], &range].concat());
+    assert!(map.contains("5 policy costs"), "{map}");
 
     let swept = json(&[&world[..], &delay, &["--control-hz", "20,50"]].concat());
     let cells = swept["cells"].as_array().expect("cells");

@@ -25,8 +25,8 @@ pub struct SweepArgs {
     pub system: SystemArgs<SweepAxis>,
 
     /// Sweep any knob, such as "rate NODE" or "takes NODE", with a list or a range; {}
-    /// is where the values go if that is not the end: "link TOPIC delay:{}". Can be given
-    /// several times.
+    /// is where the values go if that is not the end: "link TOPIC delay:{}". For takes and
+    /// wakes 1..5 is one distribution, and 1..5:1 a range. Can be given several times.
     #[arg(long, num_args = 2, value_names = ["KNOB", "LIST"], allow_hyphen_values = true)]
     pub axis: Vec<String>,
 

@@ -2,7 +2,7 @@
 
 use ratelab::{
     experiment::sweep::{Cell, Sweep},
-    runtime::KnobKind,
+    runtime::{Knob, KnobKind},
     system::Alias,
 };
 
@@ -59,6 +59,21 @@ impl Column {
     /// Number of values.
     pub fn count(&self, sweep: &Sweep) -> usize {
         sweep.axis(&self.name).map_or(1, |axis| axis.values.len())
+    }
+
+    /// Whether an axis with another name turns its knobs, such as `takes policy` for
+    /// `think-ms`.
+    pub fn is_swept_by_another(&self, sweep: &Sweep) -> bool {
+        let Some(alias) = self.alias else {
+            return false;
+        };
+        let turns = |knob: &Knob| {
+            let mut knobs = alias.knobs.iter();
+            knobs.any(|(kind, of)| knob.kind() == *kind && knob.target() == *of)
+        };
+        let others = sweep.axes.iter().filter(|axis| axis.name != self.name);
+        let mut values = others.filter_map(|axis| axis.values.first());
+        values.any(|value| value.knobs.iter().any(turns))
     }
 
     /// The value in `cell`.

@@ -140,6 +140,7 @@ fn fixed(sweep: &Sweep) -> String {
         return String::new();
     };
     let columns = columns::of(sweep).into_iter();
+    let columns = columns.filter(|column| !column.is_swept_by_another(sweep));
     let fixed = columns.filter(|column| {
         sweep
             .axis(&column.name)

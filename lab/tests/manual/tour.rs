@@ -138,11 +138,7 @@ fn the_first_five_minutes_of_the_manual_are_true() {
     let said = parser.screen().contents();
     // Knobs obeyed at the same time are written as the alias that sets them all.
     let depth = ["depth /action 100", "queue-depth 100"];
-    for words in [
-        &["period 50.0 ms)"][..],
-        &depth,
-        &["STOPPED", "s: stop"],
-    ] {
+    for words in [&["period 50.0 ms)"][..], &depth, &["STOPPED", "s: stop"]] {
         let one_of = words.iter().any(|line| said.contains(line));
         assert!(one_of, "none of {words:?} in\n{said}");
     }
