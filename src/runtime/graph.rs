@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
-    executor::{Dispatcher, Executor},
+    dispatch::Dispatcher,
+    executor::Executor,
     knob::{Knob, KnobKind},
     message::Payload,
     millis,

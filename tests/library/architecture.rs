@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::imports::{Sources, circles, imports, uses};
+use crate::imports::{Imports, Module, Sources, circles, imports, uses};
 
 /// The Rust files below `folder`.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -167,4 +167,36 @@ fn no_source_files_import_each_other_in_a_circle() {
         }
     }
     assert!(found.is_empty(), "circles:\n{}", found.join("\n"));
+}
+
+/// Folders of the library whose rooms, files and folders side by side, import each other in no
+/// circle.
+const HOUSES: [&[&str]; 2] = [&["src", "runtime"], &["src"]];
+
+/// The room of `house` that a module is in.
+fn room(house: &[&str], module: &Module) -> Option<Module> {
+    let inside = module.iter().zip(house).all(|(name, of)| name == of);
+    let room = module.get(..=house.len()).filter(|_| inside);
+    room.map(<[String]>::to_vec)
+}
+
+#[test]
+fn no_folders_of_the_library_import_each_other_in_a_circle() {
+    let imports = imports(&sources("src"));
+    for house in HOUSES {
+        let mut rooms = Imports::new();
+        for (from, to) in &imports {
+            let Some(from) = room(house, from) else {
+                continue;
+            };
+            let to = to.iter().filter_map(|to| room(house, to));
+            let to: Vec<Module> = to.filter(|to| *to != from).collect();
+            for known in &to {
+                rooms.entry(known.clone()).or_default();
+            }
+            rooms.entry(from).or_default().extend(to);
+        }
+        assert!(rooms.len() > 4, "only {} rooms in {house:?}", rooms.len());
+        assert_eq!(circles(&rooms), [].into(), "{house:?}");
+    }
 }

@@ -17,6 +17,7 @@ use zenoh::{Session, Wait, liveliness::LivelinessToken};
 use crate::{
     clock::ClockId,
     command::Commands,
+    error::WireError,
     inlet::Inlet,
     join::{self, difference},
     key::{Keys, Of},
@@ -28,7 +29,7 @@ use crate::{
     reporter::Reporter,
     ros::Ros,
     sender::Sender,
-    session::{Settings, WireError},
+    session::Settings,
     telemetry::{Arrival, Info},
     times::Times,
     watch::Watch,

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use zenoh::{Session, query::Query};
 
 use crate::{
+    error::WireError,
     key::{Keys, Of},
     peers::{self, Peers},
-    session::WireError,
 };
 
 /// Longest wait for the graph to answer.

@@ -19,7 +19,7 @@ use tracing::{
 };
 use zenoh::{Config, Session, Wait};
 
-use crate::session::WireError;
+use crate::error::WireError;
 
 /// Shortest time between two lines with the same reason.
 const AGAIN: Duration = Duration::from_secs(10);

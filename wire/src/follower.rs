@@ -9,11 +9,12 @@ use zenoh::{Session, Wait, sample::Sample};
 use crate::{
     clock::ClockId,
     command::{Answer, Order},
+    error::WireError,
     key::{Keys, Of},
     machine::host,
     offset::{Estimate, Offsets},
     peers::Peers,
-    session::{Settings, WireError},
+    session::Settings,
     telemetry::{Batch, Info},
 };
 

@@ -10,11 +10,11 @@ use ratelab::runtime::{RowInlet, Time};
 use zenoh::{Session, Wait, sample::Sample};
 
 use crate::{
+    error::WireError,
     origins::Origins,
     packet,
     refusal::{Refusal, Refused},
     sender::Sender,
-    session::WireError,
     telemetry::Arrival,
     times::Times,
 };

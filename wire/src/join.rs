@@ -22,7 +22,7 @@ use ratelab::{
     system::{Alias, Setup, WorldKind},
 };
 
-use crate::{peers::Peers, session::WireError, telemetry::Info};
+use crate::{error::WireError, peers::Peers, telemetry::Info};
 
 /// Longest wait for the answers of those that are present.
 const PATIENCE: Duration = Duration::from_millis(1500);

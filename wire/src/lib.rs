@@ -10,6 +10,7 @@ mod bridge;
 pub mod clock;
 mod command;
 mod connect;
+mod error;
 mod follower;
 mod inlet;
 mod join;
@@ -31,12 +32,13 @@ mod watch;
 
 pub use bridge::{Bridge, SILENT_PERIODS};
 pub use command::{Answer, Order};
+pub use error::WireError;
 pub use follower::Follower;
 pub use inlet::Inlet;
 pub use machine::host;
 pub use peers::Peers;
 pub use refusal::{Refusal, Refused};
-pub use session::{End, Settings, USUAL, WireError};
+pub use session::{End, Settings, USUAL};
 pub use times::Times;
 
 /// A random number, for names that are used once.

@@ -10,9 +10,9 @@ use zenoh::{
 };
 
 use crate::{
+    error::WireError,
     origins::Origins,
     packet::{self, Head},
-    session::WireError,
     times::Times,
 };
 

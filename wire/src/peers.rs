@@ -15,9 +15,9 @@ use zenoh::{
 
 use crate::{
     clock::{self, ClockId},
+    error::WireError,
     key::{Keys, Of},
     offset::{Offsets, RoundTrip},
-    session::WireError,
     telemetry::Info,
 };
 

@@ -21,8 +21,8 @@ use zenoh::{
 };
 
 use crate::{
+    error::WireError,
     inlet::Inlet,
-    session::WireError,
     telemetry::{Arrival, Batch, Counts, Message},
     times::Times,
 };

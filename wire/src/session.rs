@@ -2,10 +2,9 @@
 
 use std::{fs::File, path::PathBuf, time::Duration};
 
-use thiserror::Error;
 use zenoh::{Config, Session, Wait};
 
-use crate::connect::connect;
+use crate::{connect::connect, error::WireError};
 
 /// Where the process that has the plant listens unless told otherwise: this machine only,
 /// on the port of zenoh's routers.
@@ -13,36 +12,6 @@ pub const USUAL: &str = "tcp/127.0.0.1:7447";
 
 /// Longest message that is accepted (bytes): the rest of a longer one is not read.
 const MAX_MESSAGE: usize = 65_536;
-
-/// An error of the connection.
-#[derive(Debug, Error)]
-pub enum WireError {
-    /// An invalid setting, with a remedy.
-    #[error("{0}")]
-    Setting(String),
-    /// Another process has a node of this one, with a remedy.
-    #[error("{0}")]
-    Taken(String),
-    /// The network refused.
-    #[error("{what}: {why}")]
-    Network {
-        /// What was tried.
-        what: String,
-        /// The reason.
-        why: String,
-    },
-}
-
-impl WireError {
-    /// An error of zenoh while trying `what`.
-    pub(crate) fn network(what: &str, why: &dyn std::fmt::Display) -> Self {
-        let why = why.to_string();
-        // The rest of the text is about zenoh's source.
-        let why = why.split(" at /").next().unwrap_or_default().to_owned();
-        let what = what.to_owned();
-        Self::Network { what, why }
-    }
-}
 
 /// The end of the connection that a process has.
 #[derive(Clone, Debug, PartialEq, Eq)]

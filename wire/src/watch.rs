@@ -14,7 +14,7 @@ use std::{
 
 use ratelab::runtime::{Observer, Time};
 
-use crate::{inlet::Inlet, peers::Peers, session::WireError, times::Times};
+use crate::{error::WireError, inlet::Inlet, peers::Peers, times::Times};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);

@@ -12,7 +12,7 @@ use crate::runtime::{scheduled_node::ScheduledNode, time::Time};
 ///
 /// Nodes with the same rate stay due together, so they are ordered once, and only their
 /// cohorts are reordered on each tick. A thousand nodes mostly share a handful of rates. All
-/// other events are in the [`Agenda`](crate::runtime::executor::Agenda).
+/// other events are in the [`Dispatcher`](crate::runtime::dispatch::Dispatcher).
 #[derive(Debug)]
 pub(crate) struct DueQueue {
     heap: BinaryHeap<Reverse<NextDue>>,

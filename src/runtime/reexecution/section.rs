@@ -12,8 +12,8 @@ use super::{
     turns::Operation,
 };
 use crate::runtime::{
+    event::{Event, EventKind},
     sync::Arc,
-    telemetry::{Event, EventKind},
     time::Time,
 };
 

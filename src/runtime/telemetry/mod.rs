@@ -16,8 +16,8 @@ mod replay_counters;
 mod topology;
 mod window;
 
+pub use super::event::{Event, EventKind};
 pub use counters::Flight;
-pub use event_log::{Event, EventKind};
 pub use lineage::{
     AgePart, AgeParts, Chain, Lineage, Occupied, PushInForce, Sent, Stage, Unmatched, Worked,
 };

@@ -34,7 +34,7 @@ use self::{
     publishers::Publishers,
     stamps::Stamps,
 };
-use crate::{inlet::Inlet, peers::Peers, refusal::Refusal, session::WireError, times::Times};
+use crate::{error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, times::Times};
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {

@@ -8,7 +8,8 @@ use std::{
 use crate::runtime::{
     clock::wall::Wall,
     command::Command,
-    executor::{Call, Callback, CallbackQueue, EventOrder, Executor, Nodes, WindowOrder},
+    dispatch::{Call, CallbackQueue, EventOrder, Nodes, WindowOrder},
+    executor::{Callback, Executor},
     rate::Rate,
     scheduled_node::{MOST_WAITING, ScheduledNode},
     time::Time,

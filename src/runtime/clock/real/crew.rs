@@ -14,7 +14,8 @@ use super::{
 use crate::runtime::{
     clock::{steps::Outcome, wall::Wall},
     command::Command,
-    executor::{Call, Callback, Executor},
+    dispatch::Call,
+    executor::{Callback, Executor},
     realtime,
     reexecution::Noter,
     sync::{Arc, Mutex, MutexGuard, lock},

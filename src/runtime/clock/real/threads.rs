@@ -4,7 +4,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::{SUPERVISOR, crew::Crew, logged::LoggedNode, mailbox::Mailbox, worker::Worker};
 use crate::runtime::{
-    executor::{Dispatcher, Executor},
+    dispatch::Dispatcher,
+    executor::Executor,
     graph::Graph,
     realtime::{CoreShare, spare_cores},
     scheduled_node::ScheduledNode,

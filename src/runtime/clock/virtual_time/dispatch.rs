@@ -8,7 +8,7 @@ use super::Scheduler;
 use crate::runtime::{
     clock::ClockExit,
     command::Command,
-    executor::{AgendaItem, Call, Phase, Place},
+    dispatch::{AgendaItem, Call, Phase, Place},
     node::{Fault, GO_ON, Tick},
     time::Time,
 };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::callback::{Callback, CallbackGroup};
+use crate::runtime::executor::{Callback, CallbackGroup};
 
 /// Which callbacks exclude each other, and which of them run.
 #[derive(Debug)]

@@ -7,11 +7,8 @@
 
 use std::collections::VecDeque;
 
-use super::{
-    callback::Callback,
-    queue::{Call, CallbackQueue, Nodes},
-};
-use crate::runtime::time::Time;
+use super::queue::{Call, CallbackQueue, Nodes};
+use crate::runtime::{executor::Callback, time::Time};
 
 /// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;

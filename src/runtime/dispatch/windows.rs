@@ -10,11 +10,10 @@
 use std::collections::BTreeSet;
 
 use super::{
-    callback::Callback,
     groups::Groups,
     queue::{Call, CallbackQueue, Nodes},
 };
-use crate::runtime::time::Time;
+use crate::runtime::{executor::Callback, time::Time};
 
 /// A callback by its place in a window: timers before subscriptions, in the order of
 /// registration.

@@ -3,14 +3,13 @@
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase, Place},
-    callback::Callback,
     events::EventOrder,
-    kind::Executor,
     preemptive::{Preemptive, Urgency},
     queue::{AtInstant, Call, CallbackQueue, Nodes},
     windows::WindowOrder,
 };
 use crate::runtime::{
+    executor::{Callback, Executor},
     placement::Placement,
     scheduled_node::ScheduledNode,
     sync::Arc,
