@@ -86,8 +86,8 @@ impl Bridge {
         let (observer, taps) = (experiment.observer(), experiment.taps());
         let offsets = Arc::<Offsets>::default();
         let times = Arc::new(Times::new(observer.clone(), offsets.clone()));
-        let border = Border {
-            incarnation: crate::random(),
+        let mut border = Border {
+            incarnation: 0,
             keys: Keys::new(experiment.system().name()),
             times: times.clone(),
             origins: Arc::default(),
@@ -97,6 +97,7 @@ impl Bridge {
         let (arrivals, arrived) = bounded(ARRIVALS);
         let inlets = Arc::new(border.inlets(&taps, &arrivals)?);
         let session = settings.open()?;
+        border.incarnation = settings.number(&session)?;
         let own = border.info(&session, experiment.config().clone());
         let (incarnation, keys) = (border.incarnation, border.keys.clone());
         let senders = inlets.clone();

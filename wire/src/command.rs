@@ -141,8 +141,13 @@ impl Commands {
 
     /// Logs who stops the run, as far as he names himself.
     fn note_stop(&self, order: &Order) {
-        if let Some(node) = self.here.first().filter(|_| self.is_hub) {
-            let name: String = order.name.chars().take(LONGEST_NAME).collect();
+        if let Some(node) = self.here.first() {
+            let name: String = order.name.trim().chars().take(LONGEST_NAME).collect();
+            let name = if name.is_empty() {
+                "nobody named"
+            } else {
+                &name
+            };
             let what = format!("the run is stopped by {name}");
             self.observer
                 .note_presence(self.observer.now(), node, true, &what);

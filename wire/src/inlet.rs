@@ -14,7 +14,7 @@ use crate::{
     origins::Origins,
     packet,
     refusal::{Refusal, Refused},
-    sender::Sender,
+    sender::{Sender, Source},
     telemetry::Arrival,
     times::Times,
 };
@@ -69,7 +69,7 @@ impl Inlet {
         let stamp = self.times.time(head.stamp)?;
         let origin = head.origin.map(|origin| self.times.time(origin));
         let origin = origin.transpose()?;
-        let at = self.check_sender(head.incarnation, head.seq)?;
+        let at = self.check_sender(Source::direct(head.incarnation), head.seq)?;
         let sensed = origin.unwrap_or(stamp);
         self.origins
             .remember(sensed, head.origin.unwrap_or(head.stamp));
@@ -79,10 +79,10 @@ impl Inlet {
     }
 
     /// Checks that message number `seq` is of the topic's sender; returns the run time.
-    pub(crate) fn check_sender(&self, incarnation: u64, seq: u64) -> Result<Time, Refusal> {
+    pub(crate) fn check_sender(&self, from: Source, seq: u64) -> Result<Time, Refusal> {
         let at = self.times.now().ok_or(Refusal::Early)?;
         let (mut sender, now) = (self.sender(), Instant::now());
-        sender.accept(incarnation, seq, now, self.patience)?;
+        sender.accept(from, seq, now, self.patience)?;
         Ok(at)
     }
 

@@ -16,6 +16,8 @@ pub enum Refusal {
     NotFinite,
     /// Another process sends to this topic already.
     Sender,
+    /// Its process sends it directly as well, and not by ROS alone.
+    Twin,
     /// It was there already, or is older than one that was.
     Repeated,
     /// Its number is too far from the last one.
@@ -32,11 +34,12 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Format,
         Self::Length,
         Self::NotFinite,
         Self::Sender,
+        Self::Twin,
         Self::Repeated,
         Self::Jump,
         Self::Clock,
@@ -45,9 +48,10 @@ impl Refusal {
         Self::Content,
     ];
 
-    /// Whether an honest sender causes it as well: at the start of a run.
+    /// Whether an honest sender causes it as well: at the start of a run, or by ROS beside
+    /// ratelab's own way.
     pub fn is_harmless(self) -> bool {
-        self == Self::Early
+        matches!(self, Self::Early | Self::Twin)
     }
 }
 
@@ -58,6 +62,7 @@ impl fmt::Display for Refusal {
             Self::Length => "wrong length",
             Self::NotFinite => "not finite",
             Self::Sender => "second sender",
+            Self::Twin => "by ROS as well",
             Self::Repeated => "repeated",
             Self::Jump => "impossible number",
             Self::Clock => "unknown clock",

@@ -12,6 +12,7 @@
 //! | *n*, or lower | refused: repeated, or overtaken |
 //! | any, after a silence longer than the patience | accepted: its numbers begin there |
 //!
+//! A process with both ways, our own and that of ROS, is one sender: its own way counts.
 //! Messages that are refused do not end a silence. Each row is a case of a test.
 
 use std::time::{Duration, Instant};
@@ -36,29 +37,51 @@ pub struct Sender {
     pub starts: u64,
 }
 
+/// Who sent a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Number of the sender: of a process, or of a publisher of ROS.
+    pub number: u64,
+    /// Number of its process, where that is known.
+    pub process: Option<u64>,
+}
+
+impl Source {
+    /// The process with this number, by a message of our own format.
+    pub fn direct(number: u64) -> Self {
+        let process = Some(number);
+        Self { number, process }
+    }
+
+    /// Whether it is a publisher of ROS in the process that is `direct`.
+    fn is_twin_of(self, direct: Self) -> bool {
+        direct == Self::direct(direct.number) && self.process == direct.process
+    }
+}
+
 #[derive(Debug)]
 struct Current {
-    incarnation: u64,
+    from: Source,
     next_seq: u64,
     heard: Instant,
     gone: bool,
 }
 
 impl Sender {
-    /// Accepts message number `seq` of `incarnation`, which arrived at `now`. A sender that
+    /// Accepts message number `seq` of `from`, which arrived at `now`. A sender that
     /// was silent for `patience` may be replaced by another.
     ///
     /// # Errors
     /// The reason to refuse it.
     pub fn accept(
         &mut self,
-        incarnation: u64,
+        from: Source,
         seq: u64,
         now: Instant,
         patience: Duration,
     ) -> Result<(), Refusal> {
         match &self.current {
-            Some(current) if current.incarnation == incarnation => {
+            Some(current) if current.from.number == from.number => {
                 let silence = now.saturating_duration_since(current.heard);
                 match seq.checked_sub(current.next_seq) {
                     Some(gap) if gap <= possible(silence) => {
@@ -70,12 +93,17 @@ impl Sender {
                 }
             }
             Some(current) if !current.gone && now - current.heard < patience => {
-                return Err(Refusal::Sender);
+                if from.is_twin_of(current.from) {
+                    return Err(Refusal::Twin);
+                }
+                if !current.from.is_twin_of(from) {
+                    return Err(Refusal::Sender);
+                }
             }
             _ => self.starts += 1,
         }
         self.current = Some(Current {
-            incarnation,
+            from,
             next_seq: seq.saturating_add(1),
             heard: now,
             gone: false,
@@ -83,10 +111,10 @@ impl Sender {
         Ok(())
     }
 
-    /// Notes that the presence of `incarnation` ended.
-    pub fn gone(&mut self, incarnation: u64) {
+    /// Notes that the presence of sender `number` ended.
+    pub fn gone(&mut self, number: u64) {
         if let Some(current) = &mut self.current {
-            current.gone |= current.incarnation == incarnation;
+            current.gone |= current.from.number == number;
         }
     }
 
@@ -122,7 +150,7 @@ mod tests {
     fn gaps_are_lost_and_a_restart_is_none() {
         let (start, mut sender) = (Instant::now(), Sender::default());
         let mut accept = |incarnation, seq, ms| {
-            let accepted = sender.accept(incarnation, seq, at(start, ms), PATIENCE);
+            let accepted = sender.accept(Source::direct(incarnation), seq, at(start, ms), PATIENCE);
             (accepted, sender.lost)
         };
         // The first may come late: what was before was for nobody.
@@ -136,20 +164,48 @@ mod tests {
     }
 
     #[test]
+    fn a_process_that_speaks_ros_as_well_is_one_sender() {
+        let by_ros = |number, process| Source { number, process };
+        let (policy, twin) = (Source::direct(1), by_ros(2, Some(1)));
+        let (other, unknown) = (by_ros(3, Some(4)), by_ros(5, None));
+        for (first, second, accepted) in [
+            (policy, twin, Err(Refusal::Twin)),
+            (twin, policy, Ok(())),
+            (policy, other, Err(Refusal::Sender)),
+            (policy, unknown, Err(Refusal::Sender)),
+            (other, policy, Err(Refusal::Sender)),
+            (twin, by_ros(6, Some(1)), Err(Refusal::Sender)),
+            (unknown, by_ros(6, None), Err(Refusal::Sender)),
+        ] {
+            let (start, mut sender) = (Instant::now(), Sender::default());
+            assert_eq!(sender.accept(first, 7, start, PATIENCE), Ok(()));
+            let next = sender.accept(second, 3, at(start, 99), PATIENCE);
+            assert_eq!(next, accepted, "{first:?} {second:?}");
+            assert_eq!((sender.starts, sender.lost), (1, 0));
+        }
+    }
+
+    #[test]
     fn a_second_sender_waits_until_the_first_is_silent_or_gone() {
         let (start, mut sender) = (Instant::now(), Sender::default());
-        assert_eq!(sender.accept(1, 0, start, PATIENCE), Ok(()));
-        let too_early = sender.accept(2, 0, at(start, 99), PATIENCE);
+        assert_eq!(sender.accept(Source::direct(1), 0, start, PATIENCE), Ok(()));
+        let too_early = sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE);
         assert_eq!(too_early, Err(Refusal::Sender));
         sender.gone(7);
-        let no_more = sender.accept(2, 0, at(start, 99), PATIENCE);
+        let no_more = sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE);
         assert_eq!(no_more, Err(Refusal::Sender));
         sender.gone(1);
-        assert_eq!(sender.accept(2, 0, at(start, 99), PATIENCE), Ok(()));
+        assert_eq!(
+            sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE),
+            Ok(())
+        );
         // Now the first is the second.
-        let back = sender.accept(1, 1, at(start, 120), PATIENCE);
+        let back = sender.accept(Source::direct(1), 1, at(start, 120), PATIENCE);
         assert_eq!(back, Err(Refusal::Sender));
-        assert_eq!(sender.accept(1, 2, at(start, 199), PATIENCE), Ok(()));
+        assert_eq!(
+            sender.accept(Source::direct(1), 2, at(start, 199), PATIENCE),
+            Ok(())
+        );
         assert_eq!((sender.lost, sender.starts), (0, 3));
     }
 
@@ -236,10 +292,10 @@ mod tests {
     fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
         for (case, messages, lost) in CASES {
             let (mut now, mut sender) = (Instant::now(), Sender::default());
-            assert_eq!(sender.accept(1, 0, now, PATIENCE), Ok(()));
+            assert_eq!(sender.accept(Source::direct(1), 0, now, PATIENCE), Ok(()));
             for (seq, after, expected) in *messages {
                 now += Duration::from_millis(*after);
-                let accepted = sender.accept(1, *seq, now, PATIENCE);
+                let accepted = sender.accept(Source::direct(1), *seq, now, PATIENCE);
                 assert_eq!(accepted, *expected, "{case}: {seq}");
             }
             assert_eq!((sender.lost, sender.starts), (*lost, 1), "{case}");

@@ -2,7 +2,7 @@
 
 use std::{fs::File, path::PathBuf, time::Duration};
 
-use zenoh::{Config, Session, Wait};
+use zenoh::{Config, Session, Wait, session::ZenohId};
 
 use crate::{connect::connect, error::WireError};
 
@@ -133,6 +133,26 @@ impl Settings {
             End::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
         }
     }
+
+    /// The number of the process behind `session`: another one after each start.
+    ///
+    /// # Errors
+    /// [`WireError`] as of [`open`](Self::open).
+    pub(crate) fn number(&self, session: &Session) -> Result<u64, WireError> {
+        let chosen = self.config()?.get_json("id");
+        // The same one after each start, if a file has it.
+        let is_fixed = chosen.is_ok_and(|id| id != "null");
+        Ok(match is_fixed {
+            true => crate::random(),
+            false => number(session.zid()),
+        })
+    }
+}
+
+/// The number of a process by the identity of its session, as it is in tokens of ROS.
+pub(crate) fn number(session: ZenohId) -> u64 {
+    let [number @ .., _, _, _, _, _, _, _, _] = session.to_le_bytes();
+    u64::from_le_bytes(number)
 }
 
 /// The kinds of connections that this build knows.

@@ -20,10 +20,16 @@ struct Both {
     snapshots: [Snapshot; 2],
     lost: [u64; 2],
     hostile: [u64; 2],
+    starts: [u64; 2],
 }
 
 /// Runs `system` in two parts.
 fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
+    run_with(system, parts, None)
+}
+
+/// The same, both parts with ROS in a domain.
+fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
     let (system, address) = (Arc::new(system), address());
     let ends = [
         End::Listen(vec![address.clone()]),
@@ -32,7 +38,7 @@ fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
     let connected = ends
         .into_iter()
         .zip(parts)
-        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None)));
+        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None), ros));
     let connected: Vec<(Experiment, Bridge)> = connected.collect();
     // Until each part knows the other, nothing could arrive.
     while connected
@@ -55,6 +61,7 @@ fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
     let of_both = |count: &dyn Fn(&Bridge) -> u64| [count(&bridges[0]), count(&bridges[1])];
     Both {
         lost: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().lost).sum()),
+        starts: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().starts).sum()),
         hostile: of_both(&|bridge| bridge.inlets().iter().map(|i| i.refused.hostile()).sum()),
         snapshots: [observers[0].snapshot(), observers[1].snapshot()],
         summaries: summaries.try_into().unwrap_or_else(|_| panic!("two runs")),
@@ -71,6 +78,15 @@ fn a_policy_in_another_process_balances_and_nothing_is_lost() {
     assert!(policy.topic("/obs").published > 50);
     // The age of the sensing goes around through both.
     assert!(plant.latency.count() > 50, "{:?}", plant.latency);
+}
+
+#[test]
+fn two_parts_with_ros_refuse_nothing_of_each_other() {
+    let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
+    let both = run_with(CartPole::default(), parts, Some(0));
+    assert_eq!(both.summaries[0].verdict.name(), "balanced");
+    assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
+    assert_eq!(both.starts, [1; 2]);
 }
 
 /// A number a thousand times a second, and a reader that takes five times as long.

@@ -11,14 +11,11 @@ use std::{
     thread,
 };
 
-use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment},
-};
+use ratelab::{cartpole::CartPole, experiment::Experiment, runtime::Command};
 use ratelab_wire::{
-    Bridge, End, Refusal, Settings,
+    Bridge, End, Order, Refusal, Settings,
     clock::{self, ClockId},
-    key::Keys,
+    key::{Keys, Of},
     packet::{self, Head, Moment},
 };
 use support::{address, settings};
@@ -29,7 +26,12 @@ const POLICY: [&str; 1] = ["policy"];
 
 /// A part of the cart-pole.
 fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
-    support::part(Arc::new(CartPole::default()), nodes, settings)
+    part_with(nodes, settings, None)
+}
+
+/// The same, with ROS in a domain.
+fn part_with(nodes: &[&str], settings: &Settings, ros: Option<u32>) -> (Experiment, Bridge) {
+    support::part(Arc::new(CartPole::default()), nodes, settings, ros)
 }
 
 /// Where the plant's process takes actions from.
@@ -139,11 +141,8 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
 #[test]
 fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let address = address();
-    let here = PLANT.map(str::to_owned);
-    let experiment = Experiment::part(Arc::new(CartPole::default()), &Config::default(), &here);
-    let experiment = experiment.expect("a part");
     let listen = settings(End::Listen(vec![address.clone()]), None);
-    let bridge = Bridge::start(&listen, &experiment, &here, Some(9)).expect("listens");
+    let (_plant, bridge) = part_with(&PLANT, &listen, Some(9));
     let session = stranger(&address);
     let [obs, action] = ["obs", "action"].map(|topic| {
         let hash = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
@@ -183,6 +182,103 @@ fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let _acts = token("b0b");
     while !bridge.has_ros_nodes() {
         thread::yield_now();
+    }
+}
+
+/// A force of 1 N as ROS nodes send it: a joint state in CDR, after its representation.
+fn ros_action() -> Vec<u8> {
+    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    // Stamp, frame, one name, no positions, no velocities, one effort.
+    let parts: [Vec<u8>; 4] = [
+        words(&[0x0100, 0, 0, 1, 0, 1, 5]),
+        b"cart\0\0\0\0".to_vec(),
+        words(&[0, 0, 1, 0]),
+        1.0f64.to_le_bytes().to_vec(),
+    ];
+    parts.concat()
+}
+
+#[test]
+fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
+    let address = address();
+    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let (plant, there) = part_with(&PLANT, &listen, Some(4));
+    let [policy, stranger] = [(), ()].map(|()| stranger(&address));
+    let zid = policy.zid();
+    let keys = Keys::new("cart-pole");
+    let infos = policy.get(keys.of_all(Of::Info)).wait().expect("asked");
+    let info = infos.recv().expect("an answer").into_result();
+    let mut info: serde_json::Value =
+        serde_json::from_slice(&info.expect("of the plant").payload().to_bytes()).expect("JSON");
+    let number = u128::from_le_bytes(zid.to_le_bytes()) as u64;
+    for (name, value) in [
+        ("session", zid.to_string().into()),
+        ("incarnation", number.into()),
+        ("nodes", serde_json::json!([])),
+        ("is_hub", false.into()),
+    ] {
+        info[name] = value;
+    }
+    let key = keys.of(number, Of::Info);
+    let claims = stranger.declare_queryable(key.clone());
+    let claims = claims.callback(move |query| {
+        let _ = query.reply(key.clone(), info.to_string()).wait();
+    });
+    let _claims = claims.wait().expect("a queryable");
+    let token = stranger.liveliness().declare_token(keys.process(number));
+    let _token = token.wait().expect("a presence");
+    let key = "action/sensor_msgs::msg::dds_::JointState_/\
+               RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+    let token = format!("@ros2_lv/4/{zid}/0/1/MP/%/%/policy/%{key}/::,1:,:,:,,");
+    let gid = xxhash_rust::xxh3::xxh3_128(token.as_bytes()).to_le_bytes();
+    let token = policy.liveliness().declare_token(token);
+    let _acts = token.wait().expect("a presence");
+    while there.others().is_empty() {
+        thread::yield_now();
+    }
+    let run = thread::spawn(move || plant.run().expect("a run"));
+    let sender = || there.inlets()[0].sender();
+    for number in 1i64.. {
+        let numbers = [number, 0].map(i64::to_le_bytes).concat();
+        let attachment = [numbers, vec![16], gid.to_vec()].concat();
+        let sent = policy.put(format!("4/{key}"), ros_action());
+        let _ = sent.attachment(attachment).wait();
+        if sender().starts > 0 || run.is_finished() {
+            break;
+        }
+    }
+    let refused = there.inlets()[0].refused.read();
+    assert_eq!(sender().starts, 1, "{refused:?}");
+    run.join().expect("a run");
+}
+
+#[test]
+fn a_run_that_was_stopped_names_who_stopped_it() {
+    for (name, named) in [("a dashboard", "a dashboard"), (" ", "nobody named")] {
+        let address = address();
+        let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+        let observer = plant.observer();
+        let session = stranger(&address);
+        let run = thread::spawn(move || plant.run().expect("a run"));
+        while there.times().zero().is_none() {
+            thread::yield_now();
+        }
+        let order = Order {
+            by: 1,
+            name: name.to_owned(),
+            command: Command::Stop,
+        };
+        let order = serde_json::to_vec(&order).expect("JSON");
+        let all = Keys::new("cart-pole").of_all(Of::Command);
+        let asked = session.get(all).payload(order).wait().expect("asked");
+        drop(asked);
+        run.join().expect("a run");
+        let events: Vec<String> = observer.events(0).iter().map(ToString::to_string).collect();
+        let who = format!("sensor: the run is stopped by {named}");
+        assert!(
+            events.iter().any(|event| event.ends_with(&who)),
+            "{events:?}"
+        );
     }
 }
 

@@ -61,6 +61,7 @@ fn part(nodes: &[&str], end: End, file: &Path) -> (Experiment, Bridge) {
         Arc::new(CartPole::default()),
         nodes,
         &settings(end, Some(file)),
+        None,
     )
 }
 

@@ -154,17 +154,20 @@ impl<'a> ConnectedRun<'a> {
     /// Waits until each node runs somewhere, or a ROS node is there.
     fn wait_for_others(&self) {
         let nodes = self.experiment.observer().topology().nodes.into_iter();
-        let mut away: Vec<String> = nodes.map(|node| node.name).collect();
-        away.retain(|node| !self.part.here.contains(node));
+        let nodes = nodes.map(|node| node.name);
+        let away: Vec<String> = nodes
+            .filter(|node| !self.part.here.contains(node))
+            .collect();
         let (mut looked, mut noted) = (Instant::now(), BTreeSet::new());
         loop {
             let others = self.bridge.others();
-            away.retain(|node| !others.iter().any(|info| info.nodes.contains(node)));
-            if away.is_empty() || self.bridge.has_ros_nodes() {
+            let is_away = |node: &&String| !others.iter().any(|info| info.nodes.contains(node));
+            let missing: Vec<&str> = away.iter().filter(is_away).map(|node| &**node).collect();
+            if missing.is_empty() || self.bridge.has_ros_nodes() {
                 note("all nodes are there: the run begins");
                 return;
             }
-            let mut texts = vec![format!("waiting for {}", away.join(", "))];
+            let mut texts = vec![format!("waiting for {}", missing.join(", "))];
             if looked.elapsed() > SETTLED {
                 texts.extend(self.bridge.misfits());
                 looked = Instant::now();

@@ -34,7 +34,9 @@ use self::{
     publishers::Publishers,
     stamps::Stamps,
 };
-use crate::{error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, times::Times};
+use crate::{
+    error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, sender::Source, times::Times,
+};
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {
@@ -138,7 +140,7 @@ impl Ros {
         let followed = followed.callback(move |sample| {
             let gid = publishers.note(sample.key_expr().as_str(), sample.kind());
             if sample.kind() == SampleKind::Delete {
-                let gone = incarnation(gid);
+                let gone = publishers::number(gid);
                 inlets.iter().for_each(|inlet| inlet.sender().gone(gone));
             }
         });
@@ -214,8 +216,10 @@ impl Ros {
         let receive = move |sample: Sample| {
             let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
             let taken = match attachment.and_then(|bytes| Attachment::decode(&bytes)) {
-                Some(from) if publishers.is_ours(from.gid) => Ok(()),
-                Some(from) => take(&joints, &inlet, &stamps, from, &sample),
+                Some(from) => {
+                    let source = publishers.source(from.gid);
+                    take(&joints, &inlet, &stamps, (source, from.seq), &sample)
+                }
                 None => Err(Refusal::Format),
             };
             if let Err(why) = taken {
@@ -257,7 +261,7 @@ fn take(
     joints: &Joints,
     inlet: &Inlet,
     stamps: &Stamps,
-    attachment: Attachment,
+    (from, seq): (Source, i64),
     sample: &Sample,
 ) -> Result<(), Refusal> {
     let payload = sample.payload().to_bytes();
@@ -275,16 +279,9 @@ fn take(
     if row.iter().any(|number| !(*number as f32).is_finite()) {
         return Err(Refusal::NotFinite);
     }
-    let incarnation = incarnation(attachment.gid);
-    let seq = u64::try_from(attachment.seq).map_err(|_| Refusal::Format)?;
+    let seq = u64::try_from(seq).map_err(|_| Refusal::Format)?;
     // A stamp of ours is the time of a reading; any other is of an unknown clock.
     let origin: Option<Time> = stamps.sensed(message.stamp);
-    let at = inlet.check_sender(incarnation, seq)?;
+    let at = inlet.check_sender(from, seq)?;
     inlet.publish(&row, at, at, origin)
-}
-
-/// The number of a publisher, by its identity.
-fn incarnation(gid: [u8; 16]) -> u64 {
-    let [number @ .., _, _, _, _, _, _, _, _] = gid;
-    u64::from_le_bytes(number)
 }

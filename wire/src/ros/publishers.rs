@@ -8,7 +8,7 @@ use std::{
 use zenoh::sample::SampleKind;
 
 use super::name::{Attachment, PublisherToken};
-use crate::peers::Peers;
+use crate::{peers::Peers, sender::Source, session};
 
 /// The most publishers that are known at a time.
 const MOST: usize = 4096;
@@ -41,11 +41,13 @@ impl Publishers {
         gid
     }
 
-    /// Whether a publisher is of a process of ratelab, whose messages come without ROS.
-    pub(crate) fn is_ours(&self, gid: [u8; 16]) -> bool {
+    /// The publisher with this identity, as the sender of a message.
+    pub(crate) fn source(&self, gid: [u8; 16]) -> Source {
         let known = self.known();
-        let publisher = known.get(&gid);
-        publisher.is_some_and(|publisher| self.peers.sessions().contains(&publisher.session))
+        let session = known.get(&gid).map(|publisher| publisher.session.parse());
+        let process = session.and_then(Result::ok).map(session::number);
+        let number = number(gid);
+        Source { number, process }
     }
 
     /// Whether a ROS node publishes to the topic with this `key`.
@@ -59,4 +61,10 @@ impl Publishers {
     fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 16], PublisherToken>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// The number of a publisher, by its identity.
+pub(crate) fn number(gid: [u8; 16]) -> u64 {
+    let [number @ .., _, _, _, _, _, _, _, _] = gid;
+    u64::from_le_bytes(number)
 }

@@ -26,14 +26,19 @@ pub fn settings(end: End, file: Option<&Path>) -> Settings {
     }
 }
 
-/// The part of a run of two seconds that has these `nodes`.
-pub fn part(system: Arc<dyn System>, nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
+/// The part of a run of two seconds that has these `nodes`; with `ros` also in that domain.
+pub fn part(
+    system: Arc<dyn System>,
+    nodes: &[&str],
+    settings: &Settings,
+    ros: Option<u32>,
+) -> (Experiment, Bridge) {
     let here: Vec<String> = nodes.iter().map(|&node| node.to_owned()).collect();
     let config = Config {
         end: Time::from_secs_f64(2.0).expect("seconds"),
         ..Config::default()
     };
     let part = Experiment::part(system, &config, &here).expect("a part");
-    let bridge = Bridge::start(settings, &part, &here, None).expect("connected");
+    let bridge = Bridge::start(settings, &part, &here, ros).expect("connected");
     (part, bridge)
 }
