@@ -105,7 +105,7 @@ impl Bridge {
         let peers = Peers::follow(&session, &keys, incarnation, here, Box::new(gone))?;
         peers.ask_forever(&offsets)?;
         let aliases = experiment.system().aliases();
-        join::check(&own, &peers, aliases, &|| {
+        let mute = join::check(&own, &peers, aliases, &|| {
             (settings.notice)(&waiting(&peers))
         })?;
         border.begin(&session, &taps, &inlets)?;
@@ -120,7 +120,7 @@ impl Bridge {
         let presence = keys.process(incarnation);
         let presence = session.liveliness().declare_token(presence).wait();
         let presence = presence.map_err(|why| WireError::network("cannot be present", &why))?;
-        join::check_again(&own, &peers)?;
+        join::check_again(&own, &peers, &mute)?;
         Ok(Self {
             _watch: Watch::begin(
                 inlets.clone(),

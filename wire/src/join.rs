@@ -34,27 +34,28 @@ const PAUSE: Duration = Duration::from_millis(10);
 const MOST: usize = 3;
 
 /// Waits for the process that listens, unless this is the one, and checks that `own` may join
-/// those that are present. Calls `waits` once if nobody listens yet.
+/// those that are present. Calls `waits` once if nobody listens yet. Returns those that did
+/// not answer.
 pub(crate) fn check(
     own: &Info,
     peers: &Peers,
     aliases: &[Alias],
     waits: &dyn Fn(),
-) -> Result<(), WireError> {
+) -> Result<BTreeSet<u64>, WireError> {
     let began = Instant::now();
     let mut waited = false;
     loop {
-        let infos = answers(peers, began)?;
+        let (infos, mute) = answers(peers, began, &BTreeSet::new())?;
         if let Some(other) = infos.iter().find(|other| has_same_nodes(own, other)) {
             return Err(taken(own, other));
         }
         let hub = infos.iter().find(|info| info.is_hub);
         if let Some(hub) = hub {
             let why = difference(own, hub, aliases);
-            return why.map_or(Ok(()), |why| Err(differs(hub, &why)));
+            return why.map_or(Ok(mute), |why| Err(differs(hub, &why)));
         }
         if own.is_hub {
-            return Ok(());
+            return Ok(mute);
         }
         if !waited && began.elapsed() > PATIENCE {
             waits();
@@ -65,23 +66,33 @@ pub(crate) fn check(
 }
 
 /// Checks again, once the others know of `own`: of two that came at the same moment the one
-/// with the lower number stays.
-pub(crate) fn check_again(own: &Info, peers: &Peers) -> Result<(), WireError> {
-    let infos = answers(peers, Instant::now())?;
+/// with the lower number stays. Waits for none that is `mute`: the others count on `own`.
+pub(crate) fn check_again(
+    own: &Info,
+    peers: &Peers,
+    mute: &BTreeSet<u64>,
+) -> Result<(), WireError> {
+    let (infos, _) = answers(peers, Instant::now(), mute)?;
     let first = infos.iter().find(|other| {
         has_same_nodes(own, other) && (other.zero.is_some() || other.incarnation < own.incarnation)
     });
     first.map_or(Ok(()), |other| Err(taken(own, other)))
 }
 
-/// What runs in those that are present, once all have answered, or shortly after `began`.
-fn answers(peers: &Peers, began: Instant) -> Result<Vec<Info>, WireError> {
+/// What runs in those that are present, once all but the `mute` ones have answered, or shortly
+/// after `began`; and who has not answered by then.
+fn answers(
+    peers: &Peers,
+    began: Instant,
+    mute: &BTreeSet<u64>,
+) -> Result<(Vec<Info>, BTreeSet<u64>), WireError> {
     let present = peers.present()?;
     loop {
         let infos = peers.infos();
         let known: BTreeSet<u64> = infos.iter().map(|info| info.incarnation).collect();
-        if present.is_subset(&known) || began.elapsed() > PATIENCE {
-            return Ok(infos);
+        let missing: BTreeSet<u64> = present.difference(&known).copied().collect();
+        if missing.is_subset(mute) || began.elapsed() > PATIENCE {
+            return Ok((infos, missing));
         }
         thread::sleep(PAUSE);
     }

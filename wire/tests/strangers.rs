@@ -123,18 +123,34 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
 #[test]
 fn presences_that_nobody_answers_for_keep_no_process_out() {
     let address = address();
-    let (_plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
     let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
+    // Whoever asks them waits for as long as the questions are kept.
+    let (keep, _kept) = std::sync::mpsc::channel();
     let claimed = (1..=200).map(|number| {
+        let keep = keep.clone();
+        let mute = session.declare_queryable(keys.of(number, Of::Info));
+        let mute = mute.callback(move |query| drop(keep.send(query)));
         let token = session.liveliness().declare_token(keys.process(number));
-        token.wait().expect("a presence")
+        (
+            mute.wait().expect("mute"),
+            token.wait().expect("a presence"),
+        )
     });
     let claimed: Vec<_> = claimed.collect();
-    let (_policy, here) = part(&POLICY, &settings(End::Connect(vec![address]), None));
-    while there.others().is_empty() || here.others().is_empty() {
+    let policy = thread::spawn(|| {
+        let (policy, here) = part(&POLICY, &settings(End::Connect(vec![address]), None));
+        policy.run().expect("a run");
+        drop(here);
+    });
+    while there.others().is_empty() {
         thread::yield_now();
     }
     assert_eq!(there.others()[0].nodes, POLICY);
+    // Who is there is ready.
+    let run = plant.run().expect("a run");
+    assert_eq!(run.verdict.name(), "balanced");
+    policy.join().expect("a run");
     drop(claimed);
 }
 
