@@ -24,8 +24,12 @@ use ratelab::{
 
 use crate::{error::WireError, peers::Peers, telemetry::Info};
 
-/// Longest wait for the answers of those that are present.
-const PATIENCE: Duration = Duration::from_millis(1500);
+/// Time after which a process that waits for the one that listens has it printed.
+const NOTICE: Duration = Duration::from_millis(1500);
+
+/// Longest wait for the answers of those that are present: some seconds, so that a process on a
+/// busy machine is not taken for one that is not there.
+const PATIENCE: Duration = Duration::from_secs(4);
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -57,7 +61,7 @@ pub(crate) fn check(
         if own.is_hub {
             return Ok(mute);
         }
-        if !waited && began.elapsed() > PATIENCE {
+        if !waited && began.elapsed() > NOTICE {
             waits();
             waited = true;
         }
