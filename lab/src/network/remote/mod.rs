@@ -35,6 +35,9 @@ use crate::recording::{Source, StopReason, schema::Origin};
 /// How long an item waits for earlier ones of other processes.
 const HOLD: Duration = Duration::from_millis(150);
 
+/// Run time for which a recording waits for the answers of all processes.
+const GREETING: Duration = Duration::from_secs(2);
+
 /// The most items that wait.
 const MOST_PENDING: usize = 100_000;
 
@@ -273,11 +276,22 @@ impl RemoteRun {
         if self.complete.is_none() && nodes.all(|node| self.processes.have_heard(&node.name)) {
             self.complete = Some(ripe + HOLD);
         }
+        if self.awaits_process(ripe) {
+            return;
+        }
         self.gather_until(ripe);
         if !self.processes.lack_hub() {
             self.gathered.set_now(ripe);
         }
         self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
+    }
+
+    /// Whether a recording that begins now would lack a process that has yet to answer: its
+    /// head names them all.
+    fn awaits_process(&self, ripe: Time) -> bool {
+        let mut nodes = self.gathered.topology.nodes.iter();
+        let knows_all = nodes.all(|node| self.processes.knows_node(&node.name));
+        !knows_all && ripe < Time::ZERO + GREETING && self.recordings().is_waiting()
     }
 
     /// Puts together what happened before run time `until`.

@@ -97,6 +97,11 @@ impl Processes {
         self.all.contains_key(&incarnation)
     }
 
+    /// Whether a process with `node` is known.
+    pub fn knows_node(&self, node: &str) -> bool {
+        self.of(node).is_some()
+    }
+
     /// Adds a process in place of one that ran the same nodes.
     pub fn add(&mut self, info: Info) {
         let same = |other: &Process| info.nodes.iter().any(|node| other.runs(node));
