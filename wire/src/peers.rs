@@ -2,7 +2,10 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::Duration,
 };
@@ -51,6 +54,8 @@ pub struct Peers {
     own: u64,
     pub(crate) nodes: Vec<String>,
     known: Mutex<BTreeMap<u64, Option<Info>>>,
+    /// Whether there were more than can be known.
+    overflowed: AtomicBool,
     gone: WhenGone,
 }
 
@@ -72,6 +77,7 @@ impl Peers {
             own,
             nodes: nodes.to_vec(),
             known: Mutex::default(),
+            overflowed: AtomicBool::new(false),
             gone,
         });
         let follower = Arc::downgrade(&peers);
@@ -96,7 +102,7 @@ impl Peers {
             SampleKind::Put if known.len() < MOST_PRESENCES => {
                 known.entry(incarnation).or_insert(None);
             }
-            SampleKind::Put => {}
+            SampleKind::Put => self.overflowed.store(true, Ordering::Relaxed),
             SampleKind::Delete => {
                 known.remove(&incarnation);
                 drop(known);
@@ -158,6 +164,11 @@ impl Peers {
     /// Asks all processes what runs in them, if one has not answered yet, and for the time, if
     /// one has another clock; to be called again and again.
     pub fn ask(&self, offsets: &Offsets) {
+        let room = self.known().len() < MOST_PRESENCES;
+        if room && self.overflowed.swap(false, Ordering::Relaxed) {
+            // Those that came while there was no room.
+            let _ = self.present();
+        }
         if self.known().values().any(Option::is_none) {
             self.ask_all(Of::Info, |incarnation, reply| {
                 if let Ok(info) = serde_json::from_slice::<Info>(reply) {
