@@ -311,7 +311,7 @@ fn overruns(node: &NodeSummary) -> String {
         "{} {} of {}",
         node.name,
         node.overruns,
-        node.ticks + node.overruns
+        node.ticks.saturating_add(node.overruns)
     )
 }
 
@@ -348,5 +348,28 @@ pub fn size(bytes: u64) -> String {
         0..1_000 => format!("{bytes} B"),
         1_000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
         _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratelab::runtime::Hz;
+
+    #[test]
+    fn counts_of_an_altered_recording_are_printed_whatever_they_are() {
+        let none = Distribution::empty;
+        let node = NodeSummary {
+            name: "policy".to_owned(),
+            hz: Hz::MAX,
+            ticks: 2,
+            overruns: u64::MAX,
+            lateness: none(),
+            tick_time: none(),
+            response: none(),
+            push_age: None,
+        };
+        let most = u64::MAX;
+        assert_eq!(overruns(&node), format!("policy {most} of {most}"));
     }
 }

@@ -37,7 +37,8 @@ fn graph(frame: &FrameData) -> [String; 3] {
         .iter()
         .filter(|topic| !topic.readers.is_empty());
     let topics: Vec<String> = topics.map(topic).collect();
-    let dropped: u64 = frame.topics.iter().map(|topic| topic.dropped).sum();
+    let dropped = frame.topics.iter().map(|topic| topic.dropped);
+    let dropped = dropped.fold(0, u64::saturating_add);
     [
         format!(
             "Boxes are nodes, each {}: {}.",
@@ -131,7 +132,8 @@ fn figures(frame: &FrameData) -> [String; 3] {
             )
         },
     );
-    let overruns = frame.nodes.iter().map(|node| node.overruns).sum::<u64>();
+    let overruns = frame.nodes.iter().map(|node| node.overruns);
+    let overruns = overruns.fold(0, u64::saturating_add);
     [
         "These are figures of the whole run, topic by topic and node by node.".to_owned(),
         latency,

@@ -55,7 +55,8 @@ impl Figures {
         counters: &Snapshot,
         at_rest: bool,
     ) {
-        let ticks = counters.nodes.iter().map(|node| node.ticks).sum();
+        let ticks = counters.nodes.iter().map(|node| node.ticks);
+        let ticks = ticks.fold(0, u64::saturating_add);
         let state = Some((ticks, at_rest));
         let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
         if state == self.state || !(waited || at_rest) {

@@ -69,7 +69,11 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
     rows.extend(nodes.map(|name| {
         row(format!("overruns {name}"), &|run| {
             run.node(name).map_or("-".to_owned(), |node| {
-                format!("{} of {}", node.overruns, node.ticks + node.overruns)
+                format!(
+                    "{} of {}",
+                    node.overruns,
+                    node.ticks.saturating_add(node.overruns)
+                )
             })
         })
     }));

@@ -109,7 +109,7 @@ fn topics(recording: &Recording) -> Value {
             "from": topic.publishers,
             "to": topic.readers,
             "at": heads.iter().map(|head| ms(head.at)).collect::<Vec<_>>(),
-            "published": heads.iter().map(|head| head.seq + 1).collect::<Vec<_>>(),
+            "published": heads.iter().map(|head| head.seq.saturating_add(1)).collect::<Vec<_>>(),
             "dropped": heads.iter().map(|head| head.dropped).collect::<Vec<_>>(),
         })
     });

@@ -213,7 +213,8 @@ impl RemoteRun {
         let Some((shift, bound)) = self.shift(from, batch.zero) else {
             return;
         };
-        self.lost_batches += self.processes.report(from, &batch, bound);
+        let lost = self.processes.report(from, &batch, bound);
+        self.lost_batches = self.lost_batches.saturating_add(lost);
         self.take_events(from, batch.first_event, &batch.events, shift);
         let time = |time| shifted(time, shift);
         for (node, tick) in batch.ticks {
@@ -263,7 +264,7 @@ impl RemoteRun {
         let clocks = |clock| self.follower.estimate(clock);
         let (zero, _) = self.processes.zero(&clocks)?;
         let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
-        let passed = clock::now() - zero - hold;
+        let passed = clock::now().saturating_sub(zero).saturating_sub(hold);
         Some(Time::from_nanos(u64::try_from(passed).unwrap_or(0)))
     }
 

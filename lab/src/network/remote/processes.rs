@@ -56,7 +56,7 @@ impl Process {
     /// Messages of a topic lost unread in this run.
     fn dropped(&self, topic: usize) -> u64 {
         let counts = self.counts.iter().filter(|counts| counts.topic == topic);
-        let all: u64 = counts.map(|counts| counts.dropped).sum();
+        let all = total(counts.map(|counts| counts.dropped));
         all.saturating_sub(self.dropped_before.get(&topic).copied().unwrap_or(0))
     }
 
@@ -107,7 +107,8 @@ impl Processes {
         let same = |other: &Process| info.nodes.iter().any(|node| other.runs(node));
         for (_, replaced) in self.all.extract_if(|_, other| same(other)) {
             for topic in replaced.topics() {
-                *self.dropped_before.entry(topic).or_default() += replaced.dropped(topic);
+                let before = self.dropped_before.entry(topic).or_default();
+                *before = before.saturating_add(replaced.dropped(topic));
             }
         }
         let process = Process {
@@ -130,7 +131,7 @@ impl Processes {
         };
         let missed = match process.batch {
             0 => 0,
-            last => batch.number.saturating_sub(last + 1),
+            last => batch.number.saturating_sub(last.saturating_add(1)),
         };
         process.batch = batch.number;
         process.heard = Instant::now();
@@ -159,11 +160,12 @@ impl Processes {
         let (hub, process) = (self.hub.as_ref()?, &self.all.get(&from)?.info);
         let hub_zero = hub.zero?;
         if process.clock == hub.clock {
-            return Some((zero - hub_zero, 0));
+            return Some((zero.saturating_sub(hub_zero), 0));
         }
         let (of_hub, error) = moment(hub, hub_zero, clocks)?;
         let (of_process, more) = moment(process, zero, clocks)?;
-        Some((of_process.saturating_sub(of_hub), error + more))
+        let error = error.saturating_add(more);
+        Some((of_process.saturating_sub(of_hub), error))
     }
 
     /// Those of the `events` of process `from` that are new, and to be shown: topics are in
@@ -179,7 +181,7 @@ impl Processes {
             return Vec::new();
         };
         let skip = process.events.saturating_sub(first);
-        process.events = process.events.max(first + events.len());
+        process.events = process.events.max(first.saturating_add(events.len()));
         let process = &*process;
         let is_shown = |event: &&Event| own || is_of_node(event, |node| process.runs(node));
         events.iter().skip(skip).filter(is_shown).collect()
@@ -188,8 +190,8 @@ impl Processes {
     /// Messages of a topic lost unread so far, in all processes.
     pub fn dropped(&self, topic: usize) -> u64 {
         let processes = self.all.values();
-        let now: u64 = processes.map(|process| process.dropped(topic)).sum();
-        now + self.dropped_before.get(&topic).unwrap_or(&0)
+        let now = processes.map(|process| process.dropped(topic));
+        total(now.chain(self.dropped_before.get(&topic).copied()))
     }
 
     /// Whether process `incarnation` runs `node`.
@@ -307,7 +309,7 @@ impl Processes {
         }
         let gone = gone.iter();
         let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
-        let refused: u64 = self.counts().map(|counts| counts.refused).sum();
+        let refused = total(self.counts().map(|counts| counts.refused));
         let refused = (refused > 0).then(|| format!("{refused} messages refused"));
         let trouble: Vec<String> = gone.chain(refused).collect();
         (!trouble.is_empty()).then(|| trouble.join(", "))
@@ -338,6 +340,11 @@ impl Processes {
     fn of(&self, node: &str) -> Option<&Process> {
         self.all.values().find(|process| process.runs(node))
     }
+}
+
+/// The sum of counts that somebody else sends: any numbers.
+fn total(counts: impl Iterator<Item = u64>) -> u64 {
+    counts.fold(0, u64::saturating_add)
 }
 
 /// `moment` of the clock of `process` by our clock, with its error.
@@ -438,6 +445,36 @@ mod tests {
         assert_eq!(processes.report(3, &batch(1, 1), 0), 0);
         assert_eq!(processes.dropped(7), 6);
         assert!(!processes.know(2) && processes.know(3));
+    }
+
+    #[test]
+    fn any_numbers_of_a_report_are_added_up() {
+        let mut processes = with_hub();
+        let batch = Batch {
+            number: u64::MAX,
+            topics: vec![
+                Counts {
+                    topic: 7,
+                    dropped: u64::MAX,
+                    refused: u64::MAX,
+                    ..Counts::default()
+                };
+                2
+            ],
+            ..Batch::default()
+        };
+        processes.add(info(2, "policy", 1, Nanos::MIN));
+        for _ in 0..2 {
+            processes.report(2, &batch, Nanos::MAX);
+            assert_eq!(processes.dropped(7), u64::MAX);
+            processes.add(info(2, "policy", 1, Nanos::MAX));
+        }
+        assert!(processes.shift(2, Nanos::MIN, &estimate).is_some());
+        assert_eq!(
+            processes.new_events(2, usize::MAX, &[]),
+            Vec::<&Event>::new()
+        );
+        assert!(processes.trouble().is_none());
     }
 
     #[test]
