@@ -151,6 +151,16 @@ fn what_the_screen_advises_mends_the_next_run() {
 #[test]
 fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
     let mut app = running();
+    // A crash before the first step would be another case: the plant never moved.
+    let has_moved = |app: &App| {
+        let graph = app.session().observer().read_counters();
+        graph
+            .topic("/state")
+            .is_some_and(|steps| steps.published > 0)
+    };
+    while !has_moved(&app) {
+        app.sample().expect("no fault");
+    }
     press(&mut app, ":crash actuator\n");
     let wait = |app: &mut App, part: &str| {
         while !rows(app)[2..5].join("").contains(part) {
