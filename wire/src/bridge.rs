@@ -155,6 +155,14 @@ impl Bridge {
         infos
     }
 
+    /// Whether the parts of the others have begun: from then on they are ready for ours.
+    pub fn others_run(&self) -> bool {
+        let (others, running) = (self.others(), self.peers.running());
+        others
+            .iter()
+            .all(|info| running.contains(&info.incarnation))
+    }
+
     /// What keeps processes that are there out of the run: another setup, another graph.
     pub fn misfits(&self) -> Vec<String> {
         let infos = self.peers.infos().into_iter();

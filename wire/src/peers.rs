@@ -1,6 +1,7 @@
 //! The other processes of a run: who is there, what they run, how their clocks are.
 
 use std::{
+    cell::RefCell,
     collections::{BTreeMap, BTreeSet},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
@@ -145,6 +146,18 @@ impl Peers {
             })
         });
         Ok(present.take(MOST_PRESENCES).collect())
+    }
+
+    /// The processes whose part of the run has begun.
+    pub fn running(&self) -> BTreeSet<u64> {
+        let running = RefCell::new(BTreeSet::new());
+        self.ask_all(Of::Info, |incarnation, reply| {
+            let info = serde_json::from_slice::<Info>(reply).ok();
+            if info.is_some_and(|info| info.zero.is_some()) {
+                running.borrow_mut().insert(incarnation);
+            }
+        });
+        running.into_inner()
     }
 
     /// The names of the other systems that have processes here.

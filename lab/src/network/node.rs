@@ -163,11 +163,14 @@ impl<'a> ConnectedRun<'a> {
             let others = self.bridge.others();
             let is_away = |node: &&String| !others.iter().any(|info| info.nodes.contains(node));
             let missing: Vec<&str> = away.iter().filter(is_away).map(|node| &**node).collect();
-            if missing.is_empty() || self.bridge.has_ros_nodes() {
+            let ready = missing.is_empty() && self.bridge.others_run();
+            if ready || self.bridge.has_ros_nodes() {
                 note("all nodes are there: the run begins");
                 return;
             }
-            let mut texts = vec![format!("waiting for {}", missing.join(", "))];
+            let waits =
+                (!missing.is_empty()).then(|| format!("waiting for {}", missing.join(", ")));
+            let mut texts: Vec<String> = waits.into_iter().collect();
             if looked.elapsed() > SETTLED {
                 texts.extend(self.bridge.misfits());
                 looked = Instant::now();
