@@ -10,16 +10,17 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
-    dispatch::Dispatcher,
     executor::Executor,
     knob::{Knob, KnobKind},
     message::Payload,
     millis,
     node::{GO_ON, Node},
+    node_knobs,
     outbox::Outbox,
     reexecution::RunLog,
     release::Release,
-    scheduled_node::{Again, Fixed, ScheduledNode, Wired},
+    scheduling::Stage,
+    seat::{Again, Fixed, Seat, Wired},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -27,6 +28,7 @@ use super::{
     },
     tap::{Backpressure, Tap, TapMessage},
     tap_handle::TapHandle,
+    task::Task,
     telemetry::{
         EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, RunState, Status,
         SubscriptionEntry, TopicCounters, TopicEntry,
@@ -90,10 +92,10 @@ pub enum GraphError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Graph {
-    pub(crate) nodes: Vec<ScheduledNode>,
+    /// The nodes, in the order of their schedules in the stage.
+    pub(crate) seats: Vec<Seat>,
+    pub(crate) stage: Stage,
     pub(crate) control: ControlPlane,
-    /// What happens to nodes beside their due ticks, and their executors.
-    pub(crate) dispatcher: Dispatcher,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
 }
@@ -166,7 +168,8 @@ impl Graph {
             speed: Speed::Unlimited,
         };
         Self {
-            nodes: Vec::new(),
+            seats: Vec::new(),
+            stage: Stage::default(),
             control: ControlPlane {
                 state: Arc::new(RunState {
                     now: AtomicU64::new(0),
@@ -181,7 +184,6 @@ impl Graph {
                 backpressure: Backpressure::default(),
                 seed: 0,
             },
-            dispatcher: Dispatcher::default(),
             cores: Some(usize::MAX),
         }
     }
@@ -218,8 +220,8 @@ impl Graph {
         message: Option<&str>,
     ) -> Result<(), GraphError> {
         let ends = self.add(name, release, priority, &mut build)?;
-        if let Some(node) = self.nodes.last_mut() {
-            node.again = Some(Again {
+        if let Some(seat) = self.seats.last_mut() {
+            seat.again = Some(Again {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
                 message: message.map(str::to_owned),
             });
@@ -245,10 +247,10 @@ impl Graph {
             |_: Time| GO_ON
         };
         self.add(name, release, priority, wire)?;
-        let added = (self.control.nodes.last_mut(), self.nodes.last_mut());
-        if let (Some(entry), Some(node)) = added {
+        let added = (self.control.nodes.last_mut(), self.seats.last_mut());
+        if let (Some(entry), Some(seat)) = added {
             entry.remote = true;
-            node.entry.remote = true;
+            seat.entry.remote = true;
         }
         Ok(())
     }
@@ -265,7 +267,7 @@ impl Graph {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
         let release = release.into();
-        let (arrivals, index) = (self.dispatcher.arrivals(), self.nodes.len());
+        let (arrivals, index) = (self.stage.arrivals(), self.seats.len());
         let mut wiring = Wiring::new(&self.control.topics, arrivals, index);
         let node = Box::new(build(&mut wiring));
         let Wiring {
@@ -282,14 +284,20 @@ impl Graph {
         };
         let triggers = triggers::check(name, release, &endpoints, &self.control)?;
         self.control.connect(endpoints)?;
-        let mut node = ScheduledNode::new(name, priority, release, self.now(), node, wired);
-        node.entry.triggers = triggers.into();
+        let Wired {
+            meters, push_age, ..
+        } = wired;
+        let (mut entry, meters) = NodeEntry::new(name, priority, release.hz(), meters, push_age);
+        let mut task = Task::new(&entry, release, self.now(), wired.intakes);
+        task.seed = self.control.seed;
+        entry.triggers = triggers.into();
         if let Release::On(matching) = release {
-            node.entry.matching = matching;
+            entry.matching = matching;
         }
-        node.seed = self.control.seed;
-        self.control.nodes.push(node.entry.clone());
-        self.nodes.push(node);
+        self.control.nodes.push(entry.clone());
+        self.stage.add(task);
+        let seat = Seat::new(entry, meters, node, wired.outbox, wired.fixed);
+        self.seats.push(seat);
         Ok(ends)
     }
 
@@ -303,7 +311,7 @@ impl Graph {
     pub fn tap_handle(&self) -> TapHandle {
         TapHandle {
             backpressure: self.control.backpressure.clone(),
-            nodes: self.nodes.iter().map(|node| node.taps.clone()).collect(),
+            nodes: self.seats.iter().map(|seat| seat.taps.clone()).collect(),
         }
     }
 
@@ -342,7 +350,8 @@ impl Graph {
     /// Sets the seed of all random durations.
     pub fn set_seed(&mut self, seed: u64) {
         self.control.seed = seed;
-        self.nodes.iter_mut().for_each(|node| node.seed = seed);
+        let tasks = &mut self.stage.tasks;
+        tasks.iter_mut().for_each(|task| task.seed = seed);
     }
 
     /// Checks that the knob exists and that everything its value needs is loaded.
@@ -354,15 +363,15 @@ impl Graph {
             knob if knob.kind().is_of_topic() => self.control.check(knob),
             knob => {
                 let index = self.control.node_index(knob.target())?;
-                match &self.nodes[index] {
-                    node if node.entry.remote => Ok(()),
-                    node => node.check(knob),
+                match &self.seats[index] {
+                    seat if seat.entry.remote => Ok(()),
+                    seat => node_knobs::check(&self.stage.tasks[index], seat, knob),
                 }
             }
         }
     }
 
-    /// Lets `node` carry out its command; see [`ScheduledNode::obey`].
+    /// Lets `node` carry out its command.
     pub(crate) fn obey(
         &mut self,
         node: &str,
@@ -370,10 +379,10 @@ impl Graph {
         at: Time,
     ) -> Result<String, String> {
         let index = self.control.node_index(node)?;
-        match &mut self.nodes[index] {
+        match &mut self.seats[index] {
             // A setting for the process in which it runs.
-            node if node.entry.remote => Ok(String::new()),
-            node => node.obey(command, at),
+            seat if seat.entry.remote => Ok(String::new()),
+            seat => node_knobs::obey(&mut self.stage.tasks[index], seat, command, at),
         }
     }
 }

@@ -8,15 +8,20 @@ pub(crate) enum Placement {
     Thread,
     /// The same, with its outputs at the end of the period.
     Let,
-    /// On the threads of the executor with this index.
-    Executor(usize),
+    /// On the threads of an executor.
+    Executor {
+        /// Number of the executor in the graph.
+        index: usize,
+        /// Whether due times of timers wait in line there.
+        queues: bool,
+    },
 }
 
 impl Placement {
-    /// Index of the executor whose threads it shares.
+    /// Number of the executor whose threads it shares.
     pub(crate) fn executor(self) -> Option<usize> {
         match self {
-            Self::Executor(index) => Some(index),
+            Self::Executor { index, .. } => Some(index),
             Self::Thread | Self::Let => None,
         }
     }

@@ -47,6 +47,16 @@ pub enum Release {
     On(Match),
 }
 
+impl Release {
+    /// The rate; the lowest one for a node that has no use for it.
+    pub(crate) fn hz(self) -> Hz {
+        match self {
+            Self::Every(hz) => hz,
+            Self::On(_) => Hz::MIN,
+        }
+    }
+}
+
 impl From<Hz> for Release {
     fn from(hz: Hz) -> Self {
         Self::Every(hz)

@@ -43,6 +43,24 @@ pub(crate) struct Running {
 }
 
 impl Running {
+    /// A tick that began at `began` and is over at `ends`.
+    pub(crate) fn new(
+        began: Time,
+        ends: Time,
+        lateness: Option<Duration>,
+        flow: ControlFlow<()>,
+    ) -> Self {
+        Self {
+            began,
+            ends,
+            lateness,
+            busy: false,
+            flow,
+            suspended: None,
+            noted: false,
+        }
+    }
+
     /// Time on a core that the tick needs from `now` on.
     pub(crate) fn remaining(&self, now: Time) -> Duration {
         self.suspended.unwrap_or_else(|| self.ends.since(now))

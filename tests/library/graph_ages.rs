@@ -4,7 +4,7 @@ use ratelab::{
     experiment::{Config, Experiment},
     runtime::{
         Time,
-        telemetry::{Lineage, Stage},
+        telemetry::{AgeStage, Lineage},
     },
 };
 
@@ -209,7 +209,7 @@ path = ["clock", "/tick", "left", "/left", "stereo", "/pose"]
          the executor of the stereo + 8 in the stereo"
     );
     let matches = parts.parts.iter();
-    let matches = matches.filter(|part| matches!(part.stage, Stage::Match { .. }));
+    let matches = matches.filter(|part| matches!(part.stage, AgeStage::Match { .. }));
     assert_eq!(matches.count(), 1);
     let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
     let ticks = lineage.ticks_between(acts, ms(100), ms(148));

@@ -2,7 +2,7 @@
 
 use ratelab::runtime::{
     Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
-    Match, RealClock, Time, Topic, clock,
+    Match, RealClock, Rerun, TickRecord, Time, Topic, clock,
 };
 use shuttle::{
     sync::{
@@ -170,5 +170,31 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
             assert!(matches!(exit.expect("run"), ClockExit::Ended { .. }));
         };
         shuttle::check_random(check, SOME);
+    }
+}
+
+/// Every tick of every node of a run.
+fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
+    let taps = graph.tap_handle().ticks(1_000);
+    let ended = clock.run(graph, &mut Inbox::default(), UNTIL);
+    assert_eq!(ended.expect("no fault"), ClockExit::Completed);
+    let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
+    ticks.collect()
+}
+
+#[test]
+fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
+    for executor in EXECUTORS {
+        explore(SOME, move || {
+            let executor: Executor = executor.parse().expect("an executor");
+            let mut first = graph(executor);
+            let recorded = ticks(&mut first, &mut RealClock::default());
+            let observer = first.observer();
+            let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+            let mut rerun = rerun.expect("a log");
+            let again = ticks(&mut graph(executor), &mut rerun);
+            assert_eq!(rerun.difference(), None);
+            assert_eq!(again, recorded);
+        });
     }
 }

@@ -8,7 +8,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     runtime::{
         Hz, Time,
-        telemetry::{AgeParts, Distribution, Stage, Status, Topology},
+        telemetry::{AgeParts, AgeStage, Distribution, Status, Topology},
     },
     system::{AgeLimits, Signal},
 };
@@ -314,17 +314,17 @@ impl PartKind {
     ];
 
     /// The kind of `stage`.
-    pub fn of(stage: Stage) -> Self {
+    pub fn of(stage: AgeStage) -> Self {
         match stage {
-            Stage::Wait { .. }
-            | Stage::Match { .. }
-            | Stage::Executor { .. }
-            | Stage::Queue { .. }
-            | Stage::Reuse { .. } => Self::Waited,
-            Stage::Before => Self::Elsewhere,
-            Stage::Cost { .. } => Self::Worked,
-            Stage::Link { .. } => Self::Travelled,
-            Stage::Held { .. } | Stage::Kept { .. } => Self::Held,
+            AgeStage::Wait { .. }
+            | AgeStage::Match { .. }
+            | AgeStage::Executor { .. }
+            | AgeStage::Queue { .. }
+            | AgeStage::Reuse { .. } => Self::Waited,
+            AgeStage::Before => Self::Elsewhere,
+            AgeStage::Cost { .. } => Self::Worked,
+            AgeStage::Link { .. } => Self::Travelled,
+            AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
         }
     }
 

@@ -1,5 +1,6 @@
-//! Two schedulers behind one interface, and a third clock that executes a run of the real
-//! one again.
+//! Two clocks behind one interface, and a third that executes a run of the real one again.
+//! The first two ask the same schedule for work: one thread jumps from
+//! event to event, many wait for the wall.
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
 //! handed over to the other clock. All state of the run stays in the graph, so [`run`]
@@ -9,7 +10,6 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
-mod due_queue;
 mod obey;
 mod pacer;
 mod players;
@@ -25,7 +25,8 @@ pub use rerun::Rerun;
 pub use virtual_time::VirtualClock;
 
 use super::{
-    command::ClockKind, graph::Graph, inbox::Inbox, node::Fault, telemetry::EventKind, time::Time,
+    command::ClockKind, graph::Graph, inbox::Inbox, node::Fault, node_knobs, telemetry::EventKind,
+    time::Time,
 };
 
 /// Runs a graph.
@@ -111,12 +112,13 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
     graph.control.deliver(graph.now());
-    for node in graph.nodes.iter_mut().filter(|node| !node.entry.remote) {
+    let nodes = graph.stage.tasks.iter_mut().zip(&mut graph.seats);
+    for (task, seat) in nodes.filter(|(_, seat)| !seat.entry.remote) {
         if let Some((at, _)) = ended {
             // Ticks due at the end are missed, even though no node ticks any more.
-            node.overrun_before(at + Time::TICK);
+            task.overrun_before(at + Time::TICK);
         }
-        node.cut_off();
+        node_knobs::cut_off(task, seat);
     }
     if let Some((at, what)) = ended {
         graph.control.log().note(at, what);

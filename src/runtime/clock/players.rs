@@ -11,8 +11,9 @@ use crate::runtime::{
     graph::{ControlPlane, Graph},
     node::Fault,
     reexecution::{End, Entry, Follower, Stream, Thread, Watch, expect, finish_entry},
-    scheduled_node::ScheduledNode,
+    seat::Seat,
     sync::{Arc, spawn_named, thread},
+    task::Task,
     telemetry::{Event, EventKind, RunState},
     time::Time,
 };
@@ -93,7 +94,7 @@ impl<'a> Players<'a> {
         graph: &Graph,
     ) -> Self {
         let state = graph.control.state.clone();
-        state.threads.begin(graph.nodes.len());
+        state.threads.begin(graph.seats.len());
         let players = threads.iter().enumerate();
         let players =
             players.map(|(index, thread)| Player::new(thread, state.threads.stream(index)));
@@ -120,7 +121,8 @@ impl<'a> Players<'a> {
             state,
             thread,
         };
-        node.play(&mut self.threads[thread], &mut graph.nodes[index], 1);
+        let (task, seat) = (&mut graph.stage.tasks[index], &mut graph.seats[index]);
+        node.play(&mut self.threads[thread], task, seat, 1);
     }
 
     /// Runs the next entries of several threads at the same time.
@@ -130,17 +132,23 @@ impl<'a> Players<'a> {
             count.map_or(0, |(_, count)| *count)
         };
         let own = count(0);
-        let Graph { nodes, control, .. } = graph;
+        let Graph {
+            stage,
+            seats,
+            control,
+            ..
+        } = graph;
+        let nodes = stage.tasks.iter_mut().zip(seats);
         let (events, watch, state) = (self.events, self.watch, self.state.clone());
         let (supervisor, players) = self.threads.split_at_mut(1);
         let mut exit = self.exit.take();
         thread::scope(|scope| {
-            for (index, (node, player)) in nodes.iter_mut().zip(players).enumerate() {
+            for (index, ((task, seat), player)) in nodes.zip(players).enumerate() {
                 let (thread, entries) = (index + 1, count(index + 1));
                 if entries == 0 {
                     continue;
                 }
-                let (name, state) = (node.entry.name.clone(), &*state);
+                let (name, state) = (seat.entry.name.clone(), &*state);
                 let run = move || {
                     let _follower = Follower::new(watch.clone());
                     let again = NodeAgain {
@@ -149,7 +157,7 @@ impl<'a> Players<'a> {
                         state,
                         thread,
                     };
-                    again.play(player, node, entries);
+                    again.play(player, task, seat, entries);
                     watch.hold().leave();
                 };
                 if let Err(error) = spawn_named(scope, &name, run) {
@@ -199,7 +207,7 @@ impl<'a> Players<'a> {
             Some(End::Stopped | End::HandedOver) => self.exit.map(|exit| Ok(Some(exit))),
             Some(End::Ended { node, at }) => match of_node(node) {
                 Some(Ok(ended)) if ended == at => {
-                    let node = graph.nodes[node].entry.name.to_string();
+                    let node = graph.seats[node].entry.name.to_string();
                     Some(Ok(Some(ClockExit::Ended { node, at })))
                 }
                 _ => None,
@@ -209,7 +217,7 @@ impl<'a> Players<'a> {
                 _ => None,
             },
             Some(End::NoThread { node, at }) => {
-                let node = graph.nodes[node].entry.name.to_string();
+                let node = graph.seats[node].entry.name.to_string();
                 let cause = "the system gave it no thread in the recorded run".into();
                 Some(Err(Fault { node, at, cause }))
             }
@@ -286,7 +294,7 @@ struct NodeAgain<'a> {
 
 impl NodeAgain<'_> {
     /// Runs the next `entries`.
-    fn play(&self, player: &mut Player<'_>, node: &mut ScheduledNode, entries: usize) {
+    fn play(&self, player: &mut Player<'_>, task: &mut Task, seat: &mut Seat, entries: usize) {
         for _ in 0..entries {
             let Some((entry, operations)) = player.thread.entry(player.done) else {
                 return;
@@ -302,7 +310,7 @@ impl NodeAgain<'_> {
             self.watch.begins(self.thread, at, took);
             expect(self.thread, operations);
             let mut done = *entry;
-            player.outcome = self.step(node, &mut done);
+            player.outcome = self.step(task, seat, &mut done);
             player.log.add(&done, operations);
             finish_entry();
             self.watch.finishes(self.thread);
@@ -311,16 +319,16 @@ impl NodeAgain<'_> {
     }
 
     /// Does an entry; that of a command gets its position in the event log of this run.
-    fn step(&self, node: &mut ScheduledNode, entry: &mut Entry) -> Outcome {
+    fn step(&self, task: &mut Task, seat: &mut Seat, entry: &mut Entry) -> Outcome {
         match *entry {
             Entry::Tick {
                 began,
                 took,
                 passed,
             } => {
-                let due = self.due(node, entry, began)?;
+                let due = self.due(task, entry, began)?;
                 let mut at_once = false;
-                let outcome = steps::tick(node, due, began, || {
+                let outcome = steps::tick(task, seat, due, began, || {
                     at_once = true;
                     TickEnd { took, passed }
                 });
@@ -330,18 +338,19 @@ impl NodeAgain<'_> {
                 outcome
             }
             Entry::Look { at } => {
-                if steps::take_due(node, self.state, at).is_some() {
+                self.state.advance_to(at);
+                if steps::take_due(task, at).is_some() {
                     self.differs(entry, "it has all inputs of a tick, and lacked some");
                 }
                 None
             }
             Entry::Choose { input, .. } => {
-                node.choose_input(input);
+                task.choose_input(input);
                 None
             }
             Entry::Start { began } => {
-                let due = self.due(node, entry, began)?;
-                steps::tick(node, due, began, || {
+                let due = self.due(task, entry, began)?;
+                steps::tick(task, seat, due, began, || {
                     self.differs(entry, "its tick takes no run time, and took some");
                     TickEnd {
                         took: Duration::ZERO,
@@ -349,16 +358,20 @@ impl NodeAgain<'_> {
                     }
                 })
             }
-            Entry::Finish { ended, passed } => steps::finish(node, self.state, ended, passed),
+            Entry::Finish { ended, passed } => {
+                self.state.advance_to(ended);
+                steps::finish(task, seat, ended, passed)
+            }
             Entry::Obey { at, event } => {
-                let obey = |command: &Command| steps::obey_node(node, self.state, command, at);
+                let obey =
+                    |command: &Command| steps::obey_node(task, seat, self.state, command, at);
                 if let Some(event) = self.events.again(event, at, self.state, obey) {
                     *entry = Entry::Obey { at, event };
                 }
                 None
             }
             Entry::Leave { before } => {
-                node.overrun_before(before);
+                task.overrun_before(before);
                 None
             }
             Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
@@ -366,8 +379,9 @@ impl NodeAgain<'_> {
     }
 
     /// When the tick was due that begins at `began`.
-    fn due(&self, node: &mut ScheduledNode, entry: &Entry, began: Time) -> Option<Time> {
-        let due = steps::take_due(node, self.state, began);
+    fn due(&self, task: &mut Task, entry: &Entry, began: Time) -> Option<Time> {
+        self.state.advance_to(began);
+        let due = steps::take_due(task, began);
         if due.is_none() {
             self.differs(entry, "it lacks inputs of its tick, and had all");
         }

@@ -1,21 +1,16 @@
 //! Threads against the wall clock: one for each node, or those of its executor.
 
-mod arrivals;
-mod board;
 mod crew;
 mod ends;
-mod logged;
 mod mailbox;
 mod supervisor;
 mod threads;
-mod worker;
 
 use std::io;
 
 use crossbeam_channel::Sender;
 
 use self::{
-    arrivals::begin_arrivals,
     ends::{NodeEnd, Report},
     mailbox::Wakeup,
     supervisor::Supervisor,
@@ -86,8 +81,8 @@ impl Clock for RealClock {
         until: Time,
     ) -> Result<ClockExit, Fault> {
         graph.cores = self.cores();
-        if let Some((node, why)) = graph.needs_virtual_time() {
-            return Err(node.fault(graph.now(), why.into()));
+        if let Some((seat, why)) = graph.needs_virtual_time() {
+            return Err(seat.fault(graph.now(), why.into()));
         }
         graph.set_clock(ClockKind::Real);
         let end = loop {
@@ -139,10 +134,9 @@ impl RealClock {
         until: Time,
     ) -> Result<Option<ClockExit>, Fault> {
         let mailboxes = mailboxes(graph);
-        begin_arrivals(graph, &mailboxes);
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
-        let log = state.threads.begin(graph.nodes.len());
+        let log = state.threads.begin(graph.seats.len());
         let context = ThreadContext {
             until,
             state,
@@ -150,13 +144,7 @@ impl RealClock {
             reporter,
         };
         let now = graph.now();
-        let threads = Threads::new(
-            &context.state,
-            &graph.dispatcher,
-            &mut graph.nodes,
-            &mailboxes,
-            now,
-        );
+        let threads = Threads::new(graph, &mailboxes, now);
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
@@ -167,13 +155,8 @@ impl RealClock {
             log: log.clone(),
         };
         let noter = Noter::new();
-        let Threads { workers, crews } = threads;
+        let crews = &threads.crews;
         let end = thread::scope(|scope| {
-            for worker in workers {
-                let node = worker.node();
-                let spawned = spawn_named(scope, &node.1, || worker.run(&context));
-                context.check(spawned, node, now);
-            }
             for (crew, node) in crews.iter().filter_map(|crew| Some((crew, crew.first()?))) {
                 for _ in 0..crew.threads {
                     let spawned = spawn_named(scope, &node.1, || crew.run(&context));
@@ -190,7 +173,7 @@ impl RealClock {
         });
         let end = supervisor.settle(end);
         drop(noter);
-        drop(crews);
+        threads.end(graph);
         log.note_alone(Entry::End(end.entry(until)));
         end.exit(graph)
     }

@@ -348,7 +348,7 @@ impl Rerun {
     }
 
     fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
-        if stretch.threads.len() != graph.nodes.len() + 1 {
+        if stretch.threads.len() != graph.seats.len() + 1 {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
@@ -356,7 +356,7 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        graph.dispatcher.leave(Arc::new(Unheard));
+        graph.stage.leave(Arc::new(Unheard));
         let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();

@@ -1,5 +1,4 @@
-//! The steps of a graph under the real clock, between two waits: the same whether the wall
-//! gives their times or a log does.
+//! The steps of a node under the real clock, between two waits, with the times of a log.
 
 use std::{ops::ControlFlow, time::Duration};
 
@@ -8,10 +7,13 @@ use crate::runtime::{
     command::{ClockKind, Command},
     graph::ControlPlane,
     node::{Fault, Tick},
-    scheduled_node::ScheduledNode,
+    node_knobs,
+    seat::{Seat, Timed},
     sync::atomic::Ordering,
+    task::Task,
     telemetry::RunState,
     time::Time,
+    timing::Running,
 };
 
 /// The end of a tick that takes no run time.
@@ -29,61 +31,81 @@ pub(super) type Outcome = Option<Result<Time, Fault>>;
 /// Moves on to the next tick, at run time `now`; returns when it was due. A node that
 /// messages trigger takes them: `None` if they are not yet the inputs of a tick, and for a timer
 /// of an executor that is not due.
-pub(super) fn take_due(node: &mut ScheduledNode, state: &RunState, now: Time) -> Option<Time> {
-    state.advance_to(now);
-    match (node.is_triggered(), node.has_thread()) {
+pub(super) fn take_due(task: &mut Task, now: Time) -> Option<Time> {
+    match (task.is_triggered(), task.has_thread()) {
         (true, _) => {
-            node.waited();
-            node.take(now)
+            task.waited();
+            task.take(now)
         }
-        (false, true) => Some(node.take_due()),
-        (false, false) => node.call_timer(now),
+        (false, true) => Some(task.take_due()),
+        (false, false) => task.call_timer(now),
     }
 }
 
-/// Does the tick that was `due`, at run time `began`; `end` measures the end, of a tick that
+/// Does the tick that was `due`, at run time `began`; `end` gives the end of a tick that
 /// takes no run time.
 pub(super) fn tick(
-    node: &mut ScheduledNode,
+    task: &mut Task,
+    seat: &mut Seat,
     due: Time,
     began: Time,
     end: impl FnOnce() -> TickEnd,
 ) -> Outcome {
     let lateness = Some(began.since(due));
-    if let Some(takes) = node.takes(began) {
-        let started = node.start(began, takes, lateness);
-        return started.err().map(|cause| Err(node.fault(began, cause)));
+    if let Some(takes) = task.takes(began) {
+        return match seat.start(began) {
+            Ok(flow) => {
+                task.begin(Running::new(began, began + takes, lateness, flow));
+                None
+            }
+            Err(cause) => Some(Err(seat.fault(began, cause))),
+        };
     }
-    node.entry.counters.busy.store(true, Ordering::Relaxed);
-    let outcome = node.tick(began);
-    node.entry.counters.busy.store(false, Ordering::Relaxed);
+    let outcome = tick_at_once(seat, began);
     let TickEnd { took, passed } = end();
-    node.overrun_until(passed);
-    node.note_tick(began, lateness, Some(took), Some(began));
-    result(node, began, outcome)
+    task.overrun_until(passed);
+    note_tick(seat, began, lateness, took);
+    result(seat, began, outcome)
+}
+
+/// Runs a tick that takes no run time.
+pub(super) fn tick_at_once(seat: &mut Seat, began: Time) -> Tick {
+    let counters = seat.entry.counters.clone();
+    counters.busy.store(true, Ordering::Relaxed);
+    let outcome = seat.tick(began);
+    counters.busy.store(false, Ordering::Relaxed);
+    outcome
+}
+
+/// Records such a tick.
+pub(super) fn note_tick(seat: &mut Seat, began: Time, lateness: Option<Duration>, took: Duration) {
+    seat.note(Timed {
+        began,
+        lateness,
+        took: Some(took),
+        acted: Some(began),
+    });
 }
 
 /// Ends a tick that takes time. Ticks due before `passed` are missed.
-pub(super) fn finish(
-    node: &mut ScheduledNode,
-    state: &RunState,
-    ended: Time,
-    passed: Time,
-) -> Outcome {
-    state.advance_to(ended);
-    let outcome = node.finish(ended, passed);
-    result(node, ended, outcome)
+pub(super) fn finish(task: &mut Task, seat: &mut Seat, ended: Time, passed: Time) -> Outcome {
+    let applied = seat.finish(ended);
+    let running = task.end()?;
+    task.overrun_until(passed);
+    let outcome = seat.over(&running, ended, applied);
+    result(seat, ended, outcome)
 }
 
 /// Has a node carry out its command; returns the position of the event.
 pub(super) fn obey_node(
-    node: &mut ScheduledNode,
+    task: &mut Task,
+    seat: &mut Seat,
     state: &RunState,
     command: &Command,
     at: Time,
 ) -> usize {
     state.advance_to(at);
-    let answer = node.obey(command, at);
+    let answer = node_knobs::obey(task, seat, command, at);
     state.log.answered(at, command, answer)
 }
 
@@ -104,10 +126,10 @@ pub(super) fn supervise(control: &mut ControlPlane, command: &Command, at: Time)
 }
 
 /// What came of a tick whose work was done at `at`.
-fn result(node: &ScheduledNode, at: Time, outcome: Tick) -> Outcome {
+pub(super) fn result(seat: &Seat, at: Time, outcome: Tick) -> Outcome {
     match outcome {
         Ok(ControlFlow::Continue(())) => None,
         Ok(ControlFlow::Break(())) => Some(Ok(at)),
-        Err(cause) => Some(Err(node.fault(at, cause))),
+        Err(cause) => Some(Err(seat.fault(at, cause))),
     }
 }

@@ -1,17 +1,18 @@
 //! Discrete-event time: one thread, bit-for-bit reproducible.
 
-mod dispatch;
-
 use std::ops::ControlFlow;
 
-use super::{Clock, ClockExit, due_queue::DueQueue, note_end, obey::obey_at_rest, pacer::Pacer};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
 use crate::runtime::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
     node::{Fault, GO_ON, Tick},
+    scheduling::{Assignment, Job, Moment},
+    seat::Timed,
     sync::Instant,
     time::Time,
+    timing::Running,
 };
 
 /// Runs all nodes on the calling thread, in the order of their due times.
@@ -54,25 +55,33 @@ impl Clock for VirtualClock {
         until: Time,
     ) -> Result<ClockExit, Fault> {
         graph.set_clock(ClockKind::Virtual);
-        let end = Scheduler::new(graph, inbox, until).run();
+        let end = VirtualStretch::new(graph, inbox, until).run();
+        match end {
+            Ok(ClockExit::Completed) => count_missed(graph, until + Time::TICK),
+            Ok(ClockExit::Stopped) => count_missed(graph, graph.now()),
+            _ => {}
+        }
         note_end(graph, &end);
         end
     }
 }
 
+/// Counts the ticks that were due before `end` while their nodes were busy.
+fn count_missed(graph: &mut Graph, end: Time) {
+    let tasks = &mut graph.stage.tasks;
+    tasks.iter_mut().for_each(|task| task.overrun_before(end));
+}
+
 /// One stretch of virtual time.
-struct Scheduler<'a> {
+struct VirtualStretch<'a> {
     graph: &'a mut Graph,
     inbox: &'a mut Inbox,
     until: Time,
-    queue: DueQueue,
     pacer: Pacer,
-    /// The instant of the last tick, if there was one.
-    last_tick: Option<Time>,
+    /// The instant of the last event, if there was one.
+    last_event: Option<Time>,
     /// Requested single ticks that are still to run.
     steps: u32,
-    /// Number of ticks started.
-    started: u64,
 }
 
 /// What to do next.
@@ -82,25 +91,24 @@ enum NextStep {
     Stop,
 }
 
-impl<'a> Scheduler<'a> {
+impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let mut nodes = graph.nodes.iter();
-        let late = nodes.any(|node| node.due() < now && node.skips_ticks());
-        let last_due = graph.nodes.iter().filter_map(|s| s.rate.last_due()).max();
+        let mut tasks = graph.stage.tasks.iter();
+        let late = tasks.any(|task| task.due() < now && task.skips_ticks());
+        let tasks = graph.stage.tasks.iter();
+        let last_due = tasks.filter_map(|task| task.rate.last_due()).max();
         // Late nodes tick now, so this instant is partly done.
-        let last_tick = if late { Some(now) } else { last_due };
-        let in_flight = || graph.control.arrivals_after(now);
-        graph.dispatcher.prepare(now, &mut graph.nodes, in_flight);
+        let last_event = if late { Some(now) } else { last_due };
+        let control = &graph.control;
+        graph.stage.open(now, || control.arrivals_after(now));
         Self {
-            queue: DueQueue::new(&graph.nodes),
             pacer: Pacer::new(graph.control.status.speed, now),
-            last_tick: last_tick.map(|last| last.min(now)),
+            last_event: last_event.map(|last| last.min(now)),
             graph,
             inbox,
             until,
             steps: 0,
-            started: 0,
         }
     }
 
@@ -142,27 +150,21 @@ impl<'a> Scheduler<'a> {
         }
     }
 
-    /// Time of the next event of a node.
-    fn next_at(&self) -> Time {
-        let next = self.graph.dispatcher.next();
-        next.map_or(Time::MAX, |place| place.at)
-            .min(self.queue.next_at())
-    }
-
-    /// Whether nodes have yet to tick in the instant of the last tick.
+    /// Whether something is left of the instant of the last event.
     fn mid_instant(&self) -> bool {
-        self.last_tick.is_some_and(|last| self.next_at() <= last)
+        let next = self.graph.stage.next_at();
+        self.last_event.is_some_and(|last| next <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take effect
     /// after the end, which a replay does not reach.
     fn is_over(&self) -> bool {
-        self.last_tick.is_some_and(|last| last >= self.until) && !self.mid_instant()
+        self.last_event.is_some_and(|last| last >= self.until) && !self.mid_instant()
     }
 
-    /// Time of the next tick or timed command, or the end.
+    /// Time of the next event or timed command, or the end.
     fn next_event(&self) -> Time {
-        let next = self.next_at();
+        let next = self.graph.stage.next_at();
         next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
@@ -186,7 +188,7 @@ impl<'a> Scheduler<'a> {
         if self.mid_instant() {
             return now;
         }
-        let done = self.last_tick.map_or(Time::ZERO, |last| last + Time::TICK);
+        let done = self.last_event.map_or(Time::ZERO, |last| last + Time::TICK);
         let now = now.max(done);
         match self.pacer.now() {
             Some(paced) if !self.graph.control.status.paused => {
@@ -203,10 +205,13 @@ impl<'a> Scheduler<'a> {
             self.steps += 1;
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
-        self.tell_dispatcher(command, at);
         match command {
-            Command::Set(knob) if knob.crashes().is_some() => {
-                self.queue = DueQueue::new(&self.graph.nodes);
+            Command::Set(knob) => {
+                if let Some(crashed) = knob.crashes()
+                    && let Ok(node) = self.graph.control.node_index(knob.target())
+                {
+                    self.graph.stage.changed(node, crashed, at);
+                }
             }
             Command::Speed(_) | Command::Resume => {
                 self.pacer = Pacer::new(self.graph.control.status.speed, at);
@@ -218,7 +223,7 @@ impl<'a> Scheduler<'a> {
 
     /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let next = self.next_at();
+        let next = self.graph.stage.next_at();
         if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
@@ -230,91 +235,74 @@ impl<'a> Scheduler<'a> {
             self.graph.control.set_now(self.until);
             return Ok(Some(ClockExit::Completed));
         }
-        let started = self.started;
-        let exit = self.advance()?;
-        if self.started > started {
-            self.steps = self.steps.saturating_sub(1);
-        }
-        Ok(exit)
+        self.advance()
     }
 
-    /// Processes the next event of a node: a tick that is due, starts late, or ends.
+    /// Moves on to the next instant with an event, unless something is left of this one, and
+    /// does its work: during a pause only the next tick.
     fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
-        if let Some(place) = self.dispatched() {
-            return self.dispatch(place);
-        }
-        let Some(node) = self.queue.next() else {
-            return Ok(None);
-        };
         // A node that is late from the real clock must not turn time back.
-        let now = self.queue.next_at().max(self.graph.now());
-        self.last_tick = Some(now);
+        let now = self.graph.stage.next_at().max(self.graph.now());
+        self.last_event = Some(now);
         self.graph.control.set_now(now);
-        let outcome = self.due(node, now);
-        self.conclude(node, now, outcome)
+        let moment = Moment {
+            now,
+            until: Time::MAX,
+            over: false,
+        };
+        while let Some(work) = self.graph.stage.look(moment) {
+            let outcome = self.work(work, now);
+            self.graph.stage.collect();
+            match outcome {
+                Ok(ControlFlow::Continue(())) => {}
+                Ok(ControlFlow::Break(())) => {
+                    let node = self.graph.seats[work.node].entry.name.to_string();
+                    return Ok(Some(ClockExit::Ended { node, at: now }));
+                }
+                Err(cause) => return Err(self.graph.seats[work.node].fault(now, cause)),
+            }
+            if self.graph.control.status.paused {
+                break;
+            }
+        }
+        Ok(None)
     }
 
-    /// What an event of a node at `now` means for the run.
-    fn conclude(
-        &mut self,
-        node: usize,
-        now: Time,
-        outcome: Tick,
-    ) -> Result<Option<ClockExit>, Fault> {
-        self.graph.dispatcher.collect();
-        let node = &self.graph.nodes[node];
-        match outcome {
-            Ok(ControlFlow::Continue(())) => Ok(None),
-            Ok(ControlFlow::Break(())) => Ok(Some(ClockExit::Ended {
-                node: node.entry.name.to_string(),
-                at: now,
-            })),
-            Err(cause) => Err(node.fault(now, cause)),
-        }
-    }
-
-    /// Handles a due tick: starts it, unless it is late or another tick is unfinished.
-    fn due(&mut self, index: usize, now: Time) -> Tick {
-        let node = &mut self.graph.nodes[index];
-        let (due, occupied) = (node.rate.due(), node.is_occupied());
-        if occupied {
-            node.overrun(now);
-        } else if due < now {
-            // The node is late from the real clock: it ticks once, without a burst.
-            node.advance_past(now);
-        } else {
-            node.rate.advance();
-        }
-        self.queue.ticked(node.rate.due());
-        if occupied {
-            return GO_ON;
-        }
-        match node.wait(due, now) {
-            Some(starts) => {
-                let graph = &mut *self.graph;
-                graph.dispatcher.plan_start(index, starts, &graph.nodes);
+    /// Has a node do its work.
+    #[inline]
+    fn work(&mut self, Assignment { node, job, .. }: Assignment, now: Time) -> Tick {
+        let Graph { seats, stage, .. } = &mut *self.graph;
+        let seat = &mut seats[node];
+        match job {
+            Job::Look => GO_ON,
+            Job::Tick { lateness, cost } => {
+                self.steps = self.steps.saturating_sub(1);
+                let measured = self.pacer.is_paced().then(Instant::now);
+                let outcome = seat.tick(now);
+                let took = cost.or_else(|| measured.map(|began| began.elapsed()));
+                stage.ticked(node, now, now);
+                seat.note(Timed {
+                    began: now,
+                    lateness,
+                    took,
+                    acted: Some(now),
+                });
+                outcome
+            }
+            Job::Start { lateness, takes } => {
+                self.steps = self.steps.saturating_sub(1);
+                let flow = seat.start(now)?;
+                stage.started(node, Running::new(now, now + takes, lateness, flow), now);
                 GO_ON
             }
-            None => self.start(index, due, now),
+            Job::Finish => {
+                let applied = seat.finish(now);
+                match stage.finished(node, now, now) {
+                    Some(running) => seat.over(&running, now, applied),
+                    None => applied,
+                }
+            }
         }
-    }
-
-    /// Starts a tick, which ends at once unless it takes time.
-    fn start(&mut self, index: usize, due: Time, now: Time) -> Tick {
-        self.started += 1;
-        let node = &mut self.graph.nodes[index];
-        let (lateness, cost) = (node.lateness(due, now), node.cost());
-        if let Some(duration) = node.duration(now, cost) {
-            let ends = node.start(now, duration, lateness)?;
-            let graph = &mut *self.graph;
-            graph.dispatcher.began(index, ends, now, &mut graph.nodes);
-            return GO_ON;
-        }
-        let began = self.pacer.is_paced().then(Instant::now);
-        let outcome = node.tick(now);
-        let took = cost.or_else(|| began.map(|began| began.elapsed()));
-        node.note_tick(now, lateness, took, Some(now));
-        outcome
     }
 }
 
@@ -378,8 +366,9 @@ mod tests {
             };
             graph.node(name, hz(rate), 0, |_| node).expect("a node");
         }
-        graph.nodes.iter_mut().for_each(|node| node.rate.advance());
-        graph.control.set_now(graph.nodes[2].rate.due());
+        let tasks = &mut graph.stage.tasks;
+        tasks.iter_mut().for_each(|task| task.rate.advance());
+        graph.control.set_now(graph.stage.tasks[2].rate.due());
         (graph, log)
     }
 
@@ -435,7 +424,7 @@ mod tests {
                 graph.executor(executor, reader).expect("a node");
             }
             far.set_link("delay:30".parse().expect("a link"), 0, Time::ZERO);
-            graph.dispatcher.leave(Arc::new(Stopped));
+            graph.stage.leave(Arc::new(Stopped));
             far.publisher().publish(1, Time::ZERO, None);
             VirtualClock
                 .run(&mut graph, &mut Inbox::default(), UNTIL)

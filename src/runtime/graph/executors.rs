@@ -5,7 +5,7 @@ use crate::runtime::{
     command::ClockKind,
     executor::{Callback, Executor},
     placement::Placement,
-    scheduled_node::ScheduledNode,
+    seat::Seat,
 };
 
 impl Graph {
@@ -48,21 +48,28 @@ impl Graph {
             }
             members.push((node, callback));
         }
-        let placement = self.dispatcher.add(executor, &members);
+        let placement = match executor {
+            Executor::Let => Placement::Let,
+            _ => Placement::Executor {
+                index: self.stage.executors().count(),
+                queues: executor.queues_timers(),
+            },
+        };
+        self.stage.add_executor(executor, members.clone());
         let by_call = matches!(
             executor,
             Executor::Single | Executor::Multi { .. } | Executor::Events
         );
         for (index, callback) in members {
-            let node = &mut self.nodes[index];
-            node.placement = placement;
-            for entry in [&mut node.entry, &mut self.control.nodes[index]] {
+            let task = &mut self.stage.tasks[index];
+            task.placement = placement;
+            for entry in [&mut self.seats[index].entry, &mut self.control.nodes[index]] {
                 entry.executor = Some(executor);
                 entry.executor_index = placement.executor();
                 entry.group = callback.group_name().map(Into::into);
             }
             if by_call {
-                node.rate.skip_first();
+                task.rate.skip_first();
             }
         }
         Ok(())
@@ -71,11 +78,11 @@ impl Graph {
     /// The index of the node of a callback, if the executor can have it.
     fn index_for(&self, executor: Executor, callback: &Callback) -> Result<usize, GraphError> {
         let name = || callback.node.clone();
-        let mut nodes = self.nodes.iter();
-        let known = nodes.position(|node| *node.entry.name == *callback.node);
+        let mut tasks = self.stage.tasks.iter();
+        let known = tasks.position(|task| *task.name == *callback.node);
         let index = known.ok_or_else(|| GraphError::UnknownCallback(name(), executor))?;
-        let node = &self.nodes[index];
-        if node.placement != Placement::Thread {
+        let task = &self.stage.tasks[index];
+        if task.placement != Placement::Thread {
             return Err(GraphError::SecondExecutor(name()));
         }
         let remedy = match executor {
@@ -83,7 +90,7 @@ impl Graph {
             Executor::Edf { .. } if callback.deadline.is_none() => Some("give it a deadline"),
             _ => None,
         };
-        match remedy.filter(|_| node.is_triggered()) {
+        match remedy.filter(|_| task.is_triggered()) {
             Some(remedy) => Err(GraphError::NoPeriod(name(), executor, remedy)),
             None => Ok(index),
         }
@@ -91,14 +98,14 @@ impl Graph {
 
     /// Why the graph cannot run under this clock, with the remedy.
     pub(crate) fn refusal_of(&self, clock: ClockKind) -> Option<String> {
-        let (node, why) = self.needs_virtual_time()?;
-        (clock == ClockKind::Real).then(|| format!("{}: {why}", node.entry.name))
+        let (seat, why) = self.needs_virtual_time()?;
+        (clock == ClockKind::Real).then(|| format!("{}: {why}", seat.entry.name))
     }
 
     /// The node that the real clock cannot run, with the reason and the remedy.
-    pub(crate) fn needs_virtual_time(&self) -> Option<(&ScheduledNode, String)> {
+    pub(crate) fn needs_virtual_time(&self) -> Option<(&Seat, String)> {
         let mut spare = self.cores.unwrap_or(0);
-        let mut executors = self.dispatcher.executors();
+        let mut executors = self.stage.executors();
         executors.find_map(|(executor, members)| {
             let why = match executor {
                 Executor::Edf { .. } => format!("the real clock has no executor {executor}"),
@@ -117,7 +124,7 @@ impl Graph {
             };
             let (node, _) = members.first()?;
             Some((
-                &self.nodes[*node],
+                &self.seats[*node],
                 format!("{why}: choose the virtual clock"),
             ))
         })

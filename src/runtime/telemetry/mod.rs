@@ -19,7 +19,7 @@ mod window;
 pub use super::event::{Event, EventKind};
 pub use counters::Flight;
 pub use lineage::{
-    AgePart, AgeParts, Chain, Lineage, Occupied, PushInForce, Sent, Stage, Unmatched, Worked,
+    AgePart, AgeParts, AgeStage, Chain, Lineage, Occupied, PushInForce, Sent, Unmatched, Worked,
 };
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};

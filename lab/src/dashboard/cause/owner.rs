@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{
     runtime::{
         Knob, Snapshot, Time,
-        telemetry::{Lineage, Sent, Stage, Worked},
+        telemetry::{AgeStage, Lineage, Sent, Worked},
     },
     system::Setup,
 };
@@ -75,16 +75,16 @@ impl Explained<'_> {
     }
 
     /// The owner of a part; `None` where it is unknown.
-    fn owner(&self, stage: Stage, ns: f64) -> Option<Owner> {
+    fn owner(&self, stage: AgeStage, ns: f64) -> Option<Owner> {
         Some(match stage {
-            Stage::Before => return None,
-            Stage::Match { topic, node } => Owner::Match(topic, node),
-            Stage::Cost { node } => self.long(node),
-            Stage::Link { topic } => Owner::Link(topic),
-            Stage::Executor { node } => Owner::Late(node),
-            Stage::Queue { topic, .. } => Owner::Order(topic),
-            Stage::Wait { node, .. } | Stage::Kept { node, .. } => self.slow(node, true),
-            Stage::Reuse { topic, .. } | Stage::Held { topic, .. } => self.silent(topic, ns),
+            AgeStage::Before => return None,
+            AgeStage::Match { topic, node } => Owner::Match(topic, node),
+            AgeStage::Cost { node } => self.long(node),
+            AgeStage::Link { topic } => Owner::Link(topic),
+            AgeStage::Executor { node } => Owner::Late(node),
+            AgeStage::Queue { topic, .. } => Owner::Order(topic),
+            AgeStage::Wait { node, .. } | AgeStage::Kept { node, .. } => self.slow(node, true),
+            AgeStage::Reuse { topic, .. } | AgeStage::Held { topic, .. } => self.silent(topic, ns),
         })
     }
 

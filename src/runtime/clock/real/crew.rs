@@ -1,89 +1,126 @@
-//! The threads of an executor.
+//! The threads of some nodes: those of an executor, or the one of a node.
 //!
-//! Whichever thread is free takes in what arrived, and picks a callback by the rules of virtual
-//! time. The steps of a node are in its own log, whichever thread they are on: with the order of
-//! the locks that they share, this is all that a run needs to be executed again.
+//! Whichever thread is free takes in what arrived, and asks the stage for work by the rules of
+//! virtual time. The steps of a node are in its own log, whichever thread they are on: with the
+//! order of the locks that they share, this is all that a run needs to be executed again.
+
+use std::{collections::VecDeque, time::Duration};
 
 use super::{
     ThreadContext,
-    board::{Board, NodeState},
     ends::Report,
-    logged::LoggedNode,
     mailbox::{Mailbox, Wakeup},
 };
 use crate::runtime::{
-    clock::{steps::Outcome, wall::Wall},
+    clock::{
+        steps::{self, Outcome},
+        wall::Wall,
+    },
     command::Command,
-    dispatch::Call,
-    executor::{Callback, Executor},
-    realtime,
-    reexecution::Noter,
+    realtime::{self, CoreShare},
+    reexecution::{Entry, Noter, Stream},
+    scheduling::{Assignment, Job, Moment, Stage},
+    seat::Seat,
     sync::{Arc, Mutex, MutexGuard, lock},
+    task::Task,
     time::Time,
+    timing::Running,
     trigger::Arrival,
 };
 
-/// An executor with its nodes and threads.
-pub(super) struct Crew<'g> {
+/// Nodes with their threads.
+pub(super) struct Crew {
     pub(super) threads: usize,
     mailbox: Arc<Mailbox>,
-    members: Vec<CrewNode<'g>>,
+    members: Vec<CrewNode>,
+    /// Whether it is a node with a thread of its own.
+    is_own: bool,
+    /// The cores that its thread shares with those of other nodes.
+    share: Option<CoreShare>,
     board: Mutex<Board>,
 }
 
-/// A node of an executor. Its lock is free unless a thread has taken the node on the board.
-struct CrewNode<'g> {
+/// A node of a crew. Its lock is free unless a thread has work for it.
+struct CrewNode {
     index: usize,
     name: Arc<str>,
-    logged: Mutex<LoggedNode<'g>>,
+    log: Arc<Stream>,
+    seat: Mutex<Seat>,
 }
 
-/// A tick that takes time, with its beginning: the thread waits for its end.
-type Tick = (usize, Time);
+/// What the threads have in common.
+struct Board {
+    stage: Stage,
+    /// Whether a thread has work for each node.
+    taken: Vec<bool>,
+    /// Commands for nodes.
+    commands: VecDeque<(usize, Command)>,
+    /// Number of threads that keep a core busy for a tick.
+    spinning: usize,
+    wall: Option<Wall>,
+    /// The run time of a requested stop.
+    stopped: Option<Time>,
+}
 
 /// What a thread does next.
 enum CrewStep {
-    /// Call a callback, at this run time.
-    Call(Call, Time),
-    /// End the node's tick.
-    Finish(usize),
-    /// Wait for more until this run time, with a core kept busy or not.
-    Wait(Time, bool),
+    /// Assignment that begins at this run time.
+    Work(Assignment, Time),
+    /// Wait for more until this run time.
+    Wait(Time),
+    /// The same, with a core kept busy.
+    Spin(Time),
+    /// Keep a core busy until the thread has had this time on it.
+    Compute(Duration),
     /// The run is over.
     Finished,
     /// The run is stopped.
     Stop,
 }
 
-impl<'g> Crew<'g> {
-    /// The threads for these nodes at run time `now`; `None` without nodes, and if the executor
-    /// has no threads.
+impl CrewNode {
+    /// Notes the topic that its executor calls it for. What it takes of it belongs to the entry
+    /// that follows.
+    fn note_call(&self, work: Assignment, at: Time) {
+        if let Some(input) = work.input {
+            self.log.note_alone(Entry::Choose { at, input });
+        }
+    }
+}
+
+impl Crew {
+    /// The threads for the nodes of a `stage`, each given by its index in the graph, with its
+    /// log.
     pub(super) fn new(
-        executor: Executor,
-        members: Vec<(LoggedNode<'g>, Callback)>,
+        stage: Stage,
+        threads: usize,
+        nodes: Vec<(usize, Seat, Arc<Stream>)>,
         mailbox: Arc<Mailbox>,
-        now: Time,
-    ) -> Option<Self> {
-        let callbacks = members.iter().map(|(_, callback)| callback.clone());
-        let nodes = members.iter().map(|(logged, _)| &*logged.node);
-        let board = Board::new(executor, callbacks, nodes, now)?;
-        let threads = match executor {
-            Executor::Multi { threads } => threads,
-            _ => 1,
-        };
-        let members = members.into_iter().map(|(logged, _)| CrewNode {
-            index: logged.index,
-            name: logged.name(),
-            logged: Mutex::new(logged),
+        share: Option<CoreShare>,
+    ) -> Self {
+        let members = nodes.into_iter().map(|(index, seat, log)| CrewNode {
+            index,
+            name: seat.entry.name.clone(),
+            log,
+            seat: Mutex::new(seat),
         });
         let members: Vec<_> = members.collect();
-        Some(Self {
+        Self {
             // A node ticks once at a time: more threads would have nothing to do.
             threads: threads.min(members.len()),
             mailbox,
+            is_own: stage.tasks.iter().all(Task::has_thread) || share.is_some(),
+            share,
+            board: Mutex::new(Board {
+                stage,
+                taken: vec![false; members.len()],
+                commands: VecDeque::new(),
+                spinning: 0,
+                wall: None,
+                stopped: None,
+            }),
             members,
-            board: Mutex::new(board),
-        })
+        }
     }
 
     /// Index and name of its first node.
@@ -92,9 +129,19 @@ impl<'g> Crew<'g> {
         Some((first.index, first.name.clone()))
     }
 
+    /// Its nodes, after all threads have ended.
+    pub(super) fn into_nodes(self) -> impl Iterator<Item = (usize, Task, Seat)> {
+        let tasks = into_inner(self.board).stage.tasks;
+        let members = self.members.into_iter().zip(tasks);
+        members.map(|(member, task)| (member.index, task, into_inner(member.seat)))
+    }
+
     /// One of its threads.
     pub(super) fn run(&self, context: &ThreadContext) {
         realtime::prepare_thread(context.realtime.as_ref());
+        if let Some(share) = &self.share {
+            realtime::share_cores(share);
+        }
         let _noter = Noter::new();
         if let Some(wall) = self.start()
             && let Some(report) = self.work(context, &wall)
@@ -111,7 +158,7 @@ impl<'g> Crew<'g> {
             let mut board = lock(&self.board);
             self.take_in(&mut board);
             match board.wall {
-                _ if board.stopped => return None,
+                _ if board.stopped.is_some() => return None,
                 Some(wall) => return Some(wall),
                 None => drop(board),
             }
@@ -121,80 +168,103 @@ impl<'g> Crew<'g> {
 
     /// Ticks until there is something to report, or a stop is requested.
     fn work(&self, context: &ThreadContext, wall: &Wall) -> Option<Report> {
-        let (mut tick, mut waited) = (None, false);
+        let (mut waited, mut goal) = (false, self.core_time(wall.now()));
         loop {
             let seen = self.mailbox.posts();
-            let step = self.next(context, wall, &mut tick, waited);
-            waited = matches!(step, CrewStep::Wait(..));
-            let (member, outcome) = match step {
+            let step = self.next(context, wall, waited, goal);
+            waited = !matches!(step, CrewStep::Work(..));
+            match step {
                 CrewStep::Stop => return None,
                 CrewStep::Finished => return Some(Report::Finished),
-                CrewStep::Wait(until, busy) => {
-                    match busy {
-                        true => self.mailbox.spin_past_until(seen, wall, until),
-                        false => self.mailbox.wait_past_until(seen, wall, until),
+                CrewStep::Wait(until) => self.mailbox.wait_past_until(seen, wall, until),
+                CrewStep::Spin(until) => {
+                    self.mailbox.spin_past_until(seen, wall, until, || false);
+                    lock(&self.board).spinning -= 1;
+                }
+                CrewStep::Compute(goal) => {
+                    let reached = || realtime::core_time() >= goal;
+                    let until = context.until;
+                    self.mailbox.spin_past_until(seen, wall, until, reached);
+                }
+                CrewStep::Work(work, began) => {
+                    let outcome = self.step(context, wall, work, began);
+                    if let Some(outcome) = outcome {
+                        return Some(Report::of(self.members[work.node].index, outcome));
                     }
-                    continue;
+                    goal = self.core_time(wall.now());
                 }
-                CrewStep::Call(call, began) => {
-                    if self.threads > 1 {
-                        // Another thread looks for the next.
-                        self.mailbox.ring();
-                    }
-                    let outcome = self.call(context, wall, call, began, &mut tick);
-                    (call.node(), outcome)
-                }
-                CrewStep::Finish(member) => {
-                    tick = None;
-                    (member, self.finish(context, wall, member))
-                }
-            };
-            if let Some(outcome) = outcome {
-                return Some(Report::of(self.members[member].index, outcome));
             }
         }
     }
 
-    /// What to do next, with the `tick` that the thread has begun. After the end of the run, a
-    /// thread that had `waited` for it looks once more.
+    /// The time on a core that the thread will have had when the running tick is over, if it
+    /// shares cores.
+    fn core_time(&self, now: Time) -> Option<Duration> {
+        self.share.as_ref()?;
+        let board = lock(&self.board);
+        let running = board.stage.tasks[0].running()?;
+        Some(realtime::core_time() + running.remaining(now))
+    }
+
+    /// What to do next. After the end of the run, a thread that had `waited` for it looks once
+    /// more. A tick that shares cores is over when its thread has had its `goal`.
     fn next(
         &self,
         context: &ThreadContext,
         wall: &Wall,
-        tick: &mut Option<Tick>,
         waited: bool,
+        goal: Option<Duration>,
     ) -> CrewStep {
         let mut board = lock(&self.board);
         self.take_in(&mut board);
         let (now, until) = (wall.now(), context.until);
-        let waits = self.waits(now);
-        board.pass(now.min(until), &waits);
         self.obey(context, &mut board, now);
-        if board.stopped {
+        if let Some(at) = board.stopped {
+            self.leave(&mut board, at.min(until) + Time::TICK);
             return CrewStep::Stop;
         }
-        if tick.is_none() {
-            *tick = board.unfinished.pop();
-        }
-        if let Some((member, _)) = *tick {
-            match tick.and_then(|tick| self.end_of(tick)) {
-                // It was ended by a crash of its node.
-                None => *tick = None,
-                Some((ends, _)) if ends <= now.min(until) => {
-                    board.taken[member] = true;
-                    return CrewStep::Finish(member);
-                }
-                Some(_) if now >= until => return CrewStep::Finished,
-                Some((ends, busy)) => return CrewStep::Wait(ends.min(until), busy),
+        let running = goal.and_then(|goal| Some((goal, board.stage.finish(0)?)));
+        let work = match running {
+            Some((goal, _)) if now < until && realtime::core_time() < goal => {
+                return CrewStep::Compute(goal);
             }
+            Some((goal, work)) => (realtime::core_time() >= goal).then_some(work),
+            None => {
+                let over = now > until && !waited;
+                self.look(&mut board.stage, Moment { now, until, over })
+            }
+        };
+        if let Some(work) = work {
+            board.taken[work.node] = true;
+            self.ring();
+            return CrewStep::Work(work, now);
         }
-        if now > until && !waited {
+        if now >= until {
+            self.leave(&mut board, until + Time::TICK);
             return CrewStep::Finished;
         }
-        match board.pick(&waits) {
-            Some(call) => CrewStep::Call(call, now),
-            None if now >= until => CrewStep::Finished,
-            None => CrewStep::Wait(board.next_at().min(until), false),
+        let next = board.stage.next_at().min(until);
+        if board.stage.busy() > board.spinning {
+            board.spinning += 1;
+            return CrewStep::Spin(next);
+        }
+        CrewStep::Wait(next)
+    }
+
+    /// The next work at a moment.
+    fn look(&self, stage: &mut Stage, moment: Moment) -> Option<Assignment> {
+        loop {
+            match stage.look(moment)? {
+                work if matches!(work.job, Job::Look) => self.note_look(work, moment.now),
+                work => return Some(work),
+            }
+        }
+    }
+
+    /// Has the other threads look for work.
+    fn ring(&self) {
+        if self.threads > 1 {
+            self.mailbox.ring();
         }
     }
 
@@ -203,90 +273,135 @@ impl<'g> Crew<'g> {
         for wakeup in self.mailbox.take_all() {
             match wakeup {
                 Wakeup::Start(wall) => board.wall = Some(wall),
-                Wakeup::Stop(_) => board.stopped = true,
-                Wakeup::Arrival(Arrival { at, node, input }) => {
-                    let member = self.members.iter().position(|known| known.index == node);
-                    if let Some(member) = member {
-                        board.add_arrival(at, member, input);
+                Wakeup::Stop(at) => board.stopped = Some(at),
+                Wakeup::Arrival(arrival) => {
+                    let mut members = self.members.iter();
+                    if let Some(node) = members.position(|known| known.index == arrival.node) {
+                        board.stage.add_arrival(Arrival { node, ..arrival });
                     }
                 }
                 Wakeup::Command(command) => {
-                    let is_of = |known: &CrewNode<'_>| command.node() == Some(&*known.name);
-                    if let Some(member) = self.members.iter().position(is_of) {
-                        board.commands.push_back((member, command));
+                    let is_of = |known: &CrewNode| command.node() == Some(&*known.name);
+                    if let Some(node) = self.members.iter().position(is_of) {
+                        board.commands.push_back((node, command));
                     }
                 }
             }
         }
     }
 
-    /// Carries out the commands for nodes that no thread has.
+    /// Carries out the commands for nodes that no thread has work for.
     fn obey(&self, context: &ThreadContext, board: &mut Board, at: Time) {
-        for (member, command) in std::mem::take(&mut board.commands) {
-            if board.taken[member] {
-                board.commands.push_back((member, command));
+        for (node, command) in std::mem::take(&mut board.commands) {
+            if board.taken[node] {
+                board.commands.push_back((node, command));
                 continue;
             }
-            let mut logged = lock(&self.members[member].logged);
-            logged.obey(context, &command, at);
+            let (member, task) = (&self.members[node], &mut board.stage.tasks[node]);
+            let mut seat = lock(&member.seat);
+            let event = steps::obey_node(task, &mut seat, &context.state, &command, at) as u64;
+            member.log.note(Entry::Obey { at, event });
             if let Command::Set(knob) = &command
-                && let Some(crashes) = knob.crashes()
+                && let Some(crashed) = knob.crashes()
             {
-                board.changed(member, crashes, logged.node, at);
+                board.stage.changed(node, crashed, at);
             }
         }
     }
 
-    /// When the tick ends, and whether it keeps a core busy; `None` if it has ended.
-    fn end_of(&self, (member, began): Tick) -> Option<(Time, bool)> {
-        let logged = lock(&self.members[member].logged);
-        let running = logged.node.running();
-        let running = running.filter(|running| running.began == began)?;
-        Some((running.ends, running.busy))
-    }
-
-    /// Whether a message waits for a node that no thread has.
-    fn waits(&self, now: Time) -> impl Fn(usize, usize) -> bool {
-        move |member, input| {
-            let logged = lock(&self.members[member].logged);
-            logged.node.waiting_in(input, now) > 0
+    /// Ends a node's own thread. Ticks due before `before` are missed.
+    fn leave(&self, board: &mut Board, before: Time) {
+        if self.is_own {
+            board.stage.tasks[0].overrun_before(before);
+            self.members[0].log.note(Entry::Leave { before });
         }
     }
 
-    /// Calls a callback, which may begin a `tick` that takes time.
-    fn call(
-        &self,
-        context: &ThreadContext,
-        wall: &Wall,
-        call: Call,
-        began: Time,
-        tick: &mut Option<Tick>,
-    ) -> Outcome {
-        let member = call.node();
-        let mut logged = lock(&self.members[member].logged);
-        if let Call::Message { input, .. } = call {
-            logged.choose_input(input, began);
-        }
-        let outcome = logged.tick(context, wall, began, |ended| ended);
-        *tick = logged.node.running().map(|running| (member, running.began));
-        self.put_back(member, logged, wall);
-        outcome.flatten()
+    /// Notes that a node was called at run time `at` and took messages that are not yet the
+    /// inputs of a tick.
+    fn note_look(&self, work: Assignment, at: Time) {
+        let member = &self.members[work.node];
+        // Whoever had work for it before notes that first.
+        let _seat = lock(&member.seat);
+        member.note_call(work, at);
+        member.log.note(Entry::Look { at });
     }
 
-    /// Ends a tick that takes time.
-    fn finish(&self, context: &ThreadContext, wall: &Wall, member: usize) -> Outcome {
-        let ended = wall.now();
-        let mut logged = lock(&self.members[member].logged);
-        let outcome = logged.finish(context, ended, ended);
-        self.put_back(member, logged, wall);
+    /// Has a node do its work, which begins at run time `began`.
+    fn step(&self, context: &ThreadContext, wall: &Wall, work: Assignment, began: Time) -> Outcome {
+        let member = &self.members[work.node];
+        let seat = &mut *lock(&member.seat);
+        member.note_call(work, began);
+        context.state.advance_to(began);
+        let (entry, outcome) = match work.job {
+            // Noted when it was found.
+            Job::Look => return None,
+            Job::Tick { lateness, .. } => {
+                let outcome = steps::tick_at_once(seat, began);
+                let ended = wall.now();
+                let took = ended.since(began);
+                // Its next call counts overruns, too: both in turn.
+                let mut board = self.board_after(work.node);
+                let passed = self.passed(&board, context, began, ended);
+                board.stage.ticked(work.node, passed, ended);
+                steps::note_tick(seat, began, lateness, took);
+                let entry = Entry::Tick {
+                    began,
+                    took,
+                    passed,
+                };
+                (entry, steps::result(seat, began, outcome))
+            }
+            Job::Start { lateness, takes } => {
+                let started = seat.start(began);
+                let mut board = self.board_after(work.node);
+                let outcome = match started {
+                    Ok(flow) => {
+                        let running = Running::new(began, began + takes, lateness, flow);
+                        board.stage.started(work.node, running, began);
+                        None
+                    }
+                    Err(cause) => Some(Err(seat.fault(began, cause))),
+                };
+                (Entry::Start { began }, outcome)
+            }
+            Job::Finish => {
+                let applied = seat.finish(began);
+                let mut board = self.board_after(work.node);
+                let over = board.stage.missed_before(work.node, began);
+                let passed = self.passed(&board, context, began, over);
+                let outcome = match board.stage.finished(work.node, passed, began) {
+                    Some(running) => seat.over(&running, began, applied),
+                    None => applied,
+                };
+                let ended = began;
+                let entry = Entry::Finish { ended, passed };
+                (entry, steps::result(seat, began, outcome))
+            }
+        };
+        member.log.note(entry);
+        self.ring();
         outcome
     }
 
-    /// Puts a node on the board again.
-    fn put_back(&self, member: usize, logged: MutexGuard<'_, LoggedNode<'g>>, wall: &Wall) {
-        let state = NodeState::of(logged.node);
-        drop(logged);
+    /// The board, after a thread has done its work for a node.
+    fn board_after(&self, node: usize) -> MutexGuard<'_, Board> {
         let mut board = lock(&self.board);
-        board.put_back(member, state, &self.waits(wall.now()));
+        board.taken[node] = false;
+        board
     }
+
+    /// The limit before which due ticks count as missed, for work at `at` that ended at `ended`.
+    /// Run time may have stopped or ended while the node was busy: only ticks due by then are
+    /// missed.
+    fn passed(&self, board: &Board, context: &ThreadContext, at: Time, ended: Time) -> Time {
+        let stopped = board.stopped.or_else(|| self.mailbox.stop_requested());
+        let last = stopped.unwrap_or(Time::MAX).max(at).min(context.until);
+        ended.min(last + Time::TICK)
+    }
+}
+
+fn into_inner<T>(mutex: Mutex<T>) -> T {
+    let inner = mutex.into_inner();
+    inner.unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -23,9 +23,8 @@ pub(super) enum Wakeup {
     Stop(Time),
 }
 
-/// A queue of wake-ups with waits up to a deadline: a wake-up ends the wait at once. A thread
-/// takes its wake-ups one by one; threads that share a mailbox take what is there, and wait for
-/// the number of posts to change.
+/// A queue of wake-ups with waits up to a deadline. Threads take what is there, and wait for the
+/// number of posts to change: a wake-up ends the wait at once.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     queue: Mutex<Wakeups>,
@@ -67,17 +66,38 @@ impl Mailbox {
 
     /// Waits for more than the posts that were `seen`.
     pub(super) fn wait_past(&self, seen: u64) {
-        self.wait_for(|queue| (queue.posts != seen).then_some(()));
+        let mut queue = lock(&self.queue);
+        while queue.posts == seen {
+            let woken = self.wake.wait(queue);
+            queue = woken.unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
     }
 
     /// The same, until run time `time` at most.
     pub(super) fn wait_past_until(&self, seen: u64, wall: &Wall, time: Time) {
-        self.wait_for_until(wall, time, |queue| (queue.posts != seen).then_some(()));
+        let deadline = wall.instant_of(time);
+        let mut queue = lock(&self.queue);
+        while queue.posts == seen {
+            let remaining = deadline.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
+                return;
+            }
+            queue = self.park(queue, remaining);
+        }
     }
 
-    /// The same, but keeps a core busy while waiting.
-    pub(super) fn spin_past_until(&self, seen: u64, wall: &Wall, time: Time) {
-        self.spin_for_until(wall, time, |queue| (queue.posts != seen).then_some(()));
+    /// The same, but keeps a core busy while waiting; no longer than until it is `over`.
+    pub(super) fn spin_past_until(
+        &self,
+        seen: u64,
+        wall: &Wall,
+        time: Time,
+        over: impl Fn() -> bool,
+    ) {
+        let deadline = wall.instant_of(time);
+        while lock(&self.queue).posts == seen && !over() && Instant::now() < deadline {
+            spin();
+        }
     }
 
     /// The run time of a requested stop; `None` without such a request.
@@ -89,86 +109,6 @@ impl Mailbox {
                 Wakeup::Stop(at) => Some(*at),
                 _ => None,
             })
-    }
-
-    /// Waits for the next wake-up without a deadline.
-    pub(super) fn wait(&self) -> Wakeup {
-        self.wait_for(|queue| queue.wakeups.pop_front())
-    }
-
-    /// Waits for the next wake-up; `None` at run time `time`.
-    pub(super) fn wait_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
-        self.wait_for_until(wall, time, |queue| queue.wakeups.pop_front())
-    }
-
-    /// Like [`wait_until`](Self::wait_until), but keeps a core busy while waiting.
-    pub(super) fn spin_until(&self, wall: &Wall, time: Time) -> Option<Wakeup> {
-        self.spin_for_until(wall, time, |queue| queue.wakeups.pop_front())
-    }
-
-    /// The same; `None` already when `over`.
-    pub(super) fn spin_until_or(
-        &self,
-        wall: &Wall,
-        time: Time,
-        over: impl Fn() -> bool,
-    ) -> Option<Wakeup> {
-        let woken = self.spin_for_until(wall, time, |queue| {
-            let wakeup = queue.wakeups.pop_front();
-            (wakeup.is_some() || over()).then_some(wakeup)
-        });
-        woken.flatten()
-    }
-
-    fn wait_for<R>(&self, mut look: impl FnMut(&mut Wakeups) -> Option<R>) -> R {
-        let mut queue = lock(&self.queue);
-        loop {
-            if let Some(found) = look(&mut queue) {
-                return found;
-            }
-            queue = self
-                .wake
-                .wait(queue)
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-        }
-    }
-
-    fn wait_for_until<R>(
-        &self,
-        wall: &Wall,
-        time: Time,
-        mut look: impl FnMut(&mut Wakeups) -> Option<R>,
-    ) -> Option<R> {
-        let deadline = wall.instant_of(time);
-        let mut queue = lock(&self.queue);
-        loop {
-            if let Some(found) = look(&mut queue) {
-                return Some(found);
-            }
-            let remaining = deadline.saturating_duration_since(Instant::now());
-            if remaining.is_zero() {
-                return None;
-            }
-            queue = self.park(queue, remaining);
-        }
-    }
-
-    fn spin_for_until<R>(
-        &self,
-        wall: &Wall,
-        time: Time,
-        mut look: impl FnMut(&mut Wakeups) -> Option<R>,
-    ) -> Option<R> {
-        let deadline = wall.instant_of(time);
-        loop {
-            if let Some(found) = look(&mut lock(&self.queue)) {
-                return Some(found);
-            }
-            if Instant::now() >= deadline {
-                return None;
-            }
-            spin();
-        }
     }
 
     #[cfg(not(feature = "model"))]

@@ -1,30 +1,43 @@
 //! Which threads the nodes of a graph have.
 
-use std::collections::{BTreeSet, HashMap};
-
-use super::{SUPERVISOR, crew::Crew, logged::LoggedNode, mailbox::Mailbox, worker::Worker};
-use crate::runtime::{
-    dispatch::Dispatcher,
-    executor::Executor,
-    graph::Graph,
-    realtime::{CoreShare, spare_cores},
-    scheduled_node::ScheduledNode,
-    sync::Arc,
-    telemetry::RunState,
-    time::Time,
+use std::{
+    collections::{BTreeSet, HashMap},
+    mem::take,
 };
 
-/// The nodes of this process, each with its thread or with others on those of an executor.
-pub(super) struct Threads<'g> {
-    pub(super) workers: Vec<Worker<'g>>,
-    pub(super) crews: Vec<Crew<'g>>,
+use super::{
+    SUPERVISOR,
+    crew::Crew,
+    mailbox::{Mailbox, Wakeup},
+};
+use crate::runtime::{
+    command::ClockKind,
+    executor::{Callback, Executor},
+    graph::Graph,
+    realtime::{CoreShare, spare_cores},
+    scheduling::Stage,
+    seat::Seat,
+    sync::Arc,
+    task::Task,
+    time::Time,
+    trigger::{Arrival, Wake},
+};
+
+/// The nodes of a graph while they are on their threads.
+pub(super) struct Threads {
+    pub(super) crews: Vec<Crew>,
+    /// Those of other processes.
+    elsewhere: Vec<Node>,
 }
+
+/// A node with its index.
+type Node = (usize, Task, Seat);
 
 /// The mailbox of each node's thread; the nodes of an executor have one in common.
 pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
-    let nodes = graph.nodes.iter();
+    let nodes = graph.seats.iter();
     let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
-    let executors = graph.dispatcher.executors();
+    let executors = graph.stage.executors();
     for (_, members) in executors.filter(|(executor, _)| !executor.is_preemptive()) {
         let common = Arc::<Mailbox>::default();
         for (node, _) in members {
@@ -34,25 +47,44 @@ pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
     mailboxes
 }
 
+/// Posts arrivals to the threads of the nodes.
+struct Post(Vec<Option<Arc<Mailbox>>>);
+
+impl Wake for Post {
+    fn wake(&self, arrival: Arrival) {
+        if let Some(Some(mailbox)) = self.0.get(arrival.node) {
+            mailbox.post(Wakeup::Arrival(arrival));
+        }
+    }
+}
+
+/// Has the nodes of this process get their messages through their mailboxes.
+fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
+    let nodes = graph.seats.iter().zip(mailboxes);
+    let here = nodes.map(|(seat, mailbox)| (!seat.entry.remote).then(|| mailbox.clone()));
+    let post = Arc::new(Post(here.collect()));
+    graph.stage.leave(post.clone());
+    for arrival in graph.control.arrivals_after(graph.now()) {
+        post.wake(arrival);
+    }
+}
+
 /// The cores of each node whose executor takes it off them for others, by its index.
-fn shares(
-    dispatcher: &Dispatcher,
-    nodes: &[Option<&mut ScheduledNode>],
-) -> HashMap<usize, CoreShare> {
+fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
     let (mut spare, mut shares) = (spare_cores(), HashMap::new());
-    for (executor, members) in dispatcher.executors() {
+    for (executor, members) in graph.stage.executors() {
         let Executor::FixedPriority { cores } = executor else {
             continue;
         };
         let cores = spare.split_off(spare.len().saturating_sub(cores));
-        let members = members.iter().filter_map(|(index, _)| {
-            let node = nodes[*index].as_ref()?;
-            Some((*index, node.entry.priority))
-        });
-        let members: Vec<_> = members.collect();
-        let priorities: BTreeSet<u32> = members.iter().map(|(_, priority)| *priority).collect();
-        shares.extend(members.into_iter().map(|(index, priority)| {
-            let rank = priorities.range(..priority).count();
+        let here = members.iter().map(|(index, _)| *index);
+        let here: Vec<usize> = here
+            .filter(|index| !graph.seats[*index].entry.remote)
+            .collect();
+        let priority = |index: usize| graph.stage.tasks[index].priority;
+        let priorities: BTreeSet<u32> = here.iter().map(|index| priority(*index)).collect();
+        shares.extend(here.into_iter().map(|index| {
+            let rank = priorities.range(..priority(index)).count();
             let cores = cores.clone();
             (index, CoreShare { rank, cores })
         }));
@@ -60,53 +92,84 @@ fn shares(
     shares
 }
 
-impl<'g> Threads<'g> {
-    /// Gives the nodes of this process their threads, at run time `now`.
-    pub(super) fn new(
-        state: &RunState,
-        dispatcher: &Dispatcher,
-        nodes: &'g mut [ScheduledNode],
-        mailboxes: &'g [Arc<Mailbox>],
-        now: Time,
-    ) -> Self {
-        let here = nodes.iter_mut().map(Some);
-        let mut here: Vec<_> = here
-            .map(|node| node.filter(|node| !node.entry.remote))
+impl Threads {
+    /// Takes the nodes of this process out of the graph and gives them threads, at run time
+    /// `now`.
+    pub(super) fn new(graph: &mut Graph, mailboxes: &[Arc<Mailbox>], now: Time) -> Self {
+        begin_arrivals(graph, mailboxes);
+        let mut shares = shares(graph);
+        let executors = graph.stage.executors();
+        let executors: Vec<_> = executors
+            .map(|(executor, members)| (executor, members.to_vec()))
             .collect();
-        let logged = |index: usize, node| {
-            let log = state.threads.stream(SUPERVISOR + 1 + index);
-            LoggedNode::new(index, node, log)
-        };
-        let mut shares = shares(dispatcher, &here);
-        let executors = dispatcher.executors();
-        let executors = executors.filter(|(executor, _)| !executor.is_preemptive());
-        let crews = executors.filter_map(|(executor, callbacks)| {
-            let members = callbacks.iter().filter_map(|(index, callback)| {
-                let node = here[*index].take()?;
-                Some((logged(*index, node), callback.clone()))
+        let tasks = take(&mut graph.stage.tasks).into_iter();
+        let nodes = tasks.zip(take(&mut graph.seats)).enumerate();
+        let (elsewhere, here): (Vec<Node>, Vec<Node>) = nodes
+            .map(|(index, (task, seat))| (index, task, seat))
+            .partition(|(.., seat)| seat.entry.remote);
+        let mut here: HashMap<usize, Node> = here.into_iter().map(|node| (node.0, node)).collect();
+        let mut crew = |members: Vec<(usize, Callback)>, executor: Option<Executor>| {
+            let members = members.into_iter().filter_map(|(index, callback)| {
+                let node = here.remove(&index)?;
+                Some((node, callback))
             });
-            let members: Vec<_> = members.collect();
-            let mailbox = mailboxes[callbacks.first()?.0].clone();
-            Crew::new(executor, members, mailbox, now)
-        });
-        let crews = crews.collect();
-        let own = here.into_iter().zip(mailboxes).enumerate();
-        let own = own.filter_map(|(index, (node, mailbox))| {
-            Some(Worker::new(
-                logged(index, node?),
-                mailbox,
-                shares.remove(&index),
+            let (nodes, callbacks): (Vec<Node>, Vec<Callback>) = members.unzip();
+            let first = nodes.first()?.0;
+            let share = shares.remove(&first).filter(|_| callbacks.len() == 1);
+            let mut stage_tasks = Vec::new();
+            let nodes = nodes.into_iter().map(|(index, task, seat)| {
+                stage_tasks.push(task);
+                let log = graph.control.state.threads.stream(SUPERVISOR + 1 + index);
+                (index, seat, log)
+            });
+            let nodes: Vec<_> = nodes.collect();
+            let mut stage = Stage::new(ClockKind::Real, stage_tasks);
+            if let Some(executor) = executor {
+                stage.add_executor(executor, callbacks.into_iter().enumerate().collect());
+            }
+            stage.open(now, Vec::new);
+            let threads = match executor {
+                Some(Executor::Multi { threads }) => threads,
+                _ => 1,
+            };
+            Some(Crew::new(
+                stage,
+                threads,
+                nodes,
+                mailboxes[first].clone(),
+                share,
             ))
-        });
-        Self {
-            workers: own.collect(),
-            crews,
+        };
+        let mut crews = Vec::new();
+        for (executor, members) in executors {
+            match executor {
+                // The operating system has its nodes take turns.
+                Executor::FixedPriority { .. } => {
+                    let alone = Some(Executor::FixedPriority { cores: 1 });
+                    let members = members.into_iter();
+                    crews.extend(members.filter_map(|member| crew(vec![member], alone)));
+                }
+                _ => crews.extend(crew(members, Some(executor))),
+            }
         }
+        let own = (0..mailboxes.len()).map(|index| vec![(index, Callback::of(""))]);
+        crews.extend(own.filter_map(|member| crew(member, None)));
+        Self { crews, elsewhere }
     }
 
     /// Number of threads.
     pub(super) fn count(&self) -> usize {
-        let crews = self.crews.iter().map(|crew| crew.threads);
-        self.workers.len() + crews.sum::<usize>()
+        self.crews.iter().map(|crew| crew.threads).sum()
+    }
+
+    /// Puts the nodes back.
+    pub(super) fn end(self, graph: &mut Graph) {
+        let crews = self.crews.into_iter().flat_map(Crew::into_nodes);
+        let mut nodes: Vec<Node> = crews.chain(self.elsewhere).collect();
+        nodes.sort_by_key(|node| node.0);
+        for (_, task, seat) in nodes {
+            graph.stage.tasks.push(task);
+            graph.seats.push(seat);
+        }
     }
 }

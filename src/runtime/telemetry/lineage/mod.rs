@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 
 pub use meeting::Unmatched;
 pub use occupancy::Occupied;
-pub use parts::{AgePart, AgeParts, Stage};
+pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 
 use self::meeting::Meeting;

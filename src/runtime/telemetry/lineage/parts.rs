@@ -13,7 +13,7 @@ const BEFORE: &str = "before the first tick";
 
 /// A stage of an age. Nodes and topics are indices into the topology.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Stage {
+pub enum AgeStage {
     /// Before the first known tick: the error of a clock, or an unrecorded part of the chain.
     Before,
     /// From the arrival of a message to the next tick of the node that reads it.
@@ -79,7 +79,7 @@ pub enum Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AgePart {
     /// The stage.
-    pub stage: Stage,
+    pub stage: AgeStage,
     /// The duration.
     pub took: Duration,
 }
@@ -102,7 +102,7 @@ impl AgeParts {
     }
 
     /// Adds a part after the others.
-    pub(super) fn add(&mut self, stage: Stage, from: Time, to: Time) {
+    pub(super) fn add(&mut self, stage: AgeStage, from: Time, to: Time) {
         let took = to.since(from);
         if !took.is_zero() {
             self.parts.push(AgePart { stage, took });
@@ -146,7 +146,7 @@ impl AgeParts {
     fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
         let mut words: Vec<(i64, String)> = Vec::new();
         let costs = self.parts.iter();
-        let costs = costs.filter(|part| matches!(part.stage, Stage::Cost { .. }));
+        let costs = costs.filter(|part| matches!(part.stage, AgeStage::Cost { .. }));
         let alone = costs.count() == 1;
         let before = Some((self.before_ns, BEFORE.to_owned()));
         let parts = self.parts.iter().map(|part| {
@@ -172,7 +172,7 @@ impl AgeParts {
     }
 }
 
-impl Stage {
+impl AgeStage {
     /// Its description, to follow a number of milliseconds; `alone` if no other tick in
     /// the chain has a duration.
     fn words(self, topology: &Topology, alone: bool) -> String {
@@ -233,8 +233,8 @@ impl Lineage {
                 },
             },
         };
-        parts.add(Stage::Cost { node }, began, sent.released);
-        parts.add(Stage::Link { topic }, sent.released, sent.arrives?);
+        parts.add(AgeStage::Cost { node }, began, sent.released);
+        parts.add(AgeStage::Link { topic }, sent.released, sent.arrives?);
         Some(parts)
     }
 
@@ -325,14 +325,14 @@ impl Lineage {
             let begins = at(first_read).max(arrives);
             let due = self.completed(node, first_read).clamp(arrives, begins);
             if let Some(other) = self.waited_for(node, first_read, topic) {
-                parts.add(Stage::Match { topic: other, node }, arrives, due);
+                parts.add(AgeStage::Match { topic: other, node }, arrives, due);
             }
             let waits = match self.topology.nodes[node].executor {
-                Some(_) => Stage::Executor { node },
-                None => Stage::Wait { topic, node },
+                Some(_) => AgeStage::Executor { node },
+                None => AgeStage::Wait { topic, node },
             };
             parts.add(waits, due, begins);
-            parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
+            parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
             return;
         }
         let first = ticks.partition_point(|worked| worked.tick.at < arrives);
@@ -341,10 +341,10 @@ impl Lineage {
         let released = self
             .released(node, could)
             .clamp(arrives, at(could).max(arrives));
-        parts.add(Stage::Wait { topic, node }, arrives, released);
-        parts.add(Stage::Executor { node }, released, at(could));
-        parts.add(Stage::Queue { topic, node }, at(could), at(first_read));
-        parts.add(Stage::Reuse { topic, node }, at(first_read), at(index));
+        parts.add(AgeStage::Wait { topic, node }, arrives, released);
+        parts.add(AgeStage::Executor { node }, released, at(could));
+        parts.add(AgeStage::Queue { topic, node }, at(could), at(first_read));
+        parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
     }
 
     /// The release of a tick: before its start where the node has an executor.

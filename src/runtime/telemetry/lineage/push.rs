@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{
     Lineage, Worked,
-    parts::{AgeParts, MOST_HOPS, Stage, signed},
+    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
 };
 use crate::runtime::time::Time;
 
@@ -34,8 +34,8 @@ impl PushInForce {
             .unwrap_or(at)
             .clamp(self.since, at.max(self.since));
         let mut parts = self.parts.clone();
-        parts.add(Stage::Held { topic, node }, self.since, outdated);
-        parts.add(Stage::Kept { topic, node }, outdated, at);
+        parts.add(AgeStage::Held { topic, node }, self.since, outdated);
+        parts.add(AgeStage::Kept { topic, node }, outdated, at);
         parts
     }
 
@@ -43,7 +43,7 @@ impl PushInForce {
     fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
         let stretch = end.since(begin).as_nanos() as f64;
         let before = self.parts.before_ns as f64;
-        sums.add(Stage::Before, before * stretch);
+        sums.add(AgeStage::Before, before * stretch);
         for part in &self.parts.parts {
             sums.add(part.stage, part.took.as_nanos() as f64 * stretch);
         }
@@ -56,9 +56,9 @@ impl PushInForce {
         let (topic, node) = (self.topic, self.node);
         let held = grown(begin, early.max(begin), self.since)
             + outdated.since(self.since).as_nanos() as f64 * end.since(late).as_nanos() as f64;
-        sums.add(Stage::Held { topic, node }, held);
+        sums.add(AgeStage::Held { topic, node }, held);
         sums.add(
-            Stage::Kept { topic, node },
+            AgeStage::Kept { topic, node },
             grown(late, end.max(late), outdated),
         );
     }
@@ -66,10 +66,10 @@ impl PushInForce {
 
 /// Sums per stage, in the order of the first occurrence of each stage.
 #[derive(Default)]
-struct Sums(Vec<(Stage, f64)>);
+struct Sums(Vec<(AgeStage, f64)>);
 
 impl Sums {
-    fn add(&mut self, stage: Stage, sum: f64) {
+    fn add(&mut self, stage: AgeStage, sum: f64) {
         match self.0.iter_mut().find(|(known, _)| *known == stage) {
             Some((_, known)) => *known += sum,
             None => self.0.push((stage, sum)),
@@ -95,7 +95,7 @@ impl Lineage {
         self.add_reading(&mut parts, (topic, seq), node, first);
         let Worked { tick, .. } = &ticks[first];
         let since = tick.ends?;
-        parts.add(Stage::Cost { node }, tick.at, since);
+        parts.add(AgeStage::Cost { node }, tick.at, since);
         if let Some(push) = ticks[index].tick.push {
             // What is recorded of the chain may begin later.
             parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
@@ -147,7 +147,7 @@ impl Lineage {
 
     /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
     /// in the order from the sensing to now; empty without known pushes.
-    pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(Stage, f64)> {
+    pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
         let (mut sums, mut end) = (Sums::default(), to);
         while end > from {
             let before = Time::from_nanos(end.as_nanos() - 1);

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use super::{
     groups::Groups,
-    queue::{Call, CallbackQueue, Nodes},
+    scheduler::{AtInstant, Call, Scheduler},
 };
 use crate::runtime::{executor::Callback, time::Time};
 
@@ -93,19 +93,18 @@ impl WindowOrder {
     }
 }
 
-impl<S: Nodes> CallbackQueue<S> for WindowOrder {
-    fn due(&mut self, member: usize, _: &mut S) -> Option<Time> {
+impl Scheduler for WindowOrder {
+    fn due(&mut self, member: usize, _: &mut AtInstant<'_>) {
         self.ready.insert(Ready::Timer { member });
-        None
     }
 
-    fn arrived(&mut self, member: usize, input: usize, stage: &mut S) {
-        if stage.waits(self.nodes[member], input) {
+    fn arrived(&mut self, member: usize, input: usize, plan: &mut AtInstant<'_>) {
+        if plan.waits(self.nodes[member], input) {
             self.ready.insert(Ready::Subscription { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut S) -> Option<Call> {
+    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
         if self.idle == 0 {
             return None;
         }
@@ -125,21 +124,21 @@ impl<S: Nodes> CallbackQueue<S> for WindowOrder {
         }
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut S) {
-        self.taken(member, stage);
-        stage.plan_end(self.nodes[member], ends);
+    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
+        self.taken(member, plan);
+        plan.end_at(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, member: usize, stage: &mut S) {
-        self.taken(member, stage);
+    fn ended(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+        self.taken(member, plan);
         self.release(member);
     }
 
-    fn take_over(&mut self, member: usize, stage: &mut S) {
+    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let node = self.nodes[member];
-        if let Some(ends) = stage.ends(node) {
+        if let Some(ends) = plan.task(node).running().map(|running| running.ends) {
             self.occupy(member);
-            stage.plan_end(node, ends);
+            plan.end_at(node, ends);
         }
     }
 
@@ -172,10 +171,10 @@ impl WindowOrder {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, stage: &mut impl Nodes) {
+    fn taken(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let node = self.nodes[member];
-        for input in 0..stage.inputs(node) {
-            if !stage.waits(node, input) {
+        for input in 0..plan.task(node).inputs() {
+            if !plan.waits(node, input) {
                 self.ready.remove(&Ready::Subscription { member, input });
             }
         }

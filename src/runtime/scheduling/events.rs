@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use super::queue::{Call, CallbackQueue, Nodes};
+use super::scheduler::{AtInstant, Call, Scheduler};
 use crate::runtime::{executor::Callback, time::Time};
 
 /// The most entries of the queue with messages in them.
@@ -48,22 +48,20 @@ impl EventOrder {
     }
 }
 
-impl<S: Nodes> CallbackQueue<S> for EventOrder {
-    fn due(&mut self, member: usize, stage: &mut S) -> Option<Time> {
-        let (room, next) = stage.queue_timer(self.nodes[member]);
-        if room {
+impl Scheduler for EventOrder {
+    fn due(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+        if plan.task(self.nodes[member]).queue_timer() {
             self.queue.push_back(Queued::Timer { member });
         }
-        Some(next)
     }
 
-    fn arrived(&mut self, member: usize, input: usize, _: &mut S) {
+    fn arrived(&mut self, member: usize, input: usize, _: &mut AtInstant<'_>) {
         if self.queue.len() < MOST_ENTRIES {
             self.queue.push_back(Queued::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut S) -> Option<Call> {
+    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
         if self.runs.is_some() {
             return None;
         }
@@ -77,21 +75,21 @@ impl<S: Nodes> CallbackQueue<S> for EventOrder {
         })
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut S) {
-        stage.plan_end(self.nodes[member], ends);
+    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
+        plan.end_at(self.nodes[member], ends);
     }
 
-    fn ended(&mut self, _: usize, _: &mut S) {
+    fn ended(&mut self, _: usize, _: &mut AtInstant<'_>) {
         self.runs = None;
     }
 
-    fn take_over(&mut self, member: usize, stage: &mut S) {
+    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let node = self.nodes[member];
-        let timers = (0..stage.queued_timers(node)).map(|_| Queued::Timer { member });
+        let timers = (0..plan.task(node).queued_timers().len()).map(|_| Queued::Timer { member });
         self.queue.extend(timers);
-        if let Some(ends) = stage.ends(node) {
+        if let Some(ends) = plan.task(node).running().map(|running| running.ends) {
             self.runs = Some(member);
-            stage.plan_end(node, ends);
+            plan.end_at(node, ends);
         }
     }
 

@@ -10,10 +10,7 @@ use std::{
     time::Duration,
 };
 
-use super::{
-    agenda::Place,
-    queue::{AtInstant, Call, CallbackQueue},
-};
+use super::scheduler::{AtInstant, Call, Scheduler};
 use crate::runtime::time::Time;
 
 /// What decides between jobs.
@@ -36,24 +33,24 @@ struct JobKey {
 
 /// A job that has begun.
 #[derive(Clone, Copy, Debug)]
-struct Job {
+struct CoreJob {
     key: JobKey,
     /// Time on a core that it still needs from `since` on.
     remaining: Duration,
-    /// The run time since which it is on a core, and its planned end.
-    on_core: Option<(Time, Place)>,
+    /// The run time since which it is on a core.
+    on_core: Option<Time>,
 }
 
 /// A node with its jobs.
 #[derive(Debug)]
-struct Task {
+struct CoreTask {
     /// Index of the node.
     node: usize,
     /// Deadline relative to the release, if not that of its period.
     deadline: Option<Duration>,
     /// Releases of its timer that have not begun, each with the deadline.
     released: VecDeque<(Time, Time)>,
-    job: Option<Job>,
+    job: Option<CoreJob>,
     /// The place of its first job, if it has one.
     key: Option<JobKey>,
 }
@@ -63,7 +60,7 @@ struct Task {
 pub(super) struct Preemptive {
     urgency: Urgency,
     cores: usize,
-    tasks: Vec<Task>,
+    tasks: Vec<CoreTask>,
     /// The first job of each node that has one.
     first: BTreeSet<JobKey>,
 }
@@ -74,7 +71,7 @@ impl Preemptive {
         cores: usize,
         tasks: impl Iterator<Item = (usize, Option<Duration>)>,
     ) -> Self {
-        let tasks = tasks.map(|(node, deadline)| Task {
+        let tasks = tasks.map(|(node, deadline)| CoreTask {
             node,
             deadline,
             released: VecDeque::new(),
@@ -90,17 +87,16 @@ impl Preemptive {
     }
 
     /// Finds the first job of a node again.
-    fn refresh(&mut self, member: usize, stage: &AtInstant<'_>) {
+    fn refresh(&mut self, member: usize, plan: &AtInstant<'_>) {
         let task = &self.tasks[member];
-        let node = &stage.nodes[task.node];
         let next = || {
             let arrived = || {
-                let released = node.oldest(stage.now)?;
+                let released = plan.oldest(task.node)?;
                 Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
             };
             let (released, deadline) = task.released.front().copied().or_else(arrived)?;
             let urgency = match self.urgency {
-                Urgency::Priority => node.entry.priority.into(),
+                Urgency::Priority => plan.task_of(task.node).priority.into(),
                 Urgency::Deadline => deadline.as_nanos(),
             };
             Some(JobKey {
@@ -128,55 +124,53 @@ impl Preemptive {
     }
 
     /// Takes the jobs off their cores that are not among the most urgent.
-    fn preempt(&mut self, urgent: &[usize], stage: &mut AtInstant<'_>) {
+    fn preempt(&mut self, urgent: &[usize], plan: &mut AtInstant<'_>) {
         for (member, task) in self.tasks.iter_mut().enumerate() {
             let Some(job) = &mut task.job else { continue };
-            if let Some((since, end)) = job.on_core.filter(|_| !urgent.contains(&member)) {
-                stage.agenda.remove(end);
-                job.remaining = job.remaining.saturating_sub(stage.now.since(since));
+            if let Some(since) = job.on_core.filter(|_| !urgent.contains(&member)) {
+                job.remaining = job.remaining.saturating_sub(plan.now().since(since));
                 job.on_core = None;
-                stage.nodes[task.node].suspend(job.remaining);
+                plan.task(task.node).suspend(job.remaining);
             }
         }
     }
 
     /// Puts a job on a core; it ends there unless it is preempted.
-    fn resume(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+    fn resume(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
         if let Some(job) = &mut task.job {
-            let ends = stage.now + job.remaining;
-            job.on_core = Some((stage.now, stage.add_end(task.node, ends)));
-            stage.nodes[task.node].resume(ends);
+            let ends = plan.now() + job.remaining;
+            job.on_core = Some(plan.now());
+            plan.end_at(task.node, ends);
+            plan.task(task.node).resume(ends);
         }
     }
 }
 
-impl CallbackQueue<AtInstant<'_>> for Preemptive {
-    fn due(&mut self, member: usize, stage: &mut AtInstant<'_>) -> Option<Time> {
+impl Scheduler for Preemptive {
+    fn due(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
-        let node = &mut stage.nodes[task.node];
+        let node = plan.task(task.node);
         let released = node.rate.due();
         if node.queue_timer() {
             let deadline = task.deadline.map(|deadline| released + deadline);
             let deadline = deadline.unwrap_or_else(|| node.rate.due());
             task.released.push_back((released, deadline));
         }
-        let next = node.rate.due();
-        self.refresh(member, stage);
-        Some(next)
+        self.refresh(member, plan);
     }
 
-    fn arrived(&mut self, member: usize, _: usize, stage: &mut AtInstant<'_>) {
-        self.refresh(member, stage);
+    fn arrived(&mut self, member: usize, _: usize, plan: &mut AtInstant<'_>) {
+        self.refresh(member, plan);
     }
 
-    fn next(&mut self, stage: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, plan: &mut AtInstant<'_>) -> Option<Call> {
         let urgent = self.urgent();
-        self.preempt(&urgent, stage);
+        self.preempt(&urgent, plan);
         for member in urgent {
             match self.tasks[member].job {
                 Some(job) if job.on_core.is_some() => {}
-                Some(_) => self.resume(member, stage),
+                Some(_) => self.resume(member, plan),
                 None => {
                     let task = &mut self.tasks[member];
                     let node = task.node;
@@ -190,40 +184,40 @@ impl CallbackQueue<AtInstant<'_>> for Preemptive {
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, stage: &mut AtInstant<'_>) {
+    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
         if let Some(key) = task.key {
-            let remaining = ends.since(stage.now);
-            task.job = Some(Job {
+            let remaining = ends.since(plan.now());
+            task.job = Some(CoreJob {
                 key,
                 remaining,
                 on_core: None,
             });
-            self.resume(member, stage);
+            self.resume(member, plan);
         }
     }
 
-    fn ended(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+    fn ended(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         self.tasks[member].job = None;
-        self.refresh(member, stage);
+        self.refresh(member, plan);
     }
 
     /// Deadlines do not matter: under the real clock there is no `edf`.
-    fn take_over(&mut self, member: usize, stage: &mut AtInstant<'_>) {
+    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
-        let node = &stage.nodes[task.node];
+        let (now, node) = (plan.now(), plan.task(task.node));
         let queued = node.queued_timers();
         task.released.extend(queued.map(|due| (due, Time::MAX)));
-        task.job = node.running().map(|running| Job {
+        task.job = node.running().map(|running| CoreJob {
             key: JobKey {
-                urgency: node.entry.priority.into(),
+                urgency: node.priority.into(),
                 released: running.began,
                 member,
             },
-            remaining: running.remaining(stage.now),
+            remaining: running.remaining(now),
             on_core: None,
         });
-        self.refresh(member, stage);
+        self.refresh(member, plan);
     }
 
     fn forget(&mut self, member: usize) {
