@@ -155,12 +155,11 @@ impl Bridge {
         infos
     }
 
-    /// Whether the parts of the others have begun: from then on they are ready for ours.
-    pub fn others_run(&self) -> bool {
-        let (others, running) = (self.others(), self.peers.running());
-        others
-            .iter()
-            .all(|info| running.contains(&info.incarnation))
+    /// Whether the parts of these `others` have begun: from then on they are ready for ours.
+    pub fn have_begun(&self, others: &[Info]) -> bool {
+        let running = self.peers.running();
+        let mut others = others.iter();
+        others.all(|info| running.contains(&info.incarnation))
     }
 
     /// What keeps processes that are there out of the run: another setup, another graph.

@@ -31,7 +31,11 @@ fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
 
 /// The same, with ROS in a domain.
 fn part_with(nodes: &[&str], settings: &Settings, ros: Option<u32>) -> (Experiment, Bridge) {
-    support::part(Arc::new(CartPole::default()), nodes, settings, ros)
+    support::part(cart_pole(), nodes, settings, ros)
+}
+
+fn cart_pole() -> Arc<CartPole> {
+    Arc::default()
 }
 
 /// Where the plant's process takes actions from.
@@ -138,17 +142,25 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
         )
     });
     let claimed: Vec<_> = claimed.collect();
-    let policy = thread::spawn(|| {
-        let (policy, here) = part(&POLICY, &settings(End::Connect(vec![address]), None));
+    // It is there for as long as the plant looks for it.
+    let settings = settings(End::Connect(vec![address]), None);
+    let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &settings, None);
+    let stop = policy.commands();
+    let policy = thread::spawn(move || {
         policy.run().expect("a run");
         drop(here);
     });
-    while there.others().is_empty() || !there.others_run() {
+    let others = loop {
+        let others = there.others();
+        if !others.is_empty() && there.have_begun(&others) {
+            break others;
+        }
         thread::yield_now();
-    }
-    assert_eq!(there.others()[0].nodes, POLICY);
+    };
+    assert_eq!(others[0].nodes, POLICY);
     let run = plant.run().expect("a run");
     assert_eq!(run.verdict.name(), "balanced");
+    stop.send(Command::Stop).expect("it runs");
     policy.join().expect("a run");
     drop(claimed);
 }

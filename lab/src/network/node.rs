@@ -163,7 +163,7 @@ impl<'a> ConnectedRun<'a> {
             let others = self.bridge.others();
             let is_away = |node: &&String| !others.iter().any(|info| info.nodes.contains(node));
             let missing: Vec<&str> = away.iter().filter(is_away).map(|node| &**node).collect();
-            let ready = missing.is_empty() && self.bridge.others_run();
+            let ready = missing.is_empty() && self.bridge.have_begun(&others);
             if ready || self.bridge.has_ros_nodes() {
                 note("all nodes are there: the run begins");
                 return;

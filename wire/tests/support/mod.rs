@@ -1,6 +1,13 @@
 //! Shared helpers for tests of runs in several processes.
 
-use std::{net::TcpListener, path::Path, sync::Arc};
+use std::{
+    net::TcpListener,
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicU16, Ordering},
+    },
+};
 
 use ratelab::{
     experiment::{Config, Experiment},
@@ -9,11 +16,23 @@ use ratelab::{
 };
 use ratelab_wire::{Bridge, End, Settings};
 
-/// A port that is free, as an address.
+/// An address whose port is free: one below those of outgoing connections, which another test
+/// may take at any time.
 pub fn address() -> String {
-    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/{}", free.expect("a free port"))
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let process = (std::process::id() % u32::from(PORTS)) as u16;
+    loop {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed) % PORTS;
+        let port = FIRST_PORT + (process + number) % PORTS;
+        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            return format!("tcp/127.0.0.1:{port}");
+        }
+    }
 }
+
+/// The ports to look at.
+const FIRST_PORT: u16 = 20_000;
+const PORTS: u16 = 12_000;
 
 /// The settings of an end, with the zenoh configuration `file`.
 pub fn settings(end: End, file: Option<&Path>) -> Settings {
@@ -33,9 +52,20 @@ pub fn part(
     settings: &Settings,
     ros: Option<u32>,
 ) -> (Experiment, Bridge) {
+    part_for(2.0, system, nodes, settings, ros)
+}
+
+/// The part of a run of so many `seconds`.
+pub fn part_for(
+    seconds: f64,
+    system: Arc<dyn System>,
+    nodes: &[&str],
+    settings: &Settings,
+    ros: Option<u32>,
+) -> (Experiment, Bridge) {
     let here: Vec<String> = nodes.iter().map(|&node| node.to_owned()).collect();
     let config = Config {
-        end: Time::from_secs_f64(2.0).expect("seconds"),
+        end: Time::from_secs_f64(seconds).expect("seconds"),
         ..Config::default()
     };
     let part = Experiment::part(system, &config, &here).expect("a part");
