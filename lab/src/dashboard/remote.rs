@@ -39,6 +39,9 @@ pub trait Remote: RunSource {
     /// The last refusal of a knob since the last call.
     fn refusal(&mut self) -> Option<String>;
 
+    /// Whether the run is over.
+    fn is_over(&self) -> bool;
+
     /// What is wrong with the connection, in a few words.
     fn trouble(&self) -> Option<String>;
 
@@ -217,6 +220,7 @@ impl<R: Remote> Model for Watcher<R> {
                 recording: self.run.recording(),
                 clocks: self.run.clocks(),
                 trouble: self.run.trouble(),
+                ended: self.run.is_over(),
                 ..StatusExtra::default()
             },
             focus: self.panes.focus,

@@ -151,7 +151,7 @@ impl RemoteRun {
     }
 
     /// Whether the run is over, and `node` was in the process that began it.
-    fn is_over(&self, node: &str) -> bool {
+    fn has_left_after(&self, node: &str) -> bool {
         let hub = self.processes.hub();
         let began = hub.is_some_and(|hub| hub.nodes.iter().any(|name| name == node));
         began && self.gathered.exit().is_some()

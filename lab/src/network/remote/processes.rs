@@ -287,12 +287,12 @@ impl Processes {
         }
     }
 
-    /// What is wrong, if something is.
-    pub fn trouble(&self) -> Option<String> {
+    /// What is wrong, if something is; of a run that is `over`, who is missing for the next one.
+    pub fn trouble(&self, over: bool) -> Option<String> {
         let Some(hub) = &self.hub else {
             return Some("waiting for the process that listens".to_owned());
         };
-        if hub.zero.is_none() && !self.lack_hub() {
+        if over || (hub.zero.is_none() && !self.lack_hub()) {
             let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
             let away: Vec<&str> = nodes.filter(|node| !self.is_there(node)).collect();
             return (!away.is_empty()).then(|| format!("waiting for {}", away.join(", ")));
@@ -370,7 +370,7 @@ mod tests {
     use super::*;
     use ratelab::{
         experiment::Config,
-        runtime::{Time, telemetry::Topology},
+        runtime::{GO_ON, Graph, Hz, Time, telemetry::Topology},
     };
 
     /// A process with one node, whose run began at `zero` (ns) of its clock.
@@ -474,7 +474,29 @@ mod tests {
             processes.new_events(2, usize::MAX, &[]),
             Vec::<&Event>::new()
         );
-        assert!(processes.trouble().is_none());
+        assert!(processes.trouble(false).is_none());
+    }
+
+    #[test]
+    fn who_left_after_the_run_is_waited_for_and_not_missed() {
+        let mut graph = Graph::new();
+        for node in ["plant", "policy"] {
+            let added = graph.node(node, Hz::MIN, 0, |_| |_| GO_ON);
+            added.expect("a node");
+        }
+        let mut hub = info(1, "plant", 1, 500);
+        hub.topology = graph.observer().topology();
+        let mut processes = Processes::default();
+        processes.begin(&hub);
+        processes.add(hub);
+        processes.add(info(2, "policy", 1, 0));
+        processes.set_present([2].into_iter());
+        assert_eq!(
+            processes.trouble(true).as_deref(),
+            Some("waiting for plant")
+        );
+        processes.set_present([1, 2].into_iter());
+        assert_eq!(processes.trouble(true), None);
     }
 
     #[test]

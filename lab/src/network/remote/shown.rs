@@ -59,7 +59,7 @@ impl RunSource for RemoteRun {
     fn place(&self, node: &str) -> Option<Place> {
         let mut place = self.processes.place(node);
         // Whoever begins the run may leave after it.
-        place.absent = place.absent.filter(|_| !self.is_over(node));
+        place.absent = place.absent.filter(|_| !self.has_left_after(node));
         Some(place)
     }
 }
@@ -97,8 +97,12 @@ impl Remote for RemoteRun {
         answers.filter_map(Result::err).last()
     }
 
+    fn is_over(&self) -> bool {
+        self.gathered.exit().is_some()
+    }
+
     fn trouble(&self) -> Option<String> {
-        self.processes.trouble()
+        self.processes.trouble(self.is_over())
     }
 
     fn clocks(&self) -> Option<String> {
