@@ -59,6 +59,7 @@
 //! ```
 
 mod chance;
+mod channel;
 pub mod clock;
 mod command;
 mod cost;

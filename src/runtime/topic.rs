@@ -33,6 +33,7 @@ use std::{collections::VecDeque, fmt, time::Duration};
 use self::intake::Triggers;
 
 use super::{
+    channel::Channel,
     depth::Depth,
     link::Link,
     message::{Message, Payload},
@@ -228,7 +229,7 @@ impl<T: Payload> Topic<T> {
             return link;
         }
         queue.deliver_before(now, &self.0.counters);
-        let before = queue.transit(self.name(), seed).set_link(link);
+        let before = queue.channel(self.name(), seed).set_link(link);
         // A topic without a link is as fast as one that never had a link.
         queue
             .transit
@@ -244,7 +245,7 @@ impl<T: Payload> Topic<T> {
         let mut turn = self.0.queue.lock();
         let queue = &mut *turn;
         queue.is_still_to_come(seq)?;
-        queue.transit(self.name(), seed).lose(seq);
+        queue.channel(self.name(), seed).lose(seq);
         Ok(())
     }
 
@@ -261,7 +262,7 @@ impl<T: Payload> Topic<T> {
         let mut turn = self.0.queue.lock();
         let queue = &mut *turn;
         queue.is_still_to_come(seq)?;
-        Ok(queue.transit(self.name(), seed).postpone(seq, delay))
+        Ok(queue.channel(self.name(), seed).postpone(seq, delay))
     }
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
@@ -300,11 +301,14 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// The messages in flight.
-    fn transit(&mut self, topic: &str, seed: u64) -> &mut Transit<T> {
+    /// What decides when messages are delivered.
+    fn channel(&mut self, topic: &str, seed: u64) -> &mut Channel {
         let (next, newest) = (self.next_seq, self.messages.back());
-        self.transit
-            .get_or_insert_with(|| Box::new(Transit::new(seed, topic, next, newest.cloned())))
+        let transit = self.transit.get_or_insert_with(|| {
+            let channel = Channel::new(seed, topic);
+            Box::new(Transit::new(channel, next, newest.cloned()))
+        });
+        &mut transit.channel
     }
 
     /// Refuses a message that is already published.

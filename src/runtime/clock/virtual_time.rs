@@ -153,7 +153,7 @@ impl<'a> VirtualStretch<'a> {
     /// Whether something is left of the instant of the last event.
     fn mid_instant(&self) -> bool {
         let next = self.graph.stage.next_at();
-        self.last_event.is_some_and(|last| next <= last)
+        next <= self.until && self.last_event.is_some_and(|last| next <= last)
     }
 
     /// Whether the last instant has run. A command that arrives now would take effect
@@ -247,7 +247,7 @@ impl<'a> VirtualStretch<'a> {
         self.graph.control.set_now(now);
         let moment = Moment {
             now,
-            until: Time::MAX,
+            until: self.until,
             over: false,
         };
         while let Some(work) = self.graph.stage.look(moment) {
@@ -395,6 +395,17 @@ mod tests {
             let timed = events.iter().filter_map(Event::replayable).collect();
             assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
         }
+    }
+
+    #[test]
+    fn after_the_end_only_those_tick_that_were_due_before() {
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let (mut graph, log) = late(Given::Never, commander);
+        let until = Time::from_nanos(20_000_000);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, until);
+        assert_eq!(exit.expect("no fault"), ClockExit::Completed);
+        let now = Time::from_nanos(25_000_000);
+        assert_eq!(*log.lock().expect("log"), [("a", now), ("b", now)]);
     }
 
     /// Hears of arrivals and does nothing, as threads that are stopped.

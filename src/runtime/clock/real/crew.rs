@@ -158,8 +158,9 @@ impl Crew {
             let mut board = lock(&self.board);
             self.take_in(&mut board);
             match board.wall {
-                _ if board.stopped.is_some() => return None,
+                // Commands may have come before a stop: they take effect.
                 Some(wall) => return Some(wall),
+                None if board.stopped.is_some() => return None,
                 None => drop(board),
             }
             self.mailbox.wait_past(seen);
