@@ -232,7 +232,7 @@ impl Crew {
             Some((goal, work)) => (realtime::core_time() >= goal).then_some(work),
             None => {
                 let over = now > until && !waited;
-                self.look(&mut board.stage, Moment { now, until, over })
+                self.look(context, &mut board.stage, Moment { now, until, over })
             }
         };
         if let Some(work) = work {
@@ -253,10 +253,19 @@ impl Crew {
     }
 
     /// The next work at a moment.
-    fn look(&self, stage: &mut Stage, moment: Moment) -> Option<Assignment> {
+    fn look(
+        &self,
+        context: &ThreadContext,
+        stage: &mut Stage,
+        moment: Moment,
+    ) -> Option<Assignment> {
         loop {
             match stage.look(moment)? {
-                work if matches!(work.job, Job::Look) => self.note_look(work, moment.now),
+                work if matches!(work.job, Job::Look) => {
+                    // Run time is there, even if no tick begins.
+                    context.state.advance_to(moment.now);
+                    self.note_look(work, moment.now);
+                }
                 work => return Some(work),
             }
         }
