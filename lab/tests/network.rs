@@ -234,7 +234,7 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     lab.wait_for("BALANCED so far");
     let printed = plant.printed();
     policy.interrupted();
-    lab.wait_for("all nodes gone for");
+    lab.wait_for("waiting for all nodes");
     lab.type_keys("q");
     let (status, screen) = lab.close();
     let left = screen.screen().contents();

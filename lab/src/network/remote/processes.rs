@@ -295,7 +295,11 @@ impl Processes {
         if over || (hub.zero.is_none() && !self.lack_hub()) {
             let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
             let away: Vec<&str> = nodes.filter(|node| !self.is_there(node)).collect();
-            return (!away.is_empty()).then(|| format!("waiting for {}", away.join(", ")));
+            let away = match away.len() == hub.topology.nodes.len() {
+                true => "all nodes".to_owned(),
+                false => away.join(", "),
+            };
+            return (!away.is_empty()).then(|| format!("waiting for {away}"));
         }
         let gone = self.all.values().filter(|process| self.is_gone(process));
         let gone = gone.map(|process| {
